@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/device/concept.hpp>
+
+namespace palpate {
+
+/// The vector shortened to `maximum`, direction kept; zero when any component or the maximum is not a number that can be felt.
+///   |v| ≤ maximum: v,   |v| > maximum: maximum v/|v|,   v not finite or maximum NaN or negative: 0
+/// Cost       noexcept, no allocation: the last stage before a device's `write`.
+template <RealScalar Scalar>
+Vector3<Scalar> limited(Vector3<Scalar> const& value, Scalar maximum) noexcept {
+  if (!value.allFinite() || !(maximum > Scalar(0))) return Vector3<Scalar>::Zero();
+  Scalar const largest = value.cwiseAbs().maxCoeff();
+  if (largest == Scalar(0)) return value;
+  Vector3<Scalar> const scaled = value / largest;   // so that the squares neither overflow nor vanish
+  Scalar const norm = scaled.norm();
+  if (norm <= maximum / largest) return value;
+  return (maximum / norm) * scaled;
+}
+
+/// Force and torque limited to what the device can render.
+template <RealScalar Scalar>
+Wrench<Scalar> limited(Wrench<Scalar> const& wrench, Capabilities const& capabilities) noexcept {
+  return {.force = limited(wrench.force, static_cast<Scalar>(capabilities.max_force)),
+          .torque = limited(wrench.torque, static_cast<Scalar>(capabilities.max_torque))};
+}
+
+}  // namespace palpate
