@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "allocation_trap.hpp"
+
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define PALPATE_TEST_SANITIZER 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define PALPATE_TEST_SANITIZER 1
+#endif
+#endif
+
+namespace {
+
+constinit thread_local long allocations = 0;
+
+}  // namespace
+
+#if defined(PALPATE_TEST_SANITIZER)
+
+// The sanitizer owns the heap: listen to it instead of replacing anything. Declared here because gcc ships no header for it.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(void const volatile*, std::size_t),
+                                                         void (*on_free)(void const volatile*));
+
+namespace {
+
+void on_malloc(void const volatile*, std::size_t) { ++allocations; }
+void on_free(void const volatile*) {}
+
+[[maybe_unused]] int const hook_installed = __sanitizer_install_malloc_and_free_hooks(on_malloc, on_free);
+
+}  // namespace
+
+#elif defined(__GLIBC__)
+
+// The executable's malloc comes before glibc's in every look-up, so libstdc++'s operator new and Eigen both arrive here.
+extern "C" {
+
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* block, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+
+void* malloc(std::size_t size) noexcept {
+  ++allocations;
+  return __libc_malloc(size);
+}
+
+void* calloc(std::size_t count, std::size_t size) noexcept {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+
+void* realloc(void* block, std::size_t size) noexcept {
+  ++allocations;
+  return __libc_realloc(block, size);
+}
+
+void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+  ++allocations;
+  return __libc_memalign(alignment, size);
+}
+
+void* memalign(std::size_t alignment, std::size_t size) noexcept {
+  ++allocations;
+  return __libc_memalign(alignment, size);
+}
+
+int posix_memalign(void** block, std::size_t alignment, std::size_t size) noexcept {
+  ++allocations;
+  void* const got = __libc_memalign(alignment, size);
+  if (got == nullptr) return 12;   // ENOMEM
+  *block = got;
+  return 0;
+}
+
+}  // extern "C"
+
+#else
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* const block = std::malloc(size == 0 ? 1 : size)) return block;
+  throw std::bad_alloc();
+}
+
+void operator delete(void* block) noexcept { std::free(block); }
+void operator delete(void* block, std::size_t) noexcept { std::free(block); }
+
+#endif
+
+namespace palpate_test {
+
+AllocationCount::AllocationCount() noexcept : start_(allocations) {}
+
+long AllocationCount::count() const noexcept { return allocations - start_; }
+
+bool trap_works() noexcept {
+  AllocationCount const allocated;
+  void* volatile const block = ::operator new(16);   // volatile: the pair may not be optimised away
+  ::operator delete(block);
+  return allocated.count() > 0;
+}
+
+bool trap_sees_malloc() noexcept {
+  AllocationCount const allocated;
+  void* volatile const block = std::malloc(16);
+  std::free(block);
+  return allocated.count() > 0;
+}
+
+}  // namespace palpate_test
