@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <locale>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace palpate::detail {
+
+inline std::string_view trimmed(std::string_view text) noexcept {
+  constexpr std::string_view blank = " \t\r";
+  auto const first = text.find_first_not_of(blank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(blank) - first + 1);
+}
+
+/// The number a cell holds, whatever the locale says about decimal points; nothing if it holds anything else.
+inline std::optional<double> to_number(std::string_view text) {
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  if (text.empty() || text.front() == '+') return std::nullopt;
+  double value = 0.0;
+#if defined(__cpp_lib_to_chars)
+  auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+#else
+  std::istringstream stream{std::string(text)};
+  stream.imbue(std::locale::classic());
+  stream >> value;
+  if (stream.fail() || stream.peek() != std::istringstream::traits_type::eof()) return std::nullopt;
+#endif
+  return value;
+}
+
+/// A text file of comma-separated columns with a header line, held as text; cells point into it.
+/// Read       blank lines and lines that start with # are skipped; a byte-order mark, carriage returns, blanks around a cell and
+///            double quotes around a cell are dropped. Commas inside quotes are not understood.
+/// Errors     every message names the file, and the line, counted from 1 as editors do.
+class CsvTable {
+ public:
+  using Row = std::vector<std::string_view>;
+
+  explicit CsvTable(std::filesystem::path path) : path_(std::move(path)) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(path_, ignored)) fail("the file does not exist; check the path");
+    if (std::filesystem::is_directory(path_, ignored)) fail("this is a folder; give a file");
+    std::ifstream file(path_, std::ios::binary);
+    if (!file) fail("the file can not be opened; check that it may be read");
+    text_.assign(std::istreambuf_iterator<char>(file), {});
+    if (file.bad()) fail("reading stopped with an error; check the disk or copy the file again");
+    skip_mark();
+  }
+  CsvTable(CsvTable const&) = delete;
+  CsvTable& operator=(CsvTable const&) = delete;
+
+  /// The next line with content, split into cells; false at the end.
+  bool next(Row& row) {
+    while (position_ < text_.size()) {
+      std::string_view const rest = std::string_view(text_).substr(position_);
+      auto const length = rest.find('\n');
+      position_ += length == std::string_view::npos ? rest.size() : length + 1;
+      ++line_;
+      std::string_view const content = trimmed(rest.substr(0, length));
+      if (content.empty() || content.front() == '#') continue;
+      split(content, row);
+      return true;
+    }
+    return false;
+  }
+
+  int line() const noexcept { return line_; }
+
+  /// The value of a cell; throws with the line and the column's name unless it is a number.
+  double number(Row const& row, std::size_t column, std::string_view name) const {
+    if (auto const value = to_number(row[column])) return *value;
+    fail_here(message("column ", name, " holds \"", row[column], "\", which is not a number a double can hold; ",
+                      "write numbers with a decimal point"));
+  }
+
+  [[noreturn]] void fail(std::string_view what) const { throw FileError(message(path_.string(), ": ", what)); }
+  [[noreturn]] void fail_here(std::string_view what) const {
+    throw FileError(message(path_.string(), ", line ", line_, ": ", what));
+  }
+
+ private:
+  static void split(std::string_view line, Row& row) {
+    row.clear();
+    for (;;) {
+      auto const comma = line.find(',');
+      std::string_view cell = trimmed(line.substr(0, comma));
+      if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') cell = trimmed(cell.substr(1, cell.size() - 2));
+      row.push_back(cell);
+      if (comma == std::string_view::npos) return;
+      line.remove_prefix(comma + 1);
+    }
+  }
+
+  void skip_mark() noexcept {
+    if (text_.rfind("\xEF\xBB\xBF", 0) == 0) position_ = 3;
+  }
+
+  std::filesystem::path path_;
+  std::string text_;
+  std::size_t position_ = 0;
+  int line_ = 0;
+};
+
+}  // namespace palpate::detail
