@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/device/concept.hpp>
+
+#include <limits>
+
+namespace palpate {
+
+/// A hand that stays where it is and feels nothing: the device to start with, and a partner for tests.
+/// Every force is accepted, of any size, and forgotten.
+template <RealScalar Scalar = double>
+class NullDevice {
+ public:
+  explicit NullDevice(Vector3<Scalar> const& position = Vector3<Scalar>::Zero(), double rate = 1000.0)
+      : position_(position), rate_(rate) {
+    require_valid(capabilities());
+  }
+
+  Capabilities capabilities() const noexcept {
+    return {.max_force = std::numeric_limits<double>::infinity(), .rate = rate_, .reports_velocity = true};
+  }
+  DeviceStatus read(DeviceState<Scalar>& state) noexcept {
+    state.position = position_;
+    state.velocity.setZero();
+    return DeviceStatus::ok;
+  }
+  DeviceStatus write(Wrench<Scalar> const& /*wrench*/) noexcept { return DeviceStatus::ok; }
+
+ private:
+  Vector3<Scalar> position_;
+  double rate_;   // Hz
+};
+
+static_assert(HapticDevice<NullDevice<double>> && HapticDevice<NullDevice<float>, float>);
+
+}  // namespace palpate
