@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/force/concept.hpp>
+
+#include <cmath>
+
+namespace palpate {
+
+/// The tissue's resistance before it is punctured: a linear spring along the normal, pushing the tool out.
+///   F = k d n   while indenting and d > 0, zero otherwise
+/// Units      k [N/m], d [m]; force [N] on the hand.
+/// Source     \cite zheng2006 eq. 6-7; the default is the liver datum 3 N at 18 mm: 167 N/m.
+/// Invariant  k ≥ 0 and finite, checked by `validate`, which `CuttingForce` calls. k = 0 switches the spring off.
+/// Cost       noexcept, no allocation: allowed in the servo tick.
+/// Limits     Where it ends is the cutter's decision: the spring knows no puncture depth.
+template <RealScalar S>
+struct IndentationSpring {
+  using Scalar = S;
+
+  S stiffness = S(3.0 / 0.018);   ///< [N/m]
+
+  void validate() const {
+    if (!std::isfinite(stiffness) || stiffness < S(0))
+      throw InvalidArgument(detail::message("IndentationSpring: .stiffness is ", stiffness,
+                                            " N/m; give a finite number, zero or more"));
+  }
+
+  Vector3<S> operator()(ToolContact<S> const& contact) const noexcept {
+    if (contact.phase != CuttingPhase::indenting || !(contact.depth > S(0))) return Vector3<S>::Zero();
+    return stiffness * contact.depth * contact.normal;
+  }
+};
+
+static_assert(ForceModel<IndentationSpring<double>, double>);
+
+}  // namespace palpate

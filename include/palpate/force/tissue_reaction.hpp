@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/force/concept.hpp>
+
+#include <cmath>
+
+namespace palpate {
+
+/// Tight coupling: the hand feels the reaction of the deformation model itself.
+///   F = scale · F_tissue   while in contact, zero otherwise
+/// The loose coupling, a measured force curve beside the deformation, is `CuttingForce`.
+/// Units      force [N], world frame.
+/// Source     \cite zheng2006 ch. 3 (coupling of the modules)
+/// Invariant  The scale is finite; checked by `validate`.
+/// Cost       noexcept, no allocation: allowed in the servo tick.
+/// Limits     The body's step rate is heard in the force unless the body runs at the servo rate.
+struct TissueReaction {
+  double scale = 1.0;
+
+  void validate() const {
+    if (!std::isfinite(scale))
+      throw InvalidArgument(detail::message("TissueReaction: .scale is ", scale, "; give a finite number"));
+  }
+
+  template <RealScalar S>
+  Vector3<S> operator()(ToolContact<S> const& contact) const noexcept {
+    if (contact.phase == CuttingPhase::no_contact) return Vector3<S>::Zero();
+    return S(scale) * contact.tissue_force;
+  }
+};
+
+/// The hand feels nothing: for pictures alone, and for tests of the other modules.
+struct NoForce {
+  template <RealScalar S>
+  Vector3<S> operator()(ToolContact<S> const&) const noexcept {
+    return Vector3<S>::Zero();
+  }
+};
+
+static_assert(ForceModel<TissueReaction, double> && ForceModel<TissueReaction, float> && ForceModel<NoForce, double>);
+
+}  // namespace palpate
