@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+#include "catch.hpp"
+#include "scratch_folder.hpp"
+
+#include <palpate/core/units.hpp>
+#include <palpate/vtk/read_mesh.hpp>
+
+#include <Eigen/Dense>
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+// The yardstick of this file: a tetrahedron written down by hand, once per format.
+constexpr double corners[4][3] = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, 4}};
+constexpr int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+
+std::string const obj =
+    "# a comment\nmtllib none\nv 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 4\nvn 0 0 1\nvt 0 0\n"
+    "f 1//1 3//1 2//1\nf 1/1/1 2/1/1 4/1/1\nf -4 -1 -2\nf 2 3 4\n";
+
+std::string const stl_text = [] {
+  std::ostringstream out;
+  out << "solid tetrahedron\n";
+  for (auto const& face : faces) {
+    out << " facet normal 0 0 0\n  outer loop\n";
+    for (int const corner : face)
+      out << "   vertex " << corners[corner][0] << ' ' << corners[corner][1] << ' ' << corners[corner][2] << '\n';
+    out << "  endloop\n endfacet\n";
+  }
+  out << "endsolid tetrahedron\n";
+  return out.str();
+}();
+
+template <class Value>
+void append(std::string& bytes, Value value) {
+  bytes.append(reinterpret_cast<char const*>(&value), sizeof value);   // little-endian, as the machines we test on
+}
+
+std::string const stl_binary = [] {
+  std::string bytes(80, ' ');
+  append(bytes, std::uint32_t{4});
+  for (auto const& face : faces) {
+    for (int i = 0; i < 3; ++i) append(bytes, 0.0f);
+    for (int const corner : face)
+      for (double const x : corners[corner]) append(bytes, static_cast<float>(x));
+    append(bytes, std::uint16_t{0});
+  }
+  return bytes;
+}();
+
+std::string const ply_text =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    "0 0 0\n2 0 0\n0 3 0\n0 0 4\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+
+std::string const ply_binary = [] {
+  std::string bytes =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n"
+      "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
+  for (auto const& corner : corners)
+    for (double const x : corner) append(bytes, x);
+  for (auto const& face : faces) {
+    append(bytes, std::uint8_t{3});
+    for (int const corner : face) append(bytes, std::int32_t{corner});
+  }
+  return bytes;
+}();
+
+std::string const vtk_text =
+    "# vtk DataFile Version 3.0\ntetrahedron\nASCII\nDATASET POLYDATA\nPOINTS 4 double\n0 0 0\n2 0 0\n0 3 0\n0 0 4\n"
+    "POLYGONS 4 16\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+
+std::string const vtk_volume =
+    "# vtk DataFile Version 3.0\ntetrahedron\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0\n2 0 0\n0 3 0\n0 0 4\n"
+    "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n";
+
+std::string const vtp =
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n<PolyData>\n"
+    "<Piece NumberOfPoints=\"4\" NumberOfPolys=\"4\">\n<Points>\n<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">"
+    "0 0 0 2 0 0 0 3 0 0 0 4</DataArray>\n</Points>\n<Polys>\n"
+    "<DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 2 1 0 1 3 0 3 2 1 2 3</DataArray>\n"
+    "<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">3 6 9 12</DataArray>\n</Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n";
+
+struct Format {
+  char const* file;
+  std::string const* bytes;
+};
+std::array<Format, 8> const formats{{{"t.obj", &obj},
+                                     {"t.stl", &stl_text},
+                                     {"b.STL", &stl_binary},
+                                     {"t.ply", &ply_text},
+                                     {"b.ply", &ply_binary},
+                                     {"t.vtk", &vtk_text},
+                                     {"v.vtk", &vtk_volume},
+                                     {"t.vtp", &vtp}}};
+
+/// The error's text, without the folder; says so when there was none.
+std::string error_of(std::filesystem::path const& file) {
+  try {
+    (void)read_mesh<double>(file);
+  } catch (FileError const& error) {
+    std::string const text = error.what(), folder = file.parent_path().string() + "/";
+    CHECK(text.find('\n') == std::string::npos);
+    return text.starts_with(folder) ? text.substr(folder.size()) : text;
+  }
+  return "no error";
+}
+
+/// What the code under test prints to std::cerr; the reader must stay silent.
+class ErrorStream {
+ public:
+  ErrorStream() : before_(std::cerr.rdbuf(kept_.rdbuf())) {}
+  ~ErrorStream() { std::cerr.rdbuf(before_); }
+  ErrorStream(ErrorStream const&) = delete;
+  ErrorStream& operator=(ErrorStream const&) = delete;
+  std::string text() const { return kept_.str(); }
+
+ private:
+  std::ostringstream kept_;
+  std::streambuf* before_;
+};
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("every format gives the same tetrahedron, in metres", "[vtk][read]", float, double) {
+  ScratchFolder const folder;
+  for (auto const& [name, bytes] : formats) {
+    CAPTURE(name);
+    auto const mesh = read_mesh<TestType>(folder.write(name, *bytes), metres_per("cm"));
+    REQUIRE(mesh.points.cols() == 4);
+    REQUIRE(mesh.triangles.cols() == 4);
+    double volume = 0;
+    for (int t = 0; t < 4; ++t) {
+      Eigen::Matrix3d p;
+      for (int i = 0; i < 3; ++i) p.col(i) = mesh.points.col(mesh.triangles(i, t)).template cast<double>();
+      volume += p.determinant() / 6;
+    }
+    CHECK(volume == Approx(2.0 * 3.0 * 4.0 / 6.0 * 1e-6).epsilon(1e-6));   // a right corner, outward faces
+  }
+}
+
+TEST_CASE("vertices and triangles keep the order of the file", "[vtk][read]") {
+  ScratchFolder const folder;
+  for (auto const& [name, bytes] : {formats[0], formats[3], formats[4], formats[5], formats[7]}) {
+    CAPTURE(name);
+    auto const mesh = read_mesh<double>(folder.write(name, *bytes));
+    for (int i = 0; i < 4; ++i)
+      for (int axis = 0; axis < 3; ++axis) CHECK(mesh.points(axis, i) == corners[i][axis]);
+    if (std::string(name) != "t.obj")
+      for (int t = 0; t < 4; ++t)
+        for (int i = 0; i < 3; ++i) CHECK(mesh.triangles(i, t) == faces[t][i]);
+  }
+}
+
+TEST_CASE("polygons become triangles; unused and doubled vertices stay", "[vtk][read]") {
+  ScratchFolder const folder;
+  // A concave pentagon: a fan from its first corner would leave it. Area by the shoelace formula: 3.
+  auto const mesh = read_mesh<double>(
+      folder.write("arrow.obj", "v 2 1 0\nv 9 9 9\nv 0 2 0\nv 0 2 0\nv 0 0 0\nv 1 1 0\nv 1 \\\n0 0\nv 2 2 0\nf 4 6 5 7 1 8"));
+  CHECK(mesh.points.cols() == 8);
+  double area = 0;
+  for (int t = 0; t < mesh.triangles.cols(); ++t) {
+    Eigen::Vector3d const a = mesh.points.col(mesh.triangles(0, t)), b = mesh.points.col(mesh.triangles(1, t)),
+                          c = mesh.points.col(mesh.triangles(2, t));
+    double const z = (b - a).cross(c - a).z() / 2;
+    CHECK(z > 0);
+    area += z;
+  }
+  double shoelace = 0;
+  int const loop[] = {3, 5, 4, 6, 0, 7};
+  for (int i = 0; i < 6; ++i) {
+    auto const p = mesh.points.col(loop[i]), q = mesh.points.col(loop[(i + 1) % 6]);
+    shoelace += (p.x() * q.y() - q.x() * p.y()) / 2;
+  }
+  CHECK(area == Approx(shoelace));
+}
+
+TEST_CASE("a file that is not there, empty or of an unknown kind is named in one line", "[vtk][read][error]") {
+  ScratchFolder const folder;
+  CHECK(error_of(folder.path() / "none.obj") == "none.obj: there is no such file");
+  CHECK(error_of(folder.write("empty.obj", "")) == "empty.obj: the file is empty");
+  CHECK(error_of(folder.write("blank.vtk", " \n\n")) == "blank.vtk: the file is empty");
+  CHECK(error_of(folder.write("mesh.3ds", "x")) ==
+        "mesh.3ds: \".3ds\" is not a known kind of mesh file; give .obj, .stl, .ply, .vtk or .vtp");
+  std::filesystem::create_directory(folder.path() / "folder.stl");
+  CHECK(error_of(folder.path() / "folder.stl") == "folder.stl: this is a folder, not a file");
+  CHECK(error_of(folder.write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n")) == "points.obj: there are no triangles in this file");
+  CHECK(error_of(folder.write("points.ply", ply_text.substr(0, ply_text.find("element face")) + "end_header\n0 0 0\n2 0 0\n0 3 0\n0 0 4\n")) ==
+        "points.ply: there are no triangles in this file");
+  CHECK_THROWS_AS(read_mesh<double>(folder.path() / "none.obj", 0.0), InvalidArgument);
+}
+
+TEST_CASE("a file cut short is an error, wherever it was cut, and nothing is printed", "[vtk][read][error]") {
+  ScratchFolder const folder;
+  ErrorStream const stream;
+  for (auto const& [name, bytes] : formats) {
+    // An OBJ file announces nothing: cut between two lines it is a smaller mesh. Elsewhere only the last line's end may be missing.
+    std::size_t const whole = bytes->find_last_not_of(" \n") + 1;
+    if (std::string(name) == "t.obj") continue;
+    std::size_t const announced = std::string(name) == "t.stl" ? bytes->find("endsolid") + 7 : whole - 1;
+    for (std::size_t size = 1; size <= announced; size += 7) {
+      CAPTURE(name, size);
+      CHECK(error_of(folder.write(name, bytes->substr(0, size))) != "no error");
+    }
+  }
+  CHECK(stream.text().empty());
+}
+
+TEST_CASE("what is wrong with a file is said", "[vtk][read][error]") {
+  ScratchFolder const folder;
+  auto const cut = [&](char const* name, std::string const& bytes, std::size_t less) {
+    return error_of(folder.write(name, bytes.substr(0, bytes.size() - less)));
+  };
+  CHECK(cut("t.obj", obj, 5) == "t.obj, line 12: a face has 1 corners; was the file cut short?");
+  CHECK(error_of(folder.write("v.obj", obj.substr(0, obj.find(" 4\nvn")))) ==
+        "v.obj, line 6: a vertex has fewer than three coordinates; was the file cut short?");
+  CHECK(error_of(folder.write("i.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")) ==
+        "i.obj, line 4: a face refers to vertex 4, the file has 3; was it cut short?");
+  CHECK(error_of(folder.write("w.obj", "v 0 zero 0\n")) == "w.obj, line 1: \"zero\" is not a coordinate");
+  CHECK(error_of(folder.write("z.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n")) == "z.obj, line 4: \"0\" is not a corner of a face");
+  CHECK(error_of(folder.write("n.obj", "v 0 0 0\nf 1 -2 1\n")) == "n.obj, line 2: a face refers to vertex -2 of 1");
+  CHECK(cut("t.stl", stl_text, 30) == "t.stl: there is no \"endsolid\"; the file was cut short");
+  CHECK(cut("b.stl", stl_binary, 60) == "b.stl: the file announces 4 triangles and holds 2; it was cut short");
+  CHECK(cut("t.ply", ply_text, 4) ==
+        "t.ply: the header announces 4 of \"face\", number 3 is not complete; the file was cut short or is damaged");
+  CHECK(cut("b.ply", ply_binary, 50) ==
+        "b.ply: the header announces 4 of \"face\", number 0 is not complete; the file was cut short or is damaged");
+  CHECK(cut("t.vtk", vtk_text, 12) ==
+        "t.vtk: POLYGONS announces 4 cells, number 2 is not complete; the file was cut short or is damaged");
+  CHECK(cut("p.vtk", vtk_text, 70).starts_with("p.vtk: the file is damaged or cut short ("));
+  CHECK(cut("t.vtp", vtp, 60).starts_with("t.vtp: the file is damaged or cut short ("));
+  std::string far = ply_text;
+  far.replace(far.rfind("3\n"), 1, "9");
+  CHECK(error_of(folder.write("far.ply", far)) == "far.ply: face 3 refers to vertex 9, the file has vertices 0 … 3; was it cut short?");
+}
+
+TEST_CASE("a coordinate that is not finite is named", "[vtk][read][error]") {
+  ScratchFolder const folder;
+  auto const with = [](std::string text, std::string const& from, std::string const& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  CHECK(error_of(folder.write("n.obj", with(obj, "0 3 0", "0 nan 0"))) ==
+        "n.obj: the y coordinate of vertex 2 is not a finite number (nan)");
+  CHECK(error_of(folder.write("i.obj", with(obj, "0 0 4", "0 0 -inf"))) ==
+        "i.obj: the z coordinate of vertex 3 is not a finite number (-inf)");
+  CHECK(error_of(folder.write("n.ply", with(ply_text, "2 0 0", "nan 0 0"))) != "no error");
+  CHECK(error_of(folder.write("n.vtk", with(vtk_text, "2 0 0", "nan 0 0"))) != "no error");
+  CHECK(error_of(folder.write("n.stl", with(stl_text, "2 0 0", "nan 0 0"))) != "no error");
+}
