@@ -27,7 +27,7 @@ inline std::string_view trimmed(std::string_view text) noexcept {
 
 /// The number a cell holds, whatever the locale says about decimal points; nothing if it holds anything else.
 inline std::optional<double> to_number(std::string_view text) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   if (text.empty() || text.front() == '+') return std::nullopt;
   double value = 0.0;
 #if defined(__cpp_lib_to_chars)
