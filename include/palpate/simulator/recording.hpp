@@ -129,6 +129,7 @@ class Recording {
                         .phase = *phase,
                         .force = {number(6), number(7), number(8)}});
     }
+    if (!table.ends_with_line()) table.fail_here("the last line does not end; the file is cut short: write it again");
     return recording;
   }
 

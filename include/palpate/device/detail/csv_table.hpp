@@ -79,6 +79,8 @@ class CsvTable {
   }
 
   int line() const noexcept { return line_; }
+  /// Does the text end with the end of a line? If not, its last number may have lost digits.
+  bool ends_with_line() const noexcept { return text_.ends_with('\n'); }
 
   /// The value of a cell; throws with the line and the column's name unless it is a number.
   double number(Row const& row, std::size_t column, std::string_view name) const {
