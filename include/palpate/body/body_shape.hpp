@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/particle_state.hpp>
+#include <palpate/collision/surface_tree.hpp>
+#include <palpate/core/error.hpp>
+#include <palpate/mesh/normals.hpp>
+#include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/tissue/concept.hpp>
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <utility>
+
+namespace palpate {
+
+/// The shape of a soft body: its tissue, where each particle is, the surface a tool can touch, and how all of that follows a cut.
+/// Shapes     positions(), velocities(): 3 × size(), one column per particle, in the order of the mesh; particles that a cut adds are appended.
+/// Invariant  tissue, per-particle state and search tree hold the same particles and triangles after every call.
+/// Cost       an edit is O(triangles at the particles it touches) + O(log triangles); nearest_… fit the tree when the body has moved.
+template <TissueModel TissueType>
+class BodyShape {
+ public:
+  using Tissue = TissueType;
+  using Scalar = typename Tissue::Scalar;
+  using Vector = Vector3<Scalar>;
+  using Corners = std::array<int, 3>;
+
+  // --- what it is ---------------------------------------------------------------------------------------------------
+  Tissue const& tissue() const noexcept { return tissue_; }
+  int size() const noexcept { return state_.size(); }
+  auto positions() const noexcept { return state_.position.view(); }
+  auto velocities() const noexcept { return state_.velocity.view(); }
+  auto triangles() const noexcept { return tissue_.surface().triangles(); }
+
+  /// How far a particle is from its undeformed position [m].
+  Vector displacement(int i) const {
+    check(i);
+    return state_.position[i] - tissue_.rest_position(i);
+  }
+  /// The surface as it is now. A copy: for pictures and measures, not for the servo.
+  TriangleMesh<Scalar> mesh() const { return {state_.position.view(), triangles()}; }
+  /// The undeformed surface, cuts included. A copy.
+  TriangleMesh<Scalar> rest_mesh() const {
+    TriangleMesh<Scalar> mesh{Matrix3X<Scalar>(3, size()), triangles()};
+    for (int i = 0; i < size(); ++i) mesh.points.col(i) = tissue_.rest_position(i);
+    return mesh;
+  }
+  /// Where a particle is in the undisturbed body: undeformed, or in equilibrium after settle(). Depth is counted from there.
+  Vector home_position(int i) const noexcept { return state_.home[i]; }
+  /// The smooth outward unit normal there.
+  Vector home_normal(int i) const noexcept { return state_.normal[i]; }
+
+  // --- where a tool is nearest --------------------------------------------------------------------------------------
+  /// The surface vertex nearest to a point, on the body as it is now.
+  int nearest_vertex(Vector const& point) {
+    if (!point.allFinite()) throw InvalidArgument("nearest_vertex: the point is not finite");
+    fit_tree();
+    return tree_.nearest_vertex(state_.position.view(), point);
+  }
+  /// The surface point nearest to a point, on the body as it is now; not found() for a point that is not finite.
+  SurfacePoint<Scalar> nearest_point(Vector const& point) {
+    fit_tree();
+    return tree_.nearest(state_.position.view(), point);
+  }
+
+  // --- how its topology changes -------------------------------------------------------------------------------------
+  /// Counts the changes of the triangles: a renderer whose count differs must take them anew.
+  std::size_t topology_revision() const noexcept { return topology_revision_; }
+
+  /// Divides a triangle in three at barycentric weights, all > 0. Returns the new particle.
+  int insert_in_triangle(int t, Vector const& w)
+    requires CuttableTissue<Tissue>
+  {
+    Corners const c = tissue_.surface().corners(t);
+    int const n = tissue_.insert_in_triangle(t, w);
+    state_.template add_between<3>(c, {w[0], w[1], w[2]});
+    patch_tree(t);
+    append_to_tree(t);
+    append_to_tree(t);
+    return n;
+  }
+
+  /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and the one or two triangles at it. Returns the new particle.
+  int insert_on_edge(int a, int b, Scalar s)
+    requires CuttableTissue<Tissue>
+  {
+    int const left = tissue_.surface().triangle_with_edge(a, b);
+    int const right = tissue_.surface().triangle_with_edge(b, a);
+    int const n = tissue_.insert_on_edge(a, b, s);
+    state_.template add_between<2>({a, b}, {1 - s, s});
+    for (int const t : {left, right}) {
+      if (t < 0) continue;
+      patch_tree(t);
+      append_to_tree(t);
+    }
+    return n;
+  }
+
+  /// Gives `triangles`, all at p, a copy of p as their corner; mass and springs are shared by area. Returns the copy.
+  int split_particle(int p, std::span<int const> triangles)
+    requires CuttableTissue<Tissue>
+  {
+    int const n = tissue_.split_particle(p, triangles);
+    state_.add_copy(p);
+    if (temporary_)
+      for (std::size_t k = 0; k < 3; ++k)
+        if (temporary_->parents[k] == p) {
+          temporary_->parents[3] = n;
+          temporary_->weights[k] = temporary_->weights[3] = temporary_->weights[k] / 2;
+        }
+    for (int const t : triangles) patch_tree(t);
+    return n;
+  }
+
+  /// Undoes the last split: the last particle goes back into p.
+  void merge_last_particle(int p)
+    requires CuttableTissue<Tissue>
+  {
+    int const last = size() - 1;
+    std::array<int, 64> moved{};
+    std::size_t count = 0;
+    for (int const t : tissue_.surface().triangles_at(last))
+      if (count < moved.size()) moved[count++] = t;
+    state_.merge_last(p, tissue_.mass(p), tissue_.mass(last));
+    tissue_.merge_last_particle(p);
+    for (std::size_t k = 0; k < count; ++k) patch_tree(moved[k]);
+    tree_is_fitted_ = false;
+  }
+
+  /// Divides a triangle like insert_in_triangle, for the eye only: the particle follows the triangle's corners, without mass or springs.
+  int insert_temporary(int t, Vector const& w)
+    requires CuttableTissue<Tissue>
+  {
+    Corners const c = tissue_.surface().corners(t);
+    int const n = tissue_.insert_temporary(t, w);
+    state_.template add_between<3>(c, {w[0], w[1], w[2]});
+    temporary_ = Temporary{t, n, {c[0], c[1], c[2], -1}, {w[0], w[1], w[2], 0}};
+    patch_tree(t);
+    append_to_tree(t);
+    append_to_tree(t);
+    return n;
+  }
+
+  /// Takes the temporary particle away again; the triangle it divided gets `corners`.
+  void remove_temporary(Corners const& corners)
+    requires CuttableTissue<Tissue>
+  {
+    int const t = temporary_->triangle;
+    tree_.remove_last(state_.position.view());
+    tree_.remove_last(state_.position.view());
+    tissue_.remove_temporary(t, corners);
+    state_.pop();
+    temporary_.reset();
+    patch_tree(t);
+  }
+
+  /// The temporary particle, or −1.
+  int temporary_particle() const noexcept { return temporary_ ? temporary_->particle : -1; }
+  /// The triangle that is divided for it, or −1; two more, the last ones, belong to it.
+  int temporary_triangle() const noexcept { return temporary_ ? temporary_->triangle : -1; }
+
+  /// Room for this many particles and triangles: up to there cutting does not allocate.
+  void reserve(int particles, int triangles) {
+    state_.reserve(particles);
+    tree_.reserve(triangles);
+    if constexpr (requires { tissue_.reserve(particles, triangles); }) tissue_.reserve(particles, triangles);
+  }
+
+ protected:
+  struct Temporary {
+    int triangle;
+    int particle;
+    std::array<int, 4> parents;      // three corners, and the copy of one of them once it is split
+    std::array<Scalar, 4> weights;
+  };
+
+  explicit BodyShape(Tissue tissue) : tissue_(std::move(tissue)) {
+    state_.resize(tissue_.size());
+    for (int i = 0; i < tissue_.size(); ++i) state_.position[i] = state_.home[i] = tissue_.rest_position(i);
+    set_normals();
+    build_tree();
+  }
+
+  void check(int particle) const { detail::check_index("particle", particle, size()); }
+
+  void set_normals() { state_.normal.view() = vertex_normals(TriangleMesh<Scalar>{state_.home.view(), triangles()}); }
+
+  void build_tree() {
+    tree_ = SurfaceTree<Scalar>(state_.position.view(), triangles());
+    tree_is_fitted_ = true;
+  }
+  void fit_tree() noexcept {
+    if (tree_is_fitted_) return;
+    tree_.refit(state_.position.view());
+    tree_is_fitted_ = true;
+  }
+
+  /// The temporary particle follows the corners of the triangle it divides.
+  void place_temporary() noexcept {
+    if (!temporary_) return;
+    Vector x = Vector::Zero(), v = Vector::Zero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (temporary_->parents[k] < 0) continue;
+      x += temporary_->weights[k] * state_.position[temporary_->parents[k]];
+      v += temporary_->weights[k] * state_.velocity[temporary_->parents[k]];
+    }
+    state_.position[temporary_->particle] = x;
+    state_.velocity[temporary_->particle] = v;
+  }
+
+  Tissue tissue_;
+  ParticleState<Scalar> state_;
+  SurfaceTree<Scalar> tree_;
+  bool tree_is_fitted_ = false;
+  std::optional<Temporary> temporary_;
+  std::size_t topology_revision_ = 0;
+
+ private:
+  void patch_tree(int t) {
+    tree_.replace(state_.position.view(), t, tissue_.surface().corners(t));
+    ++topology_revision_;
+  }
+  void append_to_tree(int sibling) { tree_.add(state_.position.view(), tissue_.surface().corners(tree_.size()), sibling); }
+};
+
+}  // namespace palpate

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/columns.hpp>
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace palpate {
+
+/// What a body keeps per particle besides its tissue, and how it follows a cut.
+/// Shapes     3 × n each, one column per particle, in the order of the mesh.
+template <RealScalar Scalar>
+struct ParticleState {
+  Columns<Scalar, 3> position;     // m
+  Columns<Scalar, 3> velocity;     // m/s
+  Columns<Scalar, 3> remembered;   // m/s², the integrator's memory
+  Columns<Scalar, 3> home;         // m, the undisturbed shape: depth is counted from there
+  Columns<Scalar, 3> normal;       // smooth outward unit normal of the undisturbed shape
+  Columns<Scalar, 3> applied;      // N, for the next step
+  Columns<Scalar, 3> load;         // N, applied during the last step
+  std::vector<char> held;          // 1 while something outside decides the position
+
+  int size() const noexcept { return position.size(); }
+
+  void resize(int particles) {
+    for (auto* columns : all()) {
+      columns->resize(particles);
+      columns->view().setZero();
+    }
+    held.assign(static_cast<std::size_t>(particles), 0);
+  }
+
+  void reserve(int particles) {
+    for (auto* columns : all()) columns->reserve(particles);
+    held.reserve(static_cast<std::size_t>(particles));
+  }
+
+  /// Adds a particle between its parents: every field is their weighted mean; it carries no force.
+  template <std::size_t Parents>
+  void add_between(std::array<int, Parents> const& parents, std::array<Scalar, Parents> const& weights) {
+    for (auto* columns : all()) {
+      Vector3<Scalar> mean = Vector3<Scalar>::Zero();
+      for (std::size_t k = 0; k < Parents; ++k) mean += weights[k] * (*columns)[parents[k]];
+      columns->push_back(mean);
+    }
+    int const n = size() - 1;
+    Scalar const length = normal[n].norm();
+    if (length > 0) normal[n] /= length;
+    applied[n].setZero();
+    load[n].setZero();
+    held.push_back(0);
+  }
+
+  /// Adds a copy of particle p. Forces on p stay with p.
+  void add_copy(int p) {
+    bool const was_held = held[static_cast<std::size_t>(p)] != 0;
+    add_between<1>({p}, {Scalar(1)});
+    held.back() = was_held ? 1 : 0;
+  }
+
+  /// Unites the last particle with p: momentum is kept, the position is the mean by mass.
+  void merge_last(int p, Scalar mass_p, Scalar mass_last) {
+    int const last = size() - 1;
+    Scalar const w = mass_last / (mass_p + mass_last);
+    for (auto* columns : {&position, &velocity, &remembered})
+      (*columns)[p] = (1 - w) * (*columns)[p] + w * (*columns)[last];
+    for (auto* columns : {&applied, &load}) (*columns)[p] += (*columns)[last];
+    pop();
+  }
+
+  void pop() noexcept {
+    for (auto* columns : all()) columns->pop_back();
+    held.pop_back();
+  }
+
+ private:
+  std::array<Columns<Scalar, 3>*, 7> all() noexcept {
+    return {&position, &velocity, &remembered, &home, &normal, &applied, &load};
+  }
+};
+
+}  // namespace palpate

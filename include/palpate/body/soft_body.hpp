@@ -1,0 +1,439 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/body_shape.hpp>
+#include <palpate/body/body_system.hpp>
+#include <palpate/body/stability.hpp>
+#include <palpate/core/error.hpp>
+#include <palpate/mesh/measures.hpp>
+#include <palpate/region/concept.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+enum class StepStatus {
+  ok,
+  above_stable_step,   ///< the step was taken; it is longer than stable_step()
+  diverged,            ///< the step was not taken: the result was not finite or left all bounds
+};
+
+/// What a step did.
+template <RealScalar Scalar>
+struct StepReport {
+  StepStatus status = StepStatus::ok;
+  int moving = 0;              ///< particles computed
+  int particle = -1;           ///< the first that diverged, or −1
+  Scalar stable_step = 0;      ///< s, as last found by stable_step()
+  explicit operator bool() const noexcept { return status != StepStatus::diverged; }
+};
+
+/// A soft body: tissue, how it moves and which particles are computed, with its state.
+///
+///   SoftBody body(std::move(tissue), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 2});
+///   body.apply_force(body.nearest_vertex(tip), {0, 0, -1});   // N, for the next step
+///   body.step(1e-3);                                          // s
+///
+/// Units      SI; world frame.
+/// Shapes     positions(), velocities(): 3 × size(), one column per particle, in the order of the mesh; particles that a cut adds
+///            are appended.
+/// Errors     InvalidArgument or OutOfRange for a bad index or a value that is not finite; the body is left as it was.
+///            A step that would diverge is not taken: the last finite state stays and the report says which particle.
+/// Cost       step: O(moving particles). It allocates only when the moving set outgrows what was reserved.
+/// Threads    one thread at a time; queries refit the search tree when the body has moved.
+template <class TissueType, class IntegratorType, class RegionType>
+class SoftBody : public BodyShape<TissueType> {
+  using Shape = BodyShape<TissueType>;
+  static_assert(TissueModel<TissueType>, "SoftBody: the first policy is no TissueModel; see palpate/tissue/concept.hpp, or use MassSpring<double>.");
+  static_assert(Integrator<IntegratorType>, "SoftBody: the second policy is no Integrator: it needs step(system, h) const; LeapfrogVerlet{} is one.");
+  static_assert(Region<RegionType>, "SoftBody: the third policy is no Region; WholeBody{} and ZoneOfInfluence{.rings = 2} are.");
+
+ public:
+  using Tissue = TissueType;
+  using Scalar = typename Tissue::Scalar;
+  using Vector = Vector3<Scalar>;
+  using Shape::positions, Shape::velocities, Shape::size, Shape::tissue, Shape::triangles;
+
+  /// With pre-tension in the tissue the body is settled first: it starts in equilibrium.
+  explicit SoftBody(Tissue matter, IntegratorType integrator = {}, RegionType region = {})
+      : Shape(std::move(matter)), integrator_(std::move(integrator)), region_(std::move(region)) {
+    Vector const diagonal = positions().rowwise().maxCoeff() - positions().rowwise().minCoeff();
+    bound_ = 1000 * diagonal.norm();
+    offset_ = positions().cwiseAbs().maxCoeff();
+    mean_edge_ = mean_edge_length(this->rest_mesh());
+    reserve(size(), tissue_.surface().triangle_count());
+    if constexpr (requires { tissue_.link_prestrain(); })
+      if (tissue_.link_prestrain() > 0) settle();
+  }
+
+  Scalar time() const noexcept { return time_; }
+  Scalar total_mass() const noexcept {
+    Scalar sum = 0;
+    for (int i = 0; i < size(); ++i) sum += tissue_.mass(i);
+    return sum;
+  }
+  Vector momentum() const noexcept {   // kg m/s
+    Vector sum = Vector::Zero();
+    for (int i = 0; i < size(); ++i) sum += tissue_.mass(i) * state_.velocity[i];
+    return sum;
+  }
+  Scalar kinetic_energy() const noexcept {   // J
+    Scalar sum = 0;
+    for (int i = 0; i < size(); ++i) sum += tissue_.mass(i) / 2 * state_.velocity[i].squaredNorm();
+    return sum;
+  }
+  Scalar potential_energy() const   // J, of the tissue; gravity is not counted
+    requires HasPotentialEnergy<Tissue>
+  {
+    return tissue_.potential_energy(positions());
+  }
+
+  // --- what acts on it ----------------------------------------------------------------------------------------------
+  /// Adds a force [N] on a particle: constant over the next step, consumed by it. On a nailed or held particle it moves nothing
+  /// and counts in reaction().
+  void apply_force(int i, Vector const& force) {
+    this->check(i);
+    require_finite("the force on particle ", i, force);
+    if (i == this->temporary_particle()) {
+      for (std::size_t k = 0; k < temporary_->parents.size(); ++k)
+        if (temporary_->parents[k] >= 0) add_force(temporary_->parents[k], temporary_->weights[k] * force);
+    } else {
+      add_force(i, force);
+    }
+  }
+
+  /// A uniform acceleration of every particle [m/s²]. Wakes the whole body; settle() finds the new equilibrium at once.
+  void set_gravity(Vector const& gravity) {
+    require_finite("gravity", -1, gravity);
+    gravity_ = gravity;
+    wake();
+  }
+  Vector gravity() const noexcept { return gravity_; }
+
+  void nail(int i) {
+    this->check(i);
+    tissue_.nail(i);
+    state_.velocity[i].setZero();
+  }
+  /// Holds a particle where it is; drag() then moves it, release() lets it go with the velocity it was dragged with.
+  void hold(int i) {
+    this->check(i);
+    if (i == this->temporary_particle()) throw InvalidArgument(detail::message("particle ", i, " belongs to a cut in progress and can not be held"));
+    char& held = state_.held[static_cast<std::size_t>(i)];
+    if (held == 0) {
+      held = 1;
+      held_.push_back(i);
+      state_.velocity[i].setZero();
+      state_.remembered[i].setZero();
+      chosen_for_ = {};
+    }
+  }
+  void drag(int i, Vector const& position, Vector const& velocity = Vector::Zero()) {
+    this->check(i);
+    require_finite("the position to drag to", i, position);
+    require_finite("the velocity to drag with", i, velocity);
+    hold(i);
+    state_.position[i] = position;
+    state_.velocity[i] = velocity;
+    tree_is_fitted_ = false;
+  }
+  void release(int i) {
+    this->check(i);
+    if (!is_held(i)) return;
+    state_.held[static_cast<std::size_t>(i)] = 0;
+    std::erase(held_, i);
+    moving_.push_back(i);   // it moves until it has relaxed
+    chosen_for_ = {};
+  }
+  bool is_held(int i) const noexcept { return state_.held[static_cast<std::size_t>(i)] != 0; }
+
+  /// The force [N] that a nail or hand exerts on a particle to keep it in place: −(springs + weight + force of the last step).
+  Vector reaction(int i) const {
+    this->check(i);
+    return -(tissue_.internal_force(i, positions(), velocities()) + tissue_.mass(i) * gravity_ + state_.load[i]);
+  }
+
+  /// Room for this many particles and triangles: up to there neither stepping nor cutting allocates.
+  void reserve(int particle_count, int triangle_count) {
+    Shape::reserve(particle_count, triangle_count);
+    system_.reserve(particle_count, 3 * triangle_count + particle_count);
+    selection_.reserve(particle_count);
+    for (auto* list : {&touched_, &forced_, &loaded_, &held_, &moving_, &next_}) list->reserve(static_cast<std::size_t>(particle_count));
+  }
+
+  // --- how it moves -------------------------------------------------------------------------------------------------
+  /// Advances by h seconds, 0 ≤ h. The step is taken as asked, also above stable_step(); the report tells.
+  StepReport<Scalar> step(Scalar h) {
+    if (!(h >= 0) || !std::isfinite(h))
+      throw InvalidArgument(detail::message("a step of ", h, " s; it must be finite and not negative"));
+    if (!stable_step_is_known_) stable_step();
+    choose_moving();
+    StepReport<Scalar> report;
+    report.moving = static_cast<int>(moving_.size());
+    report.stable_step = known_stable_step_;
+    if (h > known_stable_step_) report.status = StepStatus::above_stable_step;
+    if (!moving_.empty()) {
+      system_.gather(state_, gravity_, remembers_);
+      integrator_.step(system_, h);
+      report.particle = first_diverged();
+      if (report.particle >= 0) {
+        report.status = StepStatus::diverged;
+        clear_forces();
+        return report;
+      }
+      if (h > 0) {
+        system_.scatter(state_);
+        remembers_ = true;
+        tree_is_fitted_ = false;
+      }
+    }
+    this->place_temporary();
+    clear_forces();
+    time_ += h;
+    return report;
+  }
+
+  /// The largest step [s] that the integrator stands where the body is now, damping included; see ModalEstimate. 0: none.
+  Scalar stable_step() {
+    known_stable_step_ = palpate::stable_step(integrator_, modal_bounds());
+    stable_step_is_known_ = true;
+    return known_stable_step_;
+  }
+  ModalBounds<Scalar> modal_bounds() {
+    return modal_estimate_(tissue_, positions(), [&](int i) { return is_free(i); });
+  }
+
+  /// Moves the body to its equilibrium under pre-tension, gravity and what is held, at rest, and makes that the home shape that
+  /// depth is counted from. Dynamic relaxation with kinetic damping. Throws Error when `tolerance` × mean edge is not reached.
+  void settle(Scalar tolerance = std::same_as<Scalar, float> ? Scalar(1e-4) : Scalar(1e-8)) {
+    relax(tolerance);
+    state_.home.view() = state_.position.view();
+    this->set_normals();
+  }
+
+  /// Back to the home shape at rest: no forces, nothing held, time 0. Cuts and nails stay; restore(save()) undoes those as well.
+  void reset() {
+    state_.position.view() = state_.home.view();
+    for (auto* columns : {&state_.velocity, &state_.remembered, &state_.applied, &state_.load}) columns->view().setZero();
+    state_.held.assign(state_.held.size(), 0);
+    held_.clear(), forced_.clear(), moving_.clear();
+    chosen_for_ = {};
+    remembers_ = tree_is_fitted_ = false;
+    awake_ = false;
+    time_ = 0;
+    this->place_temporary();
+  }
+
+  /// Everything that makes the body's future: positions, velocities, forces, tissue with its cuts, time.
+  struct State {
+    Tissue tissue;
+    ParticleState<Scalar> particles;
+    std::vector<int> held, forced, moving;
+    Vector gravity;
+    bool remembers, awake;
+    Scalar time;
+  };
+  /// Throws while a cut is in progress: lift the tool first.
+  State save() const {
+    if (temporary_) throw InvalidArgument("a body can not be saved while a cut is in progress; lift the tool first");
+    return {tissue_, state_, held_, forced_, moving_, gravity_, remembers_, awake_, time_};
+  }
+  void restore(State const& saved) {
+    tissue_ = saved.tissue;
+    state_ = saved.particles;
+    held_ = saved.held, forced_ = saved.forced, moving_ = saved.moving;
+    gravity_ = saved.gravity, remembers_ = saved.remembers, awake_ = saved.awake, time_ = saved.time;
+    temporary_.reset();
+    this->build_tree();
+    stable_step_is_known_ = false;
+    chosen_for_ = {};
+    ++topology_revision_;
+  }
+
+ private:
+  using Shape::state_, Shape::temporary_, Shape::tissue_, Shape::topology_revision_, Shape::tree_is_fitted_;
+
+  /// What the moving set was chosen for: while nothing of it changes, the set stays.
+  struct Choice {
+    std::size_t tissue_revision = static_cast<std::size_t>(-1);
+    int particles = -1;
+    bool operator==(Choice const&) const = default;
+  };
+
+  static void require_finite(std::string_view what, int i, Vector const& value) {
+    if (!value.allFinite())
+      throw InvalidArgument(detail::message(what, i < 0 ? std::string() : detail::message(" ", i), " is (", value[0], ", ", value[1], ", ",
+                                            value[2], "); it must be finite"));
+  }
+
+  bool is_free(int i) const noexcept {
+    return !tissue_.nailed(i) && !is_held(i) && i != this->temporary_particle();
+  }
+
+  void add_force(int i, Vector const& force) {
+    if ((state_.applied[i].array() == 0).all()) forced_.push_back(i);
+    state_.applied[i] += force;
+  }
+
+  void clear_forces() noexcept {
+    for (int const i : loaded_)
+      if (i < size()) state_.load[i].setZero();
+    loaded_.swap(forced_);
+    forced_.clear();
+    for (int const i : loaded_) {
+      if (i >= size()) continue;
+      state_.load[i] = state_.applied[i];
+      state_.applied[i].setZero();
+    }
+  }
+
+  void wake() noexcept { awake_ = true; }
+
+  /// Finds the particles to compute. A region that does not follow the touch is asked again only after an edit; one that does, at
+  /// every step, and what it leaves out goes on moving until it has relaxed.
+  void choose_moving() {
+    Choice const now{revision(), size()};
+    if (!RegionType::follows_touch && now == chosen_for_) return;
+    selection_.clear();
+    touched_.clear();
+    for (int const i : forced_) touched_.push_back(i);
+    for (int const i : held_) touched_.push_back(i);
+    if (awake_)
+      for (int i = 0; i < size(); ++i) selection_.add(i);
+    region_.select(tissue_, std::span<int const>(touched_), selection_);
+    if (RegionType::follows_touch && !awake_)
+      for (int const i : moving_)
+        if (i < size() && !selection_.contains(i) && is_free(i)) {
+          if (!has_relaxed(i))
+            selection_.add(i);
+          else {
+            state_.velocity[i].setZero();
+            state_.remembered[i].setZero();
+          }
+        }
+    selection_.sort();
+    next_.clear();
+    bool relaxed = awake_ && RegionType::follows_touch;
+    for (int const i : selection_.particles())
+      if (is_free(i)) {
+        next_.push_back(i);
+        relaxed = relaxed && has_relaxed(i);
+      }
+    if (relaxed && time_ > 0) awake_ = false;
+    if (now == chosen_for_ && next_ == moving_) return;
+    moving_.swap(next_);
+    system_.choose(tissue_, moving_);
+    chosen_for_ = now;
+  }
+
+  /// Elastic force over stiffness, and speed over √(stiffness/mass), below `relaxation` mean edges.
+  bool has_relaxed(int i) const noexcept {
+    Scalar const tolerance = static_cast<Scalar>(region_.relaxation) * mean_edge_;
+    Scalar const stiffness = tissue_.stiffness_bound(i);
+    Scalar const mass = tissue_.mass(i);
+    if (!(mass * state_.velocity[i].squaredNorm() < stiffness * tolerance * tolerance)) return false;
+    Vector const force = tissue_.internal_force(i, positions(), Still{}) + mass * gravity_;
+    return force.norm() < stiffness * tolerance;
+  }
+
+  /// Velocities of a body at rest, as a 3 × n expression.
+  struct Still {
+    static Vector col(int) noexcept { return Vector::Zero(); }
+  };
+
+  std::size_t revision() const noexcept {
+    if constexpr (requires { tissue_.revision(); })
+      return tissue_.revision();
+    else
+      return topology_revision_;
+  }
+
+  int first_diverged() noexcept {
+    auto const x = system_.positions();
+    auto const v = system_.velocities();
+    if (x.allFinite() && v.allFinite() && x.cwiseAbs().maxCoeff() < bound_ + offset_) return -1;
+    for (int i = 0; i < system_.moving(); ++i)
+      if (!x.col(i).allFinite() || !v.col(i).allFinite() || !(x.col(i).cwiseAbs().maxCoeff() < bound_ + offset_))
+        return moving_[static_cast<std::size_t>(i)];
+    return -1;
+  }
+
+  /// Dynamic relaxation: fictitious masses equal to the row bounds of the stiffness, so that a step of 1 is stable; velocities are
+  /// dropped whenever the kinetic energy has passed a peak.
+  void relax(Scalar tolerance) {
+    moving_.clear();
+    for (int i = 0; i < size(); ++i)
+      if (is_free(i)) moving_.push_back(i);
+    chosen_for_ = {};
+    if (moving_.empty()) return;
+    typename Tissue::Assembly assembly;
+    tissue_.assemble(moving_, assembly);
+    auto const particles = assembly.particles();
+    int const n = static_cast<int>(moving_.size());
+    Matrix3X<Scalar> x(3, static_cast<Eigen::Index>(particles.size()));
+    for (std::size_t k = 0; k < particles.size(); ++k) x.col(static_cast<Eigen::Index>(k)) = state_.position[particles[k]];
+    Matrix3X<Scalar> v = Matrix3X<Scalar>::Zero(3, x.cols()), still = v, force = v;
+    Scalar energy = 0, residual = 0;
+    for (int iteration = 0; iteration < 100000; ++iteration) {
+      force.setZero();
+      assembly.add_forces(x, still, force);
+      Scalar const last_energy = energy;
+      energy = residual = 0;
+      for (int i = 0; i < n; ++i) {
+        int const p = moving_[static_cast<std::size_t>(i)];
+        Scalar const stiffness = tissue_.stiffness_bound(p);
+        Vector const a = (force.col(i) + tissue_.mass(p) * gravity_) / stiffness;
+        residual = std::max(residual, a.norm());
+        v.col(i) += a;
+        energy += stiffness * v.col(i).squaredNorm();
+      }
+      if (energy < last_energy) {
+        v.setZero();
+        energy = 0;
+      } else {
+        x.leftCols(n) += v.leftCols(n);
+      }
+      if (!(residual >= 0) || !std::isfinite(residual)) break;
+      if (residual <= tolerance * mean_edge_) {
+        for (int i = 0; i < n; ++i) {
+          int const p = moving_[static_cast<std::size_t>(i)];
+          state_.position[p] = x.col(i);
+          state_.velocity[p].setZero();
+          state_.remembered[p].setZero();
+        }
+        moving_.clear();
+        tree_is_fitted_ = false;
+        awake_ = false;
+        return;
+      }
+    }
+    moving_.clear();
+    throw Error(detail::message("the body does not settle: the largest imbalance is ", residual / mean_edge_,
+                                " of a mean edge; lower link_prestrain or gravity, or raise the home stiffness"));
+  }
+
+  IntegratorType integrator_;
+  RegionType region_;
+  BodySystem<Tissue> system_;
+  ModalEstimate<Tissue> modal_estimate_;
+  Selection selection_;
+  std::vector<int> touched_, forced_, loaded_, held_, moving_, next_;
+  Choice chosen_for_;
+  Vector gravity_ = Vector::Zero();
+  Scalar bound_ = 0;       // m, a particle farther out has diverged
+  Scalar offset_ = 0;      // m, distance of the body from the origin
+  Scalar mean_edge_ = 0;   // m
+  Scalar time_ = 0;
+  Scalar known_stable_step_ = 0;
+  bool stable_step_is_known_ = false;
+  bool remembers_ = false;
+  bool awake_ = false;
+};
+
+}  // namespace palpate

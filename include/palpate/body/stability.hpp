@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/integrator/measured_stability.hpp>
+#include <palpate/tissue/concept.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+
+/// Finds the extremes of a body's modes x″ = −M⁻¹K x − M⁻¹C x′, linearised where it is.
+/// Tissue that multiplies its stiffness: power iteration for the largest κ and γ, started from the last answer and raised by 5 %
+/// (it nears its limit from below). Other tissue: Gershgorin's row sums at the rest shape.
+/// Cost       up to 60 products; nothing is allocated while the body keeps its size.
+/// Source     spec Z4.
+template <TissueModel Tissue>
+class ModalEstimate {
+ public:
+  using Scalar = typename Tissue::Scalar;
+
+  /// `moves(i)` says whether particle i is free to move; `x` are the current positions, 3 × n.
+  template <class X, class Moves>
+  ModalBounds<Scalar> operator()(Tissue const& tissue, X const& x, Moves moves) {
+    ModalBounds<Scalar> modes;
+    modes.least_damping = std::numeric_limits<Scalar>::infinity();
+    bool any = false;
+    for (int i = 0; i < tissue.size(); ++i) {
+      if (!moves(i)) continue;
+      any = true;
+      modes.stiffness = std::max(modes.stiffness, tissue.stiffness_bound(i) / tissue.mass(i));
+      modes.damping = std::max(modes.damping, tissue.damping_bound(i) / tissue.mass(i));
+      if constexpr (requires { tissue.home(i).damping; })
+        modes.least_damping = std::min(modes.least_damping, tissue.home(i).damping / tissue.mass(i));
+      else
+        modes.least_damping = 0;
+    }
+    if (!any) modes.least_damping = 0;
+    if constexpr (MultipliesStiffness<Tissue>) {
+      if (any) {
+        modes.stiffness = largest(tissue, moves, stiffest_,
+                                  [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
+        modes.damping = largest(tissue, moves, most_damped_,
+                                [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
+      }
+    }
+    return modes;
+  }
+
+ private:
+  using Columns3 = Matrix3X<Scalar>;
+
+  /// The largest eigenvalue of M⁻¹A by power iteration, A positive semidefinite.
+  template <class Moves, class Product>
+  Scalar largest(Tissue const& tissue, Moves moves, Columns3& d, Product add_product) {
+    int const n = tissue.size();
+    int const known = static_cast<int>(d.cols());
+    if (known != n) d.conservativeResize(3, n);
+    if (y_.cols() != n) y_.resize(3, n);
+    for (int i = known; i < n; ++i)   // a start that has a part of every mode: signs and sizes without a pattern
+      d.col(i) = Vector3<Scalar>(uneven(3 * i), uneven(3 * i + 1), uneven(3 * i + 2));
+    Scalar value = 0;
+    for (int k = 0; k < 60; ++k) {
+      Scalar norm = 0;   // dᵀ M d
+      for (int i = 0; i < n; ++i) {
+        if (!moves(i)) d.col(i).setZero();
+        norm += tissue.mass(i) * d.col(i).squaredNorm();
+      }
+      if (!(norm > 0)) return 0;
+      y_.setZero();
+      add_product(d, y_);
+      Scalar const last = value;
+      value = y_.cwiseProduct(d).sum() / norm;
+      if (k > 4 && std::abs(value - last) <= Scalar(1e-4) * value) break;
+      Scalar size = 0;
+      for (int i = 0; i < n; ++i) {
+        if (moves(i))
+          y_.col(i) /= tissue.mass(i);
+        else
+          y_.col(i).setZero();
+        size = std::max(size, y_.col(i).cwiseAbs().maxCoeff());
+      }
+      if (!(size > 0)) return 0;
+      d = y_ / size;
+    }
+    return value * Scalar(1.05);
+  }
+
+  static Scalar uneven(int k) noexcept {
+    auto const turn = static_cast<double>(k) * 0.6180339887498949;
+    return static_cast<Scalar>(turn - std::floor(turn) - 0.5);
+  }
+
+  Columns3 stiffest_, most_damped_, y_;
+};
+
+/// The largest stable step of an integrator for these modes [s]: what it states, or what is measured.
+template <Integrator I, RealScalar Scalar>
+Scalar stable_step(I const& integrator, ModalBounds<Scalar> const& modes) {
+  if constexpr (StatesStableStep<I>)
+    return integrator.stable_step(modes);
+  else
+    return static_cast<Scalar>(
+        measured_stable_step(integrator, ModalBounds<double>{modes.stiffness, modes.damping, modes.least_damping}));
+}
+
+}  // namespace palpate

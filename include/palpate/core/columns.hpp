@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+
+#include <cstddef>
+#include <vector>
+
+namespace palpate {
+
+/// A matrix of Rows × n that grows and shrinks at its last column, as particles and triangles do while tissue is cut.
+/// Cost       push_back is amortised O(Rows); nothing is allocated while n stays within what was reserved.
+/// Limits     a view is void after the next push_back, resize or reserve.
+template <class T, int Rows>
+class Columns {
+ public:
+  using View = Eigen::Map<Matrix<T, Rows, Dynamic>>;
+  using ConstView = Eigen::Map<Matrix<T, Rows, Dynamic> const>;
+  using Column = Eigen::Map<Matrix<T, Rows, 1>>;
+  using ConstColumn = Eigen::Map<Matrix<T, Rows, 1> const>;
+
+  Columns() = default;
+
+  template <class Derived>
+  explicit Columns(Eigen::MatrixBase<Derived> const& columns) {
+    resize(static_cast<int>(columns.cols()));
+    view() = columns;
+  }
+
+  int size() const noexcept { return static_cast<int>(data_.size() / Rows); }
+
+  View view() noexcept { return View(data_.data(), Rows, size()); }
+  ConstView view() const noexcept { return ConstView(data_.data(), Rows, size()); }
+
+  Column operator[](int column) noexcept { return Column(data_.data() + offset(column)); }
+  ConstColumn operator[](int column) const noexcept { return ConstColumn(data_.data() + offset(column)); }
+
+  template <class Derived>
+  void push_back(Eigen::MatrixBase<Derived> const& column) {
+    Matrix<T, Rows, 1> const value = column;   // the argument may point into this matrix
+    data_.insert(data_.end(), value.data(), value.data() + Rows);
+  }
+
+  void pop_back() noexcept { data_.resize(data_.size() - Rows); }
+  void resize(int columns) { data_.resize(static_cast<std::size_t>(columns) * Rows); }
+  void reserve(int columns) { data_.reserve(static_cast<std::size_t>(columns) * Rows); }
+
+ private:
+  static std::size_t offset(int column) noexcept { return static_cast<std::size_t>(column) * Rows; }
+
+  std::vector<T> data_;
+};
+
+}  // namespace palpate

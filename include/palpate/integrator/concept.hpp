@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+
+#include <concepts>
+
+namespace palpate {
+
+/// The moving particles as an integrator sees them; `Matrix` is 3 × n, one column per moving particle.
+///   positions(), velocities()     assignable 3 × n expressions at the current time [m], [m/s]
+///   acceleration(x, v)            M⁻¹ f(x, v) [m/s²], a value: two results can live together
+///   acceleration(x, v, out)       the same into a matrix of the caller's, without allocation
+///   scratch(k), k < 8             an assignable 3 × n of undefined contents, so that a step need not allocate
+///   remembered_acceleration()     assignable 3 × n: what the integrator left there at its last step; it travels with its
+///                                 particle through cuts and is zero for a particle that has just begun to move
+///   remembers()                   false before the first step, after reset() and when the integrator left nothing
+/// Applied forces are constant during the step.
+template <class S>
+concept System = requires(S& system, typename S::Matrix& columns, int k) {
+  typename S::Scalar;
+  system.positions() = columns;
+  system.velocities() = columns;
+  { system.acceleration(columns, columns) } -> std::convertible_to<typename S::Matrix>;
+  system.acceleration(columns, columns, columns);
+  system.scratch(k) = columns;
+  system.remembered_acceleration() = columns;
+  { system.remembers() } -> std::same_as<bool>;
+};
+
+namespace detail {
+
+/// The least a System can be; concepts are checked against it.
+struct SystemArchetype {
+  using Scalar = double;
+  using Matrix = Matrix3X<double>;
+
+  Matrix& positions() { return columns; }
+  Matrix& velocities() { return columns; }
+  template <class X, class V>
+  Matrix acceleration(X const&, V const&) {
+    return columns;
+  }
+  template <class X, class V>
+  void acceleration(X const&, V const&, Matrix&) {}
+  Matrix& scratch(int) { return columns; }
+  Matrix& remembered_acceleration() { return columns; }
+  bool remembers() const { return false; }
+
+  Matrix columns;
+};
+
+static_assert(System<SystemArchetype>);
+
+}  // namespace detail
+
+/// Advances a System by one step of h seconds.
+/// What the syntax can not say, and `testing/` checks: a step of zero changes nothing, and the error shrinks as h^order.
+template <class I>
+concept Integrator = std::copyable<I> && requires(I const& integrator, detail::SystemArchetype& system, double h) {
+  integrator.step(system, h);
+};
+
+/// The extremes of a linearised body's modes x″ = −κ x − γ x′, from which a stable step follows.
+template <RealScalar Scalar>
+struct ModalBounds {
+  Scalar stiffness = 0;            ///< largest κ = ω² [1/s²]
+  Scalar damping = 0;              ///< largest γ [1/s]
+  Scalar least_damping = 0;        ///< smallest γ of any mode [1/s]
+};
+
+/// An integrator that states its largest stable step [s] for all modes within the bounds; infinity where none is needed.
+template <class I>
+concept StatesStableStep = Integrator<I> && requires(I const& integrator, ModalBounds<double> const& modes) {
+  { integrator.stable_step(modes) } -> std::convertible_to<double>;
+};
+
+}  // namespace palpate

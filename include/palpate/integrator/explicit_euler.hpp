@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/integrator/concept.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+
+/// Explicit Euler: x⁺ = x + h v, v⁺ = v + h a(x, v).
+/// Order      1. One evaluation of the forces.
+/// Stability  a mode is stable while h ≤ γ/κ (oscillating) and h ≤ the slow root's limit: without damping, never.
+/// Source     \cite zheng2006; spec Z3. Erratum: local error h², global error h; the thesis prints h² for both.
+struct ExplicitEuler {
+  static constexpr int order = 1;
+
+  template <System S>
+  void step(S& system, typename S::Scalar h) const {
+    auto&& a = system.scratch(0);
+    system.acceleration(system.positions(), system.velocities(), a);
+    system.positions() += h * system.velocities();
+    system.velocities() += h * a;
+  }
+
+  /// The amplification polynomial λ² − (2 − hγ)λ + 1 − hγ + h²κ has its roots in the unit disc iff h κ ≤ γ and 4 − 2hγ + h²κ ≥ 0.
+  template <RealScalar Scalar>
+  Scalar stable_step(ModalBounds<Scalar> const& modes) const {
+    if (!(modes.stiffness > 0)) return modes.damping > 0 ? 2 / modes.damping : std::numeric_limits<Scalar>::infinity();
+    Scalar const oscillating = modes.least_damping / modes.stiffness;
+    Scalar const overdamped = modes.damping > 0 ? 2 / modes.damping : std::numeric_limits<Scalar>::infinity();
+    return std::min(oscillating, overdamped);
+  }
+};
+
+static_assert(StatesStableStep<ExplicitEuler>);
+
+}  // namespace palpate

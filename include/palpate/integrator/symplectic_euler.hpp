@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/integrator/concept.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+
+/// Symplectic (semi-implicit) Euler: v⁺ = v + h a(x, v), x⁺ = x + h v⁺.
+/// Order      1. One evaluation of the forces. Without damping the energy stays bounded.
+/// Stability  h²κ + 2hγ ≤ 4.
+/// Source     spec Z3.
+struct SymplecticEuler {
+  static constexpr int order = 1;
+
+  template <System S>
+  void step(S& system, typename S::Scalar h) const {
+    auto&& a = system.scratch(0);
+    system.acceleration(system.positions(), system.velocities(), a);
+    system.velocities() += h * a;
+    system.positions() += h * system.velocities();
+  }
+
+  template <RealScalar Scalar>
+  Scalar stable_step(ModalBounds<Scalar> const& modes) const {
+    Scalar const sum = modes.damping + std::sqrt(modes.damping * modes.damping + 4 * modes.stiffness);
+    return sum > 0 ? 4 / sum : std::numeric_limits<Scalar>::infinity();
+  }
+};
+
+static_assert(StatesStableStep<SymplecticEuler>);
+
+}  // namespace palpate

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/integrator/concept.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+
+/// Velocity Verlet with damping at the right time level:
+///   a = a(x, v),   x⁺ = x + h v + (h²/2) a,   a⁺ = a(x⁺, v + h a),   v⁺ = v + (h/2)(a + a⁺)
+/// Order      2, also with velocity-dependent forces. Two evaluations of the forces a step and no memory.
+/// Stability  h²κ/4 + hγ/2 ≤ 1 (without damping: hω ≤ 2).
+/// Source     \cite zheng2006; spec Z3.
+struct VelocityVerlet {
+  static constexpr int order = 2;
+
+  template <System S>
+  void step(S& system, typename S::Scalar h) const {
+    auto&& a = system.scratch(0);
+    auto&& later_a = system.scratch(1);
+    auto&& later_v = system.scratch(2);
+    system.acceleration(system.positions(), system.velocities(), a);
+    system.positions() += h * system.velocities() + h * h / 2 * a;
+    later_v = system.velocities() + h * a;
+    system.acceleration(system.positions(), later_v, later_a);
+    system.velocities() += h / 2 * (a + later_a);
+  }
+
+  template <RealScalar Scalar>
+  Scalar stable_step(ModalBounds<Scalar> const& modes) const {
+    Scalar const sum = modes.damping + std::sqrt(modes.damping * modes.damping + 4 * modes.stiffness);
+    return sum > 0 ? 4 / sum : std::numeric_limits<Scalar>::infinity();
+  }
+};
+
+static_assert(StatesStableStep<VelocityVerlet>);
+
+}  // namespace palpate

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/columns.hpp>
+#include <palpate/core/index_lists.hpp>
+
+#include <array>
+
+namespace palpate {
+
+/// The triangles of a surface that is being edited, and which of them meet at each vertex.
+/// Invariant  at most one triangle holds each directed edge; a triangle's corners are counter-clockwise seen from outside.
+/// Cost       every query and edit is O(triangles at the vertex), whatever the size of the surface.
+class SurfaceTopology {
+ public:
+  using Corners = std::array<int, 3>;
+
+  SurfaceTopology() = default;
+
+  template <class Derived>
+  SurfaceTopology(int vertices, Eigen::MatrixBase<Derived> const& triangles) : triangles_(triangles) {
+    at_.reserve(vertices, 8 * vertices);
+    for (int v = 0; v < vertices; ++v) at_.add_list();
+    for (int t = 0; t < triangles_.size(); ++t)
+      for (int k = 0; k < 3; ++k) at_.add(triangles_[t][k], t);
+  }
+
+  int vertex_count() const noexcept { return at_.size(); }
+  int triangle_count() const noexcept { return triangles_.size(); }
+
+  auto triangles() const noexcept { return triangles_.view(); }
+  Corners corners(int triangle) const noexcept {
+    auto const t = triangles_[triangle];
+    return {t[0], t[1], t[2]};
+  }
+
+  /// The triangles that meet at a vertex, in no particular order.
+  std::span<int const> triangles_at(int vertex) const noexcept { return at_[vertex]; }
+
+  /// The triangle that holds the directed edge from → to, or −1.
+  int triangle_with_edge(int from, int to) const noexcept {
+    for (int const t : at_[from]) {
+      auto const c = triangles_[t];
+      for (int k = 0; k < 3; ++k)
+        if (c[k] == from && c[(k + 1) % 3] == to) return t;
+    }
+    return -1;
+  }
+
+  /// Which of the triangle's three corners the vertex is: 0, 1 or 2; −1 if none.
+  int corner_of(int triangle, int vertex) const noexcept {
+    auto const c = triangles_[triangle];
+    for (int k = 0; k < 3; ++k)
+      if (c[k] == vertex) return k;
+    return -1;
+  }
+
+  void add_vertex() { at_.add_list(); }
+  /// Takes the last vertex away; no triangle may hold it.
+  void pop_vertex() noexcept { at_.pop_list(); }
+
+  int add_triangle(Corners const& corners) {
+    int const t = triangles_.size();
+    triangles_.push_back(Matrix<int, 3, 1>(corners[0], corners[1], corners[2]));
+    for (int const v : corners) at_.add(v, t);
+    return t;
+  }
+
+  void set_triangle(int triangle, Corners const& corners) {
+    auto held = triangles_[triangle];
+    for (std::size_t k = 0; k < 3; ++k) {
+      int const before = held[static_cast<int>(k)];
+      if (before == corners[k]) continue;
+      at_.remove(before, triangle);
+      at_.add(corners[k], triangle);
+      held[static_cast<int>(k)] = corners[k];
+    }
+  }
+
+  /// Takes the last triangle away.
+  void pop_triangle() noexcept {
+    int const t = triangles_.size() - 1;
+    for (int k = 0; k < 3; ++k) at_.remove(triangles_[t][k], t);
+    triangles_.pop_back();
+  }
+
+  void reserve(int vertices, int triangles) {
+    triangles_.reserve(triangles);
+    at_.reserve(vertices, 16 * vertices);
+  }
+
+ private:
+  Columns<int, 3> triangles_;
+  IndexLists at_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// palpate: soft tissue and haptics. This header reads as the table of contents; each line can be included alone.
+
+// core: scalars, errors, random numbers, units
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/core/phase.hpp>
+#include <palpate/core/random.hpp>
+#include <palpate/core/units.hpp>
+#include <palpate/core/version.hpp>
+
+// mesh: surfaces and volumes, their measures, and meshes to start from
+#include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/components.hpp>
+#include <palpate/mesh/edges.hpp>
+#include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/measures.hpp>
+#include <palpate/mesh/normals.hpp>
+#include <palpate/mesh/rings.hpp>
+#include <palpate/mesh/tetrahedral_mesh.hpp>
+#include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/mesh/validation.hpp>
+
+// tissue: what the body is made of
+#include <palpate/tissue/concept.hpp>
+#include <palpate/tissue/linear_spring.hpp>
+#include <palpate/tissue/mass_spring.hpp>
+#include <palpate/tissue/saturating_spring.hpp>
+
+// integrator: how it moves
+#include <palpate/integrator/concept.hpp>
+#include <palpate/integrator/explicit_euler.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/integrator/runge_kutta_4.hpp>
+#include <palpate/integrator/symplectic_euler.hpp>
+#include <palpate/integrator/velocity_verlet.hpp>
+
+// region: which particles are computed
+#include <palpate/region/whole_body.hpp>
+#include <palpate/region/zone_of_influence.hpp>
+
+// body: tissue, integrator and region, with state
+#include <palpate/body/soft_body.hpp>

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/region/selection.hpp>
+
+#include <concepts>
+#include <span>
+
+namespace palpate {
+
+namespace detail {
+
+/// The least a graph of particles can be; concepts are checked against it.
+struct GraphArchetype {
+  int size() const { return 0; }
+  template <class Visit>
+  void for_each_neighbour(int, Visit) const {}
+};
+
+}  // namespace detail
+
+/// Chooses which particles are computed: adds them to `selection`, given those that are touched, held or pulled.
+/// `relaxation` is the share of a mean edge below which a particle outside the choice may stop (see SoftBody::step).
+/// What the syntax can not say: the choice contains every touched particle and depends on the graph and the touched ones alone.
+template <class R>
+concept Region = std::copyable<R> && requires(R const& region, detail::GraphArchetype const& graph, std::span<int const> touched,
+                                              Selection& selection) {
+  region.select(graph, touched, selection);
+  { region.relaxation } -> std::convertible_to<double>;
+  { R::follows_touch } -> std::convertible_to<bool>;
+};
+
+}  // namespace palpate

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/region/concept.hpp>
+
+#include <cstddef>
+
+namespace palpate {
+
+/// Only the particles within `rings` edges of a touched one are computed; the rest stand still and hold the zone's border.
+/// A particle that leaves the rings goes on moving until it has relaxed, so nothing freezes deformed: its elastic force over its
+/// stiffness, and its speed over √(stiffness/mass), are below `relaxation` times the mean edge length.
+/// Without touch the zone empties, and a step costs nothing.
+/// Source     \cite zheng2006, two rings; spec Z5. What the thesis leaves out: the relaxation.
+/// Cost       O(particles in the zone).
+struct ZoneOfInfluence {
+  static constexpr bool follows_touch = true;
+  int rings = 2;
+  double relaxation = 1e-7;
+
+  template <class Graph>
+  void select(Graph const& graph, std::span<int const> touched, Selection& selection) const {
+    for (int const p : touched) selection.add(p);
+    std::size_t first = 0;
+    for (int ring = 0; ring < rings; ++ring) {
+      std::size_t const end = selection.particles().size();
+      for (; first < end; ++first)
+        graph.for_each_neighbour(selection.particles()[first], [&](int neighbour) { selection.add(neighbour); });
+    }
+  }
+};
+
+static_assert(Region<ZoneOfInfluence>);
+
+}  // namespace palpate

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/index_lists.hpp>
+#include <palpate/tissue/spring_law.hpp>
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+/// A spring between two particles. Its force is `weight` × the law's: a cut leaves a lip only its own side's share.
+template <RealScalar Scalar, SpringLaw<Scalar> Law>
+struct Link {
+  int a = 0;
+  int b = 0;
+  Scalar rest_length = 0;   // m
+  Scalar weight = 1;
+  Law law;
+};
+
+/// The links of a body and which of them end at each particle.
+/// Invariant  at most one link joins two particles.
+/// Cost       every query and edit is O(links at the particle). A removal moves the last link into the gap.
+template <RealScalar Scalar, SpringLaw<Scalar> Law>
+class LinkSet {
+ public:
+  using LinkType = Link<Scalar, Law>;
+
+  int size() const noexcept { return static_cast<int>(links_.size()); }
+  LinkType const& operator[](int link) const noexcept { return links_[static_cast<std::size_t>(link)]; }
+  LinkType& operator[](int link) noexcept { return links_[static_cast<std::size_t>(link)]; }
+
+  /// The links that end at a particle, in no particular order.
+  std::span<int const> at(int particle) const noexcept { return at_[particle]; }
+
+  /// The link between two particles, or −1.
+  int find(int a, int b) const noexcept {
+    for (int const l : at_[a]) {
+      LinkType const& link = (*this)[l];
+      if (link.a == b || link.b == b) return l;
+    }
+    return -1;
+  }
+
+  int add(LinkType const& link) {
+    int const l = size();
+    links_.push_back(link);
+    at_.add(link.a, l);
+    at_.add(link.b, l);
+    return l;
+  }
+
+  void remove(int link) noexcept {
+    LinkType const gone = (*this)[link];
+    at_.remove(gone.a, link);
+    at_.remove(gone.b, link);
+    int const last = size() - 1;
+    if (link != last) {
+      LinkType const& moved = links_.back();
+      at_.rename(moved.a, last, link);
+      at_.rename(moved.b, last, link);
+      (*this)[link] = moved;
+    }
+    links_.pop_back();
+  }
+
+  void add_particle() { at_.add_list(); }
+  void pop_particle() noexcept { at_.pop_list(); }
+
+  void reserve(int particles, int links) {
+    links_.reserve(static_cast<std::size_t>(links));
+    at_.reserve(particles, 16 * particles);
+  }
+
+ private:
+  std::vector<LinkType> links_;
+  IndexLists at_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/mesh/edges.hpp>
+#include <palpate/mesh/measures.hpp>
+#include <palpate/mesh/tetrahedral_mesh.hpp>
+#include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/mesh/validation.hpp>
+#include <palpate/tissue/concept.hpp>
+#include <palpate/tissue/linear_spring.hpp>
+#include <palpate/tissue/mass_spring_assembly.hpp>
+#include <palpate/tissue/mass_spring_elements.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace palpate {
+
+/// Mass-spring tissue: every vertex a particle, every edge a link spring with a damper, and a home spring with a damper that
+/// holds each particle at its rest position X (the rigid kernel of an organ).
+///   m_i a_i = −Σ_j w_ij (T(|d_ij| − L_ij) + c_ij (v_i − v_j)·n_ij) n_ij − k_i (x_i − X_i) − c_i v_i + f_i
+///   d_ij = x_i − x_j,  n_ij = d_ij/|d_ij|,  T the link's law, w_ij its weight (1 until a cut shares it)
+/// Units      m [kg], k [N/m], c [N·s/m], x, L [m], f [N].
+/// Shapes     positions, velocities, forces: 3 × size(), one column per particle, in the order of the mesh.
+/// Source     \cite zheng2006 eq. 5-9 … 5-11; spec Z1.
+/// Cost       forces O(links); an Assembly holds those of a chosen set of particles.
+/// Invariant  masses > 0 (temporary particles: 0), rest lengths > 0, link stiffness > 0, other coefficients ≥ 0.
+///            A surface-built body has one link per edge of its mesh: a link's weight is the sum of the shares of the triangles
+///            at the edge, A_T / ΣA_T each at first.
+/// Limits     |d| = 0 has no direction: no force. Only a surface-built body can be cut.
+template <RealScalar S, SpringLaw<S> SpringType = LinearSpring<S>>
+class MassSpring : public MassSpringElements<S, SpringType> {
+  using Elements = MassSpringElements<S, SpringType>;
+
+ public:
+  using Scalar = S;
+  using Law = SpringType;
+  using Options = MassSpringOptions<Scalar, Law>;
+  using Assembly = MassSpringAssembly<Scalar, Law>;
+  using LinkType = Link<Scalar, Law>;
+  using Elements::home, Elements::nailed, Elements::size;
+
+  /// Springs on the edges of a surface. Throws InvalidMesh or InvalidArgument and says which value is wrong.
+  MassSpring(TriangleMesh<Scalar> const& mesh, Options const& options) {
+    require_valid(mesh);
+    rest_ = Columns<Scalar, 3>(mesh.points);
+    surface_ = SurfaceTopology(size(), mesh.triangles);
+    start(options);
+    add_links(edges(mesh), options.link);
+    share_.resize(surface_.triangle_count());
+    for (int t = 0; t < surface_.triangle_count(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        auto const corners = surface_.corners(t);
+        int const twin = surface_.triangle_with_edge(corners[at((k + 1) % 3)], corners[at(k)]);
+        Scalar const area = Elements::triangle_area(t);
+        share_[t][k] = twin < 0 ? Scalar(1) : area / (area + Elements::triangle_area(twin));
+      }
+    std::vector<Scalar> around(static_cast<std::size_t>(size()));
+    for (int i = 0; i < size(); ++i) around[at(i)] = area_around(i);
+    lump(around, options.mass);
+  }
+
+  /// Springs on the edges of a volume. It deforms like any other body; cutting it is for surface-built bodies only.
+  MassSpring(TetrahedralMesh<Scalar> const& mesh, Options const& options) {
+    require_valid(mesh);
+    rest_ = Columns<Scalar, 3>(mesh.points);
+    surface_ = SurfaceTopology(size(), palpate::surface(mesh).triangles);
+    from_surface_ = false;
+    start(options);
+    add_links(edges(mesh), options.link);
+    share_.resize(surface_.triangle_count());
+    share_.view().setZero();
+    std::vector<Scalar> around(static_cast<std::size_t>(size()), Scalar(0));
+    for (int t = 0; t < static_cast<int>(mesh.tetrahedra.cols()); ++t) {
+      Vector3<Scalar> const o = mesh.points.col(mesh.tetrahedra(0, t));
+      Vector3<Scalar> const a = mesh.points.col(mesh.tetrahedra(1, t)) - o;
+      Vector3<Scalar> const b = mesh.points.col(mesh.tetrahedra(2, t)) - o;
+      Vector3<Scalar> const c = mesh.points.col(mesh.tetrahedra(3, t)) - o;
+      for (int k = 0; k < 4; ++k) around[at(mesh.tetrahedra(k, t))] += a.cross(b).dot(c) / 24;
+    }
+    lump(around, options.mass);
+  }
+
+  Scalar total_mass() const noexcept {
+    Scalar sum = 0;
+    for (Scalar const m : mass_) sum += m;
+    return sum;
+  }
+  void set_mass(int i, Scalar mass) {
+    detail::check_index("particle", i, size());
+    detail::require_positive("particle mass", mass, "kg");
+    mass_[at(i)] = mass;
+    ++revision_;
+  }
+
+  void set_home(int i, HomeSpring<Scalar> const& spring) {
+    detail::check_index("particle", i, size());
+    require_valid_home(spring);
+    home_[at(i)] = spring;
+    ++revision_;
+  }
+
+  /// Gives one link coefficients of its own. `links().find(a, b)` names the link of an edge.
+  void set_link(int link, Law const& law) {
+    detail::check_index("link", link, links_.size());
+    detail::require_valid_law(law, links_[link].rest_length);
+    links_[link].law = law;
+    ++revision_;
+  }
+  Scalar link_prestrain() const noexcept { return prestrain_; }
+
+  /// A nailed particle keeps its place whatever pulls on it.
+  void nail(int i) {
+    detail::check_index("particle", i, size());
+    nailed_[at(i)] = 1;
+    ++revision_;
+  }
+  void nail(std::vector<int> const& particles) {
+    for (int const i : particles) detail::check_index("particle", i, size());
+    for (int const i : particles) nail(i);
+  }
+  void unnail(int i) {
+    detail::check_index("particle", i, size());
+    nailed_[at(i)] = 0;
+    ++revision_;
+  }
+
+  template <class Visit>
+  void for_each_neighbour(int i, Visit visit) const {
+    for (int const l : links_.at(i)) visit(links_[l].a == i ? links_[l].b : links_[l].a);
+  }
+
+  void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
+
+  /// The force of all springs on one particle at (x, v) [N].
+  template <class X, class V>
+  Vector3<Scalar> internal_force(int i, X const& x, V const& v) const noexcept {
+    Vector3<Scalar> force = -home_[at(i)].stiffness * (x.col(i) - rest_[i]) - home_[at(i)].damping * v.col(i);
+    for (int const l : links_.at(i)) {
+      LinkType const& link = links_[l];
+      int const j = link.a == i ? link.b : link.a;
+      Vector3<Scalar> const d = x.col(i) - x.col(j);
+      Scalar const length = d.norm();
+      if (!(length > 0)) continue;
+      Vector3<Scalar> const n = d / length;
+      force -= link.weight * static_cast<Scalar>(link.law.tension(length - link.rest_length, link.rest_length) +
+                                                 link.law.damping * n.dot(v.col(i) - v.col(j))) * n;
+    }
+    return force;
+  }
+
+  /// Energy in links and home springs at x [J]; 0 at the rest shape without pre-tension.
+  template <class X>
+  Scalar potential_energy(X const& x) const {
+    Scalar energy = 0;
+    for (int i = 0; i < size(); ++i) energy += home_[at(i)].stiffness / 2 * (x.col(i) - rest_[i]).squaredNorm();
+    for (int l = 0; l < links_.size(); ++l) {
+      LinkType const& link = links_[l];
+      Scalar const length = (x.col(link.a) - x.col(link.b)).norm();
+      energy += link.weight * energy_of(link.law, length - link.rest_length, link.rest_length);
+    }
+    return energy;
+  }
+
+  /// y += K dx at positions x [N]: the tangent of links and home springs, kept positive semidefinite
+  /// (a compressed link's sideways softening is left out).
+  template <class X, class D, class Y>
+  void add_stiffness_product(X const& x, D const& dx, Y& y) const noexcept {
+    for (int i = 0; i < size(); ++i) y.col(i) += home_[at(i)].stiffness * dx.col(i);
+    for (int l = 0; l < links_.size(); ++l) {
+      LinkType const& link = links_[l];
+      Vector3<Scalar> const d = x.col(link.a) - x.col(link.b);
+      Scalar const length = d.norm();
+      if (!(length > 0)) continue;
+      Vector3<Scalar> const n = d / length;
+      Scalar const elongation = length - link.rest_length;
+      Scalar const along = link.weight * tangent_stiffness_of(link.law, elongation, link.rest_length);
+      Scalar const across = link.weight * std::max(Scalar(0), static_cast<Scalar>(link.law.tension(elongation, link.rest_length))) / length;
+      Vector3<Scalar> const w = dx.col(link.a) - dx.col(link.b);
+      Vector3<Scalar> const pull = across * w + (along - across) * n.dot(w) * n;
+      y.col(link.a) += pull;
+      y.col(link.b) -= pull;
+    }
+  }
+
+  /// y += C dv at positions x [N].
+  template <class X, class D, class Y>
+  void add_damping_product(X const& x, D const& dv, Y& y) const noexcept {
+    for (int i = 0; i < size(); ++i) y.col(i) += home_[at(i)].damping * dv.col(i);
+    for (int l = 0; l < links_.size(); ++l) {
+      LinkType const& link = links_[l];
+      Vector3<Scalar> const d = x.col(link.a) - x.col(link.b);
+      Scalar const length = d.norm();
+      if (!(length > 0)) continue;
+      Vector3<Scalar> const n = d / length;
+      Vector3<Scalar> const pull = link.weight * static_cast<Scalar>(link.law.damping) * n.dot(dv.col(link.a) - dv.col(link.b)) * n;
+      y.col(link.a) += pull;
+      y.col(link.b) -= pull;
+    }
+  }
+
+  /// Gershgorin's row sum of the stiffness: k_i + 2 Σ_j w_ij T′(0) [N/m], whatever the directions of the links.
+  Scalar stiffness_bound(int i) const noexcept {
+    Scalar sum = home_[at(i)].stiffness;
+    for (int const l : links_.at(i))
+      sum += 2 * links_[l].weight * tangent_stiffness_of(links_[l].law, Scalar(0), links_[l].rest_length);
+    return sum;
+  }
+
+  /// The same for the damping: c_i + 2 Σ_j w_ij c_ij [N·s/m].
+  Scalar damping_bound(int i) const noexcept {
+    Scalar sum = home_[at(i)].damping;
+    for (int const l : links_.at(i)) sum += 2 * links_[l].weight * static_cast<Scalar>(links_[l].law.damping);
+    return sum;
+  }
+
+ private:
+  using Elements::at;
+  using Elements::area_around;
+  using Elements::from_surface_;
+  using Elements::home_;
+  using Elements::links_;
+  using Elements::mass_;
+  using Elements::nailed_;
+  using Elements::prestrain_;
+  using Elements::rest_;
+  using Elements::revision_;
+  using Elements::share_;
+  using Elements::surface_;
+
+  static void require_valid_home(HomeSpring<Scalar> const& spring) {
+    detail::require_non_negative("home stiffness", spring.stiffness, "N/m");
+    detail::require_non_negative("home damping", spring.damping, "N s/m");
+  }
+
+  void start(Options const& options) {
+    prestrain_ = options.link_prestrain;
+    detail::require_positive("the total mass", options.mass.total, "kg");
+    require_valid_home(options.home);
+    if (!(prestrain_ >= 0 && prestrain_ < 1))
+      throw InvalidArgument(detail::message("link_prestrain is ", prestrain_, "; it must be at least 0 and below 1"));
+    mass_.resize(at(size()));
+    home_.assign(at(size()), options.home);
+    nailed_.assign(at(size()), 0);
+    links_.reserve(size(), 8 * size());
+    for (int i = 0; i < size(); ++i) links_.add_particle();
+  }
+
+  void add_links(std::vector<std::array<int, 2>> const& edges, Law const& law) {
+    for (auto const& [a, b] : edges) {
+      Scalar const length = (1 - prestrain_) * Elements::undeformed_length(a, b);
+      if (!(length > 0))
+        throw InvalidMesh(detail::message("the edge between vertices ", a, " and ", b, " has no length; merge the two with repair()"));
+      detail::require_valid_law(law, length);
+      links_.add({a, b, length, Scalar(1), law});
+    }
+  }
+
+  void lump(std::vector<Scalar> const& around, MassOptions<Scalar> const& mass) {
+    Scalar sum = 0;
+    for (Scalar const share : around) sum += share;
+    for (int i = 0; i < size(); ++i)
+      mass_[at(i)] = mass.lumping == Lumping::equal ? mass.total / Scalar(size()) : mass.total * around[at(i)] / sum;
+  }
+};
+
+static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>>);
+
+}  // namespace palpate

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/columns.hpp>
+#include <palpate/mesh/surface_topology.hpp>
+#include <palpate/tissue/link_set.hpp>
+#include <palpate/tissue/mass_spring_options.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+/// The particles and links of mass-spring tissue, and how they follow a cut.
+/// A new particle takes mass and home spring from its parents by barycentric weight, so Σm, Σm X and the home totals stay.
+/// How much is what area lumping would give it: μ = min_i(m_i A/A_i), A the area of the triangles it divides, A_i that around parent i.
+/// A triangle's share of an edge's link is κ A/(L² k), κ the mean of k_e L_e²/A over its parent's edges: under a uniform isotropic
+/// stretch the energy of the pieces is that of the parent, and a lip keeps only its own side.
+/// Invariant  a link of a surface-built body exists where triangles share an edge with a weight above zero.
+/// Source     spec Z8; a temporary particle has neither mass nor springs.
+/// Cost       every edit is O(triangles at the particles it touches).
+template <RealScalar Scalar, SpringLaw<Scalar> Law>
+class MassSpringElements {
+ public:
+  using LinkType = Link<Scalar, Law>;
+  using Corners = SurfaceTopology::Corners;
+
+  int size() const noexcept { return rest_.size(); }
+  auto rest_positions() const noexcept { return rest_.view(); }
+  Vector3<Scalar> rest_position(int i) const noexcept { return rest_[i]; }
+  Scalar mass(int i) const noexcept { return mass_[at(i)]; }
+  HomeSpring<Scalar> home(int i) const noexcept { return home_[at(i)]; }
+  bool nailed(int i) const noexcept { return nailed_[at(i)] != 0; }
+  LinkSet<Scalar, Law> const& links() const noexcept { return links_; }
+  SurfaceTopology const& surface() const noexcept { return surface_; }
+  /// False for a body built from a volume, whose surface can not be cut.
+  bool cuttable() const noexcept { return from_surface_; }
+
+  /// Counts the edits that changed masses, springs or nails: what was derived from them before is void.
+  std::size_t revision() const noexcept { return revision_; }
+
+  /// Rest area of a triangle [m²].
+  Scalar triangle_area(int t) const noexcept {
+    Corners const c = surface_.corners(t);
+    Vector3<Scalar> const a = rest_[c[1]] - rest_[c[0]];
+    Vector3<Scalar> const b = rest_[c[2]] - rest_[c[0]];
+    return a.cross(b).norm() / 2;
+  }
+  /// Rest area of the triangles that meet at a particle [m²].
+  Scalar area_around(int i) const noexcept {
+    Scalar sum = 0;
+    for (int const t : surface_.triangles_at(i)) sum += triangle_area(t);
+    return sum;
+  }
+
+  /// Divides triangle t = (a, b, c) at barycentric weights w > 0 into t = (a, b, n), (b, c, n), (c, a, n). Returns n.
+  int insert_in_triangle(int t, Vector3<Scalar> const& w) {
+    Corners const c = surface_.corners(t);
+    Scalar const modulus = link_modulus(t);
+    Law const law = links_[links_.find(c[0], c[1])].law;
+    Scalar const area = triangle_area(t);
+    int const n = add_particle(w[0] * rest_[c[0]] + w[1] * rest_[c[1]] + w[2] * rest_[c[2]],
+                               nailed(c[0]) && nailed(c[1]) && nailed(c[2]));
+    take_mass<3>(n, c, {w[0], w[1], w[2]}, area);
+    surface_.set_triangle(t, {c[0], c[1], n});
+    for (Corners const& child : {Corners{c[1], c[2], n}, Corners{c[2], c[0], n}}) add_triangle(child);
+    for (int const child : {t, last_triangle() - 1, last_triangle()}) share_links(child, modulus, law);
+    return n;
+  }
+
+  /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and the triangles at it: (a, b, c) becomes (a, n, c) and (n, b, c),
+  /// the one on the other side (b, a, d) becomes (n, a, d) and (b, n, d). Returns n.
+  int insert_on_edge(int a, int b, Scalar s) {
+    int const left = surface_.triangle_with_edge(a, b);
+    int const right = surface_.triangle_with_edge(b, a);
+    Law const law = links_[links_.find(a, b)].law;
+    Scalar const area = (left < 0 ? 0 : triangle_area(left)) + (right < 0 ? 0 : triangle_area(right));
+    Scalar const left_modulus = left < 0 ? 0 : link_modulus(left);
+    Scalar const right_modulus = right < 0 ? 0 : link_modulus(right);
+    int const n = add_particle((1 - s) * rest_[a] + s * rest_[b], nailed(a) && nailed(b));
+    take_mass<2>(n, {a, b}, {1 - s, s}, area);
+    std::array<int, 4> children{-1, -1, -1, -1};
+    if (left >= 0) {
+      int const c = third(left, a, b);
+      surface_.set_triangle(left, {a, n, c});
+      children[0] = left, children[1] = add_triangle({n, b, c});
+    }
+    if (right >= 0) {
+      int const d = third(right, b, a);
+      surface_.set_triangle(right, {n, a, d});
+      children[2] = right, children[3] = add_triangle({b, n, d});
+    }
+    refresh_link(a, b, law);
+    for (std::size_t k = 0; k < 4; ++k)
+      if (children[k] >= 0) share_links(children[k], k < 2 ? left_modulus : right_modulus, law);
+    return n;
+  }
+
+  /// Gives `triangles`, all at p, a copy of p as their corner; mass and home spring are shared by area. Returns the copy.
+  int split_particle(int p, std::span<int const> triangles) {
+    Scalar moved = 0;
+    for (int const t : triangles) moved += triangle_area(t);
+    Scalar const part = std::clamp(moved / area_around(p), Scalar(1e-3), Scalar(1) - Scalar(1e-3));
+    int const n = add_particle(rest_[p], nailed(p));
+    mass_[at(n)] = part * mass(p);
+    home_[at(n)] = {part * home(p).stiffness, part * home(p).damping};
+    mass_[at(p)] -= mass(n);
+    home_[at(p)].stiffness -= home(n).stiffness, home_[at(p)].damping -= home(n).damping;
+    for (int const t : triangles) replace_corner(t, p, n);
+    return n;
+  }
+
+  /// Undoes a split: the last particle's triangles, mass and home spring go to p.
+  void merge_last_particle(int p) {
+    int const last = size() - 1;
+    while (!surface_.triangles_at(last).empty()) replace_corner(surface_.triangles_at(last).front(), last, p);
+    mass_[at(p)] += mass(last);
+    home_[at(p)].stiffness += home(last).stiffness, home_[at(p)].damping += home(last).damping;
+    pop_particle();
+  }
+
+  /// Divides triangle t like insert_in_triangle, for the eye only: the new particle has no mass and no springs, and t's springs stay.
+  int insert_temporary(int t, Vector3<Scalar> const& w) {
+    Corners const c = surface_.corners(t);
+    Vector3<Scalar> const share = share_[t];
+    int const n = add_particle(w[0] * rest_[c[0]] + w[1] * rest_[c[1]] + w[2] * rest_[c[2]], false);
+    surface_.set_triangle(t, {c[0], c[1], n});
+    share_[t] = Vector3<Scalar>(share[0], 0, 0);
+    share_[add_triangle({c[1], c[2], n})] = Vector3<Scalar>(share[1], 0, 0);
+    share_[add_triangle({c[2], c[0], n})] = Vector3<Scalar>(share[2], 0, 0);
+    return n;
+  }
+
+  /// Takes the last particle, a temporary one in triangle t, away again; t gets `corners`.
+  void remove_temporary(int t, Corners const& corners) {
+    int const second = last_triangle() - 1, third = last_triangle();
+    Vector3<Scalar> const share(share_[t][0], share_[second][0], share_[third][0]);
+    std::array<std::array<int, 2>, 3> const outer{{{surface_.corners(t)[0], surface_.corners(t)[1]},
+                                                   {surface_.corners(second)[0], surface_.corners(second)[1]},
+                                                   {surface_.corners(third)[0], surface_.corners(third)[1]}}};
+    Law const law = links_[links_.find(outer[1][0], outer[1][1])].law;
+    pop_triangle();
+    pop_triangle();
+    surface_.set_triangle(t, corners);
+    share_[t] = share;
+    for (auto const& edge : outer) refresh_link(edge[0], edge[1], law);
+    for (std::size_t k = 0; k < 3; ++k) refresh_link(corners[k], corners[(k + 1) % 3], law);
+    pop_particle();
+  }
+
+  /// Room for this many particles and triangles, so that edits up to there do not allocate.
+  void reserve(int particles, int triangles) {
+    auto const n = at(particles);
+    rest_.reserve(particles), mass_.reserve(n), home_.reserve(n), nailed_.reserve(n);
+    share_.reserve(triangles);
+    surface_.reserve(particles, triangles);
+    links_.reserve(particles, 3 * triangles);
+  }
+
+ protected:
+  static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
+  int last_triangle() const noexcept { return surface_.triangle_count() - 1; }
+
+  int third(int t, int a, int b) const noexcept {
+    Corners const c = surface_.corners(t);
+    return c[0] != a && c[0] != b ? c[0] : c[1] != a && c[1] != b ? c[1] : c[2];
+  }
+
+  Scalar undeformed_length(int a, int b) const noexcept { return (rest_[a] - rest_[b]).norm(); }
+
+  int add_particle(Vector3<Scalar> const& rest, bool nailed) {
+    rest_.push_back(rest);
+    mass_.push_back(0);
+    home_.push_back({});
+    nailed_.push_back(nailed ? 1 : 0);
+    surface_.add_vertex();
+    links_.add_particle();
+    return size() - 1;
+  }
+
+  void pop_particle() noexcept {
+    rest_.pop_back(), mass_.pop_back(), home_.pop_back(), nailed_.pop_back();
+    surface_.pop_vertex();
+    links_.pop_particle();
+  }
+
+  int add_triangle(Corners const& corners) {
+    share_.push_back(Vector3<Scalar>::Zero());
+    return surface_.add_triangle(corners);
+  }
+
+  void pop_triangle() noexcept {
+    surface_.pop_triangle();
+    share_.pop_back();
+  }
+
+  template <std::size_t Parents>
+  void take_mass(int n, std::array<int, Parents> const& parents, std::array<Scalar, Parents> const& weights, Scalar divided_area) {
+    Scalar taken = mass(parents[0]) * divided_area / area_around(parents[0]);
+    for (int const p : parents) taken = std::min(taken, mass(p) * divided_area / area_around(p));
+    for (std::size_t k = 0; k < Parents; ++k) {
+      int const p = parents[k];
+      Scalar const part = weights[k] * taken / mass(p);
+      home_[at(n)].stiffness += part * home(p).stiffness, home_[at(n)].damping += part * home(p).damping;
+      home_[at(p)].stiffness -= part * home(p).stiffness, home_[at(p)].damping -= part * home(p).damping;
+      mass_[at(p)] -= weights[k] * taken;
+    }
+    mass_[at(n)] = taken;
+    ++revision_;
+  }
+
+  /// κ [N/m]: the mean over the triangle's edges of share · k L²/A.
+  Scalar link_modulus(int t) const {
+    Corners const c = surface_.corners(t);
+    Scalar sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      int const l = links_.find(c[k], c[(k + 1) % 3]);
+      if (l < 0) continue;
+      Scalar const length = undeformed_length(c[k], c[(k + 1) % 3]);
+      sum += share_[t][static_cast<int>(k)] * tangent_stiffness_of(links_[l].law, Scalar(0), links_[l].rest_length) * length * length;
+    }
+    return sum / (3 * triangle_area(t));
+  }
+
+  /// Sets a divided triangle's shares from its parent's modulus and brings its three links up to date.
+  void share_links(int t, Scalar modulus, Law const& law) {
+    Corners const c = surface_.corners(t);
+    Scalar const area = triangle_area(t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      int const a = c[k], b = c[(k + 1) % 3];
+      int const l = links_.find(a, b);
+      Scalar const length = undeformed_length(a, b);
+      Law const& held = l < 0 ? law : links_[l].law;
+      share_[t][static_cast<int>(k)] =
+          modulus * area / (length * length * tangent_stiffness_of(held, Scalar(0), (1 - prestrain_) * length));
+      refresh_link(a, b, law);
+    }
+  }
+
+  /// Makes the link a–b what the shares of the triangles at it say: adds it (with `law`), weighs it, or takes it away.
+  void refresh_link(int a, int b, Law const& law) {
+    Scalar weight = 0;
+    for (auto const [from, to] : {std::array{a, b}, std::array{b, a}}) {
+      int const t = surface_.triangle_with_edge(from, to);
+      if (t >= 0) weight += share_[t][surface_.corner_of(t, from)];
+    }
+    int const l = links_.find(a, b);
+    if (l >= 0 && weight > 0)
+      links_[l].weight = weight;
+    else if (l >= 0)
+      links_.remove(l);
+    else if (weight > 0)
+      links_.add({a, b, (1 - prestrain_) * undeformed_length(a, b), weight, law});
+    ++revision_;
+  }
+
+  void replace_corner(int t, int before, int now) {
+    Corners corners = surface_.corners(t);
+    int const k = surface_.corner_of(t, before);
+    int const ahead = corners[at((k + 1) % 3)], behind = corners[at((k + 2) % 3)];
+    int const ahead_link = links_.find(before, ahead), behind_link = links_.find(before, behind);
+    Law const ahead_law = ahead_link < 0 ? Law{} : links_[ahead_link].law;
+    Law const behind_law = behind_link < 0 ? Law{} : links_[behind_link].law;
+    corners[at(k)] = now;
+    surface_.set_triangle(t, corners);
+    refresh_link(before, ahead, ahead_law), refresh_link(now, ahead, ahead_law);
+    refresh_link(before, behind, behind_law), refresh_link(now, behind, behind_law);
+  }
+
+  Columns<Scalar, 3> rest_;
+  std::vector<Scalar> mass_;
+  std::vector<HomeSpring<Scalar>> home_;
+  std::vector<char> nailed_;
+  SurfaceTopology surface_;
+  Columns<Scalar, 3> share_;   // triangle t, column k: its share of the link between its corners k and k + 1
+  LinkSet<Scalar, Law> links_;
+  Scalar prestrain_ = 0;
+  bool from_surface_ = true;
+  std::size_t revision_ = 0;
+};
+
+}  // namespace palpate

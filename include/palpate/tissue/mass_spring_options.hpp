@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/tissue/spring_law.hpp>
+
+#include <cmath>
+#include <string_view>
+
+namespace palpate {
+
+/// How the total mass is shared among the particles.
+enum class Lumping {
+  area,   ///< in proportion to the surface around a particle (a volume: to the volume around it)
+  equal,  ///< m_i = total / n, as the thesis has it
+};
+
+template <RealScalar Scalar>
+struct MassOptions {
+  Scalar total = 1;   // kg
+  Lumping lumping = Lumping::area;
+};
+
+/// Holds a particle at its rest position: f = −k (x − X) − c v.
+/// Units      k [N/m], c [N·s/m].
+/// Source     \cite zheng2006 eq. 5-11; spec Z1.
+template <RealScalar Scalar>
+struct HomeSpring {
+  Scalar stiffness = 0;
+  Scalar damping = 0;
+};
+
+/// What a MassSpring is built from besides its mesh; every particle and link starts with these values.
+template <RealScalar Scalar, class Law>
+struct MassSpringOptions {
+  MassOptions<Scalar> mass;
+  Law link;
+  HomeSpring<Scalar> home;
+  /// ε: a link's rest length is (1 − ε) × its undeformed length, so that a cut gapes. 0 ≤ ε < 1.
+  Scalar link_prestrain = 0;
+};
+
+namespace detail {
+
+template <RealScalar Scalar>
+void require_non_negative(std::string_view what, Scalar value, std::string_view unit) {
+  if (!(value >= 0) || !std::isfinite(value))
+    throw InvalidArgument(message(what, " is ", value, " ", unit, "; it must be finite and not negative"));
+}
+
+template <RealScalar Scalar>
+void require_positive(std::string_view what, Scalar value, std::string_view unit) {
+  if (!(value > 0) || !std::isfinite(value))
+    throw InvalidArgument(message(what, " is ", value, " ", unit, "; it must be finite and positive"));
+}
+
+/// Throws unless the law is usable on a link of this rest length: no tension at rest, a positive stiffness there, damping ≥ 0.
+template <RealScalar Scalar, SpringLaw<Scalar> Law>
+void require_valid_law(Law const& law, Scalar rest_length) {
+  require_non_negative("link damping", static_cast<Scalar>(law.damping), "N s/m");
+  Scalar const at_rest = static_cast<Scalar>(law.tension(Scalar(0), rest_length));
+  if (!(at_rest == 0))
+    throw InvalidArgument(message("the spring law pulls with ", at_rest, " N at rest; tension(0, L) must be 0"));
+  Scalar const stiffness = tangent_stiffness_of(law, Scalar(0), rest_length);
+  if (!(stiffness > 0) || !std::isfinite(stiffness))
+    throw InvalidArgument(message("the link stiffness is ", stiffness, " N/m at rest; it must be finite and positive"));
+}
+
+}  // namespace detail
+
+}  // namespace palpate

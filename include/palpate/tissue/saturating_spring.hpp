@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/tissue/spring_law.hpp>
+
+#include <cmath>
+
+namespace palpate {
+
+/// A spring that gives way: T = δ / (a|δ| + b), written with a = 1/T_max and b = 1/k.
+/// It starts with stiffness k and never pulls, or pushes, with more than T_max.
+/// Units      k [N/m], T_max [N], c [N·s/m].
+/// Source     spec M1, the odd form of δ/(aδ + b). Erratum: as printed, without |δ|, compression stiffens to a pole at δ = −b/a.
+template <RealScalar Scalar>
+struct SaturatingSpring {
+  Scalar stiffness = 1;
+  Scalar largest_tension = 1;
+  Scalar damping = 0;
+
+  Scalar tension(Scalar elongation, Scalar /*rest_length*/) const noexcept {
+    return stiffness * elongation / (1 + stiffness * std::abs(elongation) / largest_tension);
+  }
+  Scalar tangent_stiffness(Scalar elongation, Scalar /*rest_length*/) const noexcept {
+    Scalar const softening = 1 + stiffness * std::abs(elongation) / largest_tension;
+    return stiffness / (softening * softening);
+  }
+  /// T_max (|δ| − (T_max/k) ln(1 + k|δ|/T_max))
+  Scalar energy(Scalar elongation, Scalar /*rest_length*/) const noexcept {
+    Scalar const reach = largest_tension / stiffness;
+    Scalar const length = std::abs(elongation);
+    return largest_tension * (length - reach * std::log1p(length / reach));
+  }
+};
+
+static_assert(SpringLaw<SaturatingSpring<double>, double> && StatesStiffness<SaturatingSpring<double>, double>);
+
+}  // namespace palpate

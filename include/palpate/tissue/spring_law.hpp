@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+
+#include <concepts>
+
+namespace palpate {
+
+/// What a link between two particles answers: the tension at an elongation, and its damping coefficient.
+///   f_i = −(T(δ, L) + c (w·n)) n,   δ = |d| − L,  d = x_i − x_j,  n = d/|d|,  w = v_i − v_j
+/// A law is an aggregate of coefficients; MassSpring checks them and keeps one per link.
+/// What the syntax can not say, and `testing/` checks: T(0, L) = 0, T is continuous, and T grows with δ near 0.
+/// Optional: `tangent_stiffness(δ, L)` = dT/dδ [N/m] and `energy(δ, L)` = ∫T dδ [J]; without them they are found numerically.
+template <class Law, class Scalar>
+concept SpringLaw = RealScalar<Scalar> && std::copyable<Law> &&
+                    requires(Law const& law, Scalar elongation, Scalar rest_length) {
+                      { law.tension(elongation, rest_length) } -> std::convertible_to<Scalar>;
+                      { law.damping } -> std::convertible_to<Scalar>;
+                    };
+
+/// A law that states its tangent stiffness dT/dδ.
+template <class Law, class Scalar>
+concept StatesStiffness = SpringLaw<Law, Scalar> && requires(Law const& law, Scalar elongation, Scalar rest_length) {
+  { law.tangent_stiffness(elongation, rest_length) } -> std::convertible_to<Scalar>;
+};
+
+/// A law that states its energy ∫T dδ.
+template <class Law, class Scalar>
+concept StatesEnergy = SpringLaw<Law, Scalar> && requires(Law const& law, Scalar elongation, Scalar rest_length) {
+  { law.energy(elongation, rest_length) } -> std::convertible_to<Scalar>;
+};
+
+/// dT/dδ [N/m]: the law's own, or a central difference over 1e-4 (float: 1e-2) of the rest length.
+template <RealScalar Scalar, SpringLaw<Scalar> Law>
+Scalar tangent_stiffness_of(Law const& law, Scalar elongation, Scalar rest_length) {
+  if constexpr (StatesStiffness<Law, Scalar>) {
+    return static_cast<Scalar>(law.tangent_stiffness(elongation, rest_length));
+  } else {
+    Scalar const step = rest_length * (std::same_as<Scalar, float> ? Scalar(1e-2) : Scalar(1e-4));
+    return static_cast<Scalar>(law.tension(elongation + step, rest_length) - law.tension(elongation - step, rest_length)) / (2 * step);
+  }
+}
+
+/// ∫T dδ from 0 [J]: the law's own, or a five-point Gauss–Legendre rule, exact for tensions up to degree nine.
+template <RealScalar Scalar, SpringLaw<Scalar> Law>
+Scalar energy_of(Law const& law, Scalar elongation, Scalar rest_length) {
+  if constexpr (StatesEnergy<Law, Scalar>) {
+    return static_cast<Scalar>(law.energy(elongation, rest_length));
+  } else {
+    constexpr double node[] = {0.0, 0.5384693101056831, 0.9061798459386640};
+    constexpr double weight[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
+    Scalar const half = elongation / 2;
+    Scalar sum = Scalar(weight[0]) * static_cast<Scalar>(law.tension(half, rest_length));
+    for (int i = 1; i < 3; ++i)
+      for (double const sign : {-1.0, 1.0})
+        sum += Scalar(weight[i]) * static_cast<Scalar>(law.tension(half * (1 + Scalar(sign * node[i])), rest_length));
+    return half * sum;
+  }
+}
+
+}  // namespace palpate
