@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: MIT
+#include <palpate/force/cutting_force.hpp>
+#include <palpate/force/liver.hpp>
+#include <palpate/force/noise.hpp>
+#include <palpate/force/organ_force.hpp>
+#include <palpate/force/tissue_reaction.hpp>
+
+#include "allocation_trap.hpp"
+#include "catch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+using namespace palpate;
+
+namespace {
+
+template <RealScalar S>
+ToolContact<S> cut_from(S previous, S depth) {
+  return {.phase = CuttingPhase::moving, .depth = depth, .previous_depth = previous};
+}
+
+// The least that each kind of part must offer.
+struct LeastCurve {
+  double operator()(double) noexcept { return 1.0; }
+};
+struct LeastModel {
+  Vector3<double> operator()(ToolContact<double> const&) noexcept { return {1.0, 0.0, 0.0}; }
+};
+struct LeastNoise {
+  Vector3<double> draw(Vector3<double> const& force) noexcept { return 0.5 * force; }
+};
+
+}  // namespace
+
+static_assert(ForceModel<CuttingForce<NetworkCurve<Network<double, 2, 5, 1>>>, double>);
+static_assert(ForceModel<CuttingForce<NetworkCurve<Network<float, 2, 5, 1>>>, float>);
+static_assert(ForceModel<CuttingForce<>, double>);
+static_assert(ForceModel<CuttingForce<LeastCurve, LeastModel, LeastNoise>, double>);
+static_assert(std::is_same_v<CuttingForce<OrganForce<float>, TissueReaction>::Scalar, float>);
+static_assert(std::is_same_v<CuttingForce<TissueReaction, WhiteGaussianNoise<float>>::Scalar, float>);
+static_assert(std::is_same_v<CuttingForce<LeastCurve>::Scalar, double>);
+
+// Yardstick: the parts' own formulas, added here by hand.
+TEMPLATE_TEST_CASE("the cutting force is spring before the puncture, curve and organ after it", "", float, double) {
+  using S = TestType;
+  auto const curve = liver_hysteresis<S>();
+  CuttingForce force(curve, OrganForce<S>{.coefficient = S(2), .wall_normal = {S(1), S(0), S(0)}});
+  STATIC_REQUIRE(std::is_same_v<typename decltype(force)::Scalar, S>);
+  double const tight = 100 * double(std::numeric_limits<S>::epsilon());
+
+  ToolContact<S> contact{.phase = CuttingPhase::no_contact, .depth = S(0.01), .velocity = {S(1), S(0), S(0)}};
+  CHECK(force(contact).norm() == S(0));
+
+  contact.phase = CuttingPhase::indenting;
+  contact.normal = {S(0), S(0.6), S(0.8)};
+  CHECK(double((force(contact) - S(3.0 / 0.018 * 0.01) * contact.normal).norm()) < tight);
+
+  contact.phase = CuttingPhase::moving;   // going deeper
+  contact.depth = S(0.012);
+  contact.previous_depth = S(0.011);
+  contact.velocity = {S(0.02), S(0), S(-0.01)};
+  Vector3<S> const organ(S(-2 * 0.012 * 0.02), S(0), S(0));
+  CHECK(double((force(contact) - curve(S(0.012), Phase::loading) * contact.normal - organ).norm()) < tight);
+  CHECK(force(contact).dot(contact.normal) > S(0));
+
+  contact.previous_depth = S(0.013);   // coming back
+  CHECK(double((force(contact) - curve(S(0.012), Phase::unloading) * contact.normal - organ).norm()) < tight);
+  contact.previous_depth = S(0.012);   // resting: not larger than before
+  CHECK(double((force(contact) - curve(S(0.012), Phase::unloading) * contact.normal - organ).norm()) < tight);
+}
+
+TEST_CASE("the order of the parts does not matter") {
+  auto const curve = liver_hysteresis<double>();
+  OrganForce<double> const organ{.coefficient = 5.0};
+  WhiteGaussianNoise<double> const noise({.snr_db = 10.0, .seed = 3});
+  CuttingForce a(curve, organ, noise);
+  CuttingForce b(noise, organ, curve);
+  for (int i = 0; i < 100; ++i) {
+    auto contact = cut_from(0.010, 0.010 + 1e-5 * i);
+    contact.velocity = {0.1, 0.0, 0.0};
+    CHECK((a(contact) - b(contact)).norm() < 1e-15);
+  }
+}
+
+// The published pair crosses twice: unloading exceeds loading below 1.8 mm and beyond 22.83 mm.
+TEMPLATE_TEST_CASE("coming back never pushes harder than going in, and nothing pushes at the surface", "", float, double) {
+  using S = TestType;
+  CuttingForce force(liver_hysteresis<S>());
+  S last_in = S(0);
+  S last_back = S(0);
+  for (int i = 0; i <= 30000; ++i) {
+    S const depth = S(i) * S(1e-6);
+    S const in = force(cut_from<S>(depth - S(1e-5), depth)).z();
+    S const back = force(cut_from<S>(depth + S(1e-5), depth)).z();
+    REQUIRE(back <= in);
+    REQUIRE(back >= S(0));
+    // No step: 1 µm changes the force by less than its steepest slope, 513 N/m beyond the range for loading.
+    REQUIRE(std::abs(in - last_in) < S(600e-6));
+    REQUIRE(std::abs(back - last_back) < S(850e-6));
+    last_in = in;
+    last_back = back;
+  }
+  CHECK(force(cut_from<S>(S(-1), S(0))).norm() == S(0));
+  CHECK(force(cut_from<S>(S(1), S(0))).norm() == S(0));
+  CHECK(force(cut_from<S>(S(0), S(-0.001))).norm() == S(0));
+}
+
+TEST_CASE("below the fade depth the published curve is unchanged") {
+  auto const curve = liver_hysteresis<double>();
+  CuttingForce force(curve);
+  for (int i = 0; i <= 2083; ++i) {
+    double const depth = 0.002 + i * 1e-5;
+    REQUIRE(force(cut_from(depth - 1e-4, depth)).z() == curve(depth, Phase::loading));
+    REQUIRE(force(cut_from(depth + 1e-4, depth)).z() == std::min(curve(depth, Phase::loading), curve(depth, Phase::unloading)));
+  }
+  // Yardstick: s(1/2) = 1/2 for the cubic s(t) = t² (3 − 2t).
+  CHECK(force(cut_from(0.0009, 0.001)).z() == Approx(0.5 * curve(0.001, Phase::loading)).epsilon(1e-12));
+  CuttingForce sudden(curve, CurveJoin<double>{.fade_depth = 0.0});
+  CHECK(sudden(cut_from(0.0, 1e-9)).z() == curve(1e-9, Phase::loading));
+}
+
+TEST_CASE("with a reversal depth the force changes over from loading to unloading without a step") {
+  auto const curve = liver_hysteresis<double>();
+  CuttingForce force(curve, CurveJoin<double>{.reversal_depth = 0.001});
+  double const tick = 1e-5;
+  double depth = 0.0195;
+  double last = force(cut_from(depth - tick, depth)).z();
+  CHECK(last == curve(depth, Phase::loading));
+  auto const go = [&](double to) {
+    double largest = 0;
+    while (std::abs(to - depth) > tick / 2) {
+      double const next = depth + (to > depth ? tick : -tick);
+      double const now = force(cut_from(depth, next)).z();
+      largest = std::max(largest, std::abs(now - last));
+      depth = next;
+      last = now;
+    }
+    return largest;
+  };
+  CHECK(go(0.0202) < 0.01);
+  CHECK(last == Approx(curve(depth, Phase::loading)).epsilon(1e-12));
+  CHECK(go(0.0197) < 0.01);                          // halfway over; the loop is 0.30 N wide here
+  double const halfway = (curve(depth, Phase::loading) + curve(depth, Phase::unloading)) / 2;
+  CHECK(last == Approx(halfway).epsilon(1e-9));
+  CHECK(force(cut_from(depth, depth)).z() == last);   // at rest nothing changes
+  CHECK(go(0.0190) < 0.01);
+  CHECK(last == Approx(curve(depth, Phase::unloading)).epsilon(1e-12));
+
+  // The next stroke starts on the loading curve.
+  force(ToolContact<double>{});
+  CHECK(force(cut_from(depth, depth)).z() == curve(depth, Phase::loading));
+}
+
+TEST_CASE("noise acts after the puncture only, with the asked ratio, and is the same in every run") {
+  auto const curve = liver_hysteresis<double>();
+  CuttingForce quiet(curve);
+  CuttingForce force(curve, WhiteGaussianNoise<double>({.snr_db = 30.0, .seed = 7}));
+  ToolContact<double> before{.phase = CuttingPhase::indenting, .depth = 0.005, .previous_depth = 0.004};
+  for (int i = 0; i < 10; ++i) CHECK(force(before) == quiet(before));
+  CHECK(force(ToolContact<double>{}).norm() == 0.0);
+
+  auto const contact = cut_from(0.011, 0.012);
+  double const signal = quiet(contact).z();
+  double disturbance = 0;
+  constexpr int n = 100000;
+  double const first = force(contact).z();
+  for (int i = 0; i < n; ++i) disturbance += std::pow(force(contact).z() - signal, 2) / n;
+  CHECK(20 * std::log10(signal) - 10 * std::log10(disturbance) == Approx(30.0).margin(0.2));
+  force.reset();
+  CHECK(force(contact).z() == first);
+}
+
+TEST_CASE("noise is relative to the sum of all noiseless parts") {
+  CuttingForce force(LeastNoise{}, LeastCurve{}, LeastModel{}, LeastNoise{}, CurveJoin<double>{.fade_depth = 0.0});
+  // Curve 1 N along z and model 1 N along x, each noise adds half of their sum.
+  CHECK((force(cut_from(0.0, 0.01)) - Vector3<double>(2.0, 0.0, 2.0)).norm() < 1e-15);
+}
+
+TEST_CASE("the indentation spring and the coupling are replaceable") {
+  ToolContact<double> contact{.phase = CuttingPhase::indenting, .depth = 0.01, .tissue_force = {0.1, 0.2, 0.3}};
+  CuttingForce stiff(liver_loading<double>(), IndentationSpring<double>{.stiffness = 500.0});
+  CHECK(stiff(contact).z() == Approx(5.0));
+  CuttingForce tight(TissueReaction{}, IndentationSpring<double>{.stiffness = 0.0});
+  CHECK(tight(contact) == contact.tissue_force);
+  CuttingForce plain(liver_loading<double>());
+  CHECK(plain(contact).z() == Approx(0.01 * 3.0 / 0.018));
+  contact.phase = CuttingPhase::moving;
+  CHECK(plain(contact).z() == Approx(liver_loading<double>()(0.01)));
+  CHECK(CuttingForce()(contact).norm() == 0.0);
+}
+
+TEST_CASE("functions of one's own are parts") {
+  auto const line = [](double depth) noexcept { return 10.0 * depth; };
+  auto const side = [](ToolContact<double> const& contact) noexcept { return Vector3<double>(contact.depth, 0.0, 0.0); };
+  CuttingForce force(line, side, scaled(liver_hysteresis<double>(), 2.0));
+  auto const f = force(cut_from(0.009, 0.010));
+  CHECK(f.x() == Approx(0.010));
+  CHECK(f.z() == Approx(0.1 + 2.0 * liver_hysteresis<double>()(0.010, Phase::loading)));
+}
+
+TEST_CASE("a contact that is not finite gives zero force and leaves no trace") {
+  double const nan = std::numeric_limits<double>::quiet_NaN();
+  CuttingForce force(liver_hysteresis<double>(), OrganForce<double>{.coefficient = 2.0}, CurveJoin<double>{.reversal_depth = 1e-3});
+  auto const good = cut_from(0.011, 0.012);
+  Vector3<double> const expected = force(good);
+  for (int i = 0; i < 5; ++i) {
+    auto bad = good;
+    if (i == 0) bad.depth = nan;
+    if (i == 1) bad.previous_depth = nan;
+    if (i == 2) bad.normal.z() = nan;
+    if (i == 3) bad.velocity.x() = std::numeric_limits<double>::infinity();
+    if (i == 4) bad.depth = std::numeric_limits<double>::infinity();
+    CAPTURE(i);
+    CHECK(force(bad).allFinite());
+    CHECK(force(good) == expected);
+  }
+}
+
+TEST_CASE("a cutting force checks its parts") {
+  auto const curve = liver_hysteresis<double>();
+  CHECK_THROWS_WITH(CuttingForce(curve, OrganForce<double>{.wall_normal = {0.0, 0.0, 0.0}}),
+                    "OrganForce: .wall_normal is (0, 0, 0); give a finite direction other than zero");
+  CHECK_THROWS_AS(CuttingForce(curve, IndentationSpring<double>{.stiffness = -5.0}), InvalidArgument);
+  CHECK_THROWS_AS(CuttingForce(curve, TissueReaction{.scale = std::nan("")}), InvalidArgument);
+  CHECK_THROWS_WITH(CuttingForce(curve, CurveJoin<double>{.fade_depth = -0.001}),
+                    "CurveJoin: .fade_depth is -0.001 m; give a finite number, zero or more");
+  CHECK_THROWS_AS(CuttingForce(curve, CurveJoin<double>{.reversal_depth = std::nan("")}), InvalidArgument);
+}
+
+TEST_CASE("a tick of the cutting force allocates nothing") {
+  CuttingForce force(liver_hysteresis<double>(), OrganForce<double>{.coefficient = 2.0}, OrganFriction<double>{},
+                     WhiteGaussianNoise<double>({.snr_db = 30.0, .seed = 7}));
+  STATIC_REQUIRE(noexcept(force(std::declval<ToolContact<double> const&>())));
+  REQUIRE(palpate_test::trap_works());
+  palpate_test::AllocationCount const allocations;
+  Vector3<double> sum = Vector3<double>::Zero();
+  for (int i = 0; i < 1000; ++i) {
+    auto contact = cut_from(1e-5 * i, 1e-5 * (i + 1));
+    contact.phase = i < 300 ? CuttingPhase::indenting : CuttingPhase::moving;
+    sum += force(contact);
+  }
+  long const count = allocations.count();
+  CHECK(count == 0);
+  CHECK(sum.allFinite());
+}
