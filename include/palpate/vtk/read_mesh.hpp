@@ -83,7 +83,7 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
 }
 
 /// VTK's filters follow every index: a corner that is no vertex must not reach them.
-inline void check_corners(vtkCellArray* cells, vtkIdType points, std::string const& name) {
+inline void check_faces(vtkCellArray* cells, vtkIdType points, std::string const& name) {
   for (vtkIdType cell = 0; cell < cells->GetNumberOfCells(); ++cell) {
     vtkIdType size = 0;
     vtkIdType const* corners = nullptr;
@@ -117,8 +117,8 @@ TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, double metres_
     if (!trap.message().empty())
       throw FileError(detail::message(name, ": the file is damaged or cut short (", trap.message(), ")"));
     if (surface == nullptr) throw FileError(detail::message(name, ": the file holds no mesh"));
-    detail::check_corners(surface->GetPolys(), surface->GetNumberOfPoints(), name);
-    detail::check_corners(surface->GetStrips(), surface->GetNumberOfPoints(), name);
+    detail::check_faces(surface->GetPolys(), surface->GetNumberOfPoints(), name);
+    detail::check_faces(surface->GetStrips(), surface->GetNumberOfPoints(), name);
     triangulated->SetInputData(surface);
     triangulated->PassVertsOff();
     triangulated->PassLinesOff();

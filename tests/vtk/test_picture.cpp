@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include "catch.hpp"
+#include "scratch_folder.hpp"
+
+#include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/sphere.hpp>
+#include <palpate/vtk/chart.hpp>
+#include <palpate/vtk/picture.hpp>
+
+#include <vtkImageData.h>
+#include <vtkPNGReader.h>
+
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+/// A picture as VTK's reader gives it back, pixel by pixel.
+class Pixels {
+ public:
+  explicit Pixels(std::filesystem::path const& file) {
+    reader_->SetFileName(file.string().c_str());
+    reader_->Update();
+  }
+  int width() const { return reader_->GetOutput()->GetDimensions()[0]; }
+  int height() const { return reader_->GetOutput()->GetDimensions()[1]; }
+  /// From the left and the top, 0 … 1.
+  std::array<int, 3> at(double across, double down) const {
+    std::array<int, 3> rgb;
+    for (int c = 0; c < 3; ++c)
+      rgb[static_cast<std::size_t>(c)] = static_cast<int>(reader_->GetOutput()->GetScalarComponentAsDouble(
+          int(across * (width() - 1)), int((1 - down) * (height() - 1)), 0, c));
+    return rgb;
+  }
+  /// How many pixels look like `wanted`, each channel within 12 of 255.
+  int count(std::array<int, 3> const& wanted) const {
+    int found = 0;
+    for (int y = 0; y < height(); ++y)
+      for (int x = 0; x < width(); ++x) {
+        bool same = true;
+        for (int c = 0; c < 3; ++c)
+          same = same && std::abs(reader_->GetOutput()->GetScalarComponentAsDouble(x, y, 0, c) - wanted[static_cast<std::size_t>(c)]) <= 12;
+        found += same;
+      }
+    return found;
+  }
+
+ private:
+  vtkNew<vtkPNGReader> reader_;
+};
+
+bool red(std::array<int, 3> const& rgb) { return rgb[0] > rgb[1] + 40 && rgb[0] > rgb[2] + 40; }
+
+/// Without the triangles of the northern cap: a wound to look into.
+TriangleMesh<double> opened(TriangleMesh<double> const& mesh, double height) {
+  TriangleMesh<double> open{mesh.points, mesh.triangles};
+  int kept = 0;
+  for (int t = 0; t < mesh.triangles.cols(); ++t) {
+    bool const cap = mesh.points(2, mesh.triangles(0, t)) > height && mesh.points(2, mesh.triangles(1, t)) > height &&
+                     mesh.points(2, mesh.triangles(2, t)) > height;
+    if (!cap) open.triangles.col(kept++) = mesh.triangles.col(t);
+  }
+  open.triangles.conservativeResize(3, kept);
+  return open;
+}
+
+}  // namespace
+
+// Yardstick: where a ball, a hole and a tool must be seen, by the geometry of the camera.
+TEST_CASE("a picture shows the tissue, the wound and the tool", "[vtk][picture]") {
+  VirtualDisplay const display;
+  if (!display.ready()) {
+    WARN(display.problem());
+    return;
+  }
+  ScratchFolder const folder;
+  auto const ball = make_sphere<double>(0.05, 3);
+  Camera const above = looking_at(Vector3<double>::Zero(), 0.08, {0.0, -0.2, 1.0}, {0.0, 1.0, 0.0});
+  PictureStyle const small{.width = 320, .height = 240};
+
+  write_picture(folder.path() / "closed.png", ball, above, std::nullopt, small);
+  Pixels const closed(folder.path() / "closed.png");
+  REQUIRE(closed.width() == 320);
+  REQUIRE(closed.height() == 240);
+  CHECK(red(closed.at(0.5, 0.5)));
+  CHECK_FALSE(red(closed.at(0.05, 0.5)));
+
+  write_picture(folder.path() / "open.png", opened(ball, 0.04), above, std::nullopt, small);
+  Pixels const open(folder.path() / "open.png");
+  CHECK(open.at(0.5, 0.5)[0] < closed.at(0.5, 0.5)[0] / 2);   // dark inside
+  CHECK(red(open.at(0.5, 0.75)));
+
+  PictureTool const tool{.tip = {0.0, 0.0, 0.05}, .axis = {1.0, 0.0, 0.3}, .edge = {-1.0, 0.0, 0.0}};
+  write_picture(folder.path() / "tool.png", ball, above, tool, small);
+  Pixels const with_tool(folder.path() / "tool.png");
+  CHECK_FALSE(red(with_tool.at(0.75, 0.46)));   // the handle lies to the right
+  CHECK(red(with_tool.at(0.3, 0.5)));
+
+  for (auto const& entry : std::filesystem::directory_iterator(folder.path())) CHECK(entry.path().extension() == ".png");
+  CHECK_THROWS_AS(write_picture(folder.path() / "none" / "a.png", ball, above, tool, small), FileError);
+  CHECK_THROWS_AS(write_picture(folder.path() / "a.png", ball, above, tool, {.width = 0}), InvalidArgument);
+  CHECK_THROWS_AS(looking_at(Vector3<double>::Zero(), 0.0, {0, 0, 1}, {0, 1, 0}), InvalidArgument);
+}
+
+// Yardstick: the colours that the phases are documented to have, and their absence where the phase is absent.
+TEST_CASE("a chart shows each phase in its colour", "[vtk][chart]") {
+  VirtualDisplay const display;
+  if (!display.ready()) {
+    WARN(display.problem());
+    return;
+  }
+  ScratchFolder const folder;
+  std::vector<ForceSample> samples;
+  for (int i = 0; i < 300; ++i) {
+    CuttingPhase const phase = i < 100 ? CuttingPhase::no_contact : i < 200 ? CuttingPhase::indenting : CuttingPhase::moving;
+    samples.push_back({0.01 * i, 1e-4 * i, i < 100 ? 0.0 : 0.01 * i, phase});
+  }
+  samples[150].force = std::numeric_limits<double>::quiet_NaN();   // left out
+  ChartStyle const style{.width = 640, .height = 400, .title = {}};
+  for (auto const& [name, write] : {std::pair{"time.png", &write_force_time_chart}, std::pair{"depth.png", &write_force_depth_chart}}) {
+    CAPTURE(name);
+    write(folder.path() / name, samples, style);
+    Pixels const chart(folder.path() / name);
+    CHECK(chart.width() == 640);
+    CHECK(chart.at(0.99, 0.02) == std::array{255, 255, 255});
+    CHECK(chart.count({153, 153, 153}) > 100);
+    CHECK(chart.count({0, 114, 178}) > 100);
+    CHECK(chart.count({213, 94, 0}) > 100);
+  }
+  samples.resize(100);
+  write_force_time_chart(folder.path() / "air.png", samples, style);
+  CHECK(Pixels(folder.path() / "air.png").count({213, 94, 0}) == 0);
+  CHECK_THROWS_AS(write_force_time_chart(folder.path() / "none.png", {}, style), InvalidArgument);
+}
+
+TEST_CASE("without a display a picture is refused, not a crash", "[vtk][picture][error]") {
+  char const* const found = std::getenv("DISPLAY");
+  std::string const before = found != nullptr ? found : "";
+  setenv("DISPLAY", ":9999", 1);
+  bool const drawn = display_available();
+  ScratchFolder const folder;
+  if (!drawn) {   // a VTK that draws without X always can
+    try {
+      write_picture(folder.path() / "a.png", make_grid<double>(2, 2, 0.1), Camera{});
+      FAIL("no display was needed");
+    } catch (FileError const& error) {
+      CHECK(std::string(error.what()).find("there is no X display") != std::string::npos);
+    }
+  }
+  if (found != nullptr)
+    setenv("DISPLAY", before.c_str(), 1);
+  else
+    unsetenv("DISPLAY");
+}
