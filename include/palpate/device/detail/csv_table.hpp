@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <locale>
 #include <optional>
 #include <sstream>
@@ -33,7 +34,10 @@ inline std::optional<double> to_number(std::string_view text) {
 #if defined(__cpp_lib_to_chars)
   auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-#else
+#else   // a standard library without them: streams read numbers, but not these words
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  if (text == "nan") return std::numeric_limits<double>::quiet_NaN();
+  if (text == "inf" || text == "-inf") return text.front() == '-' ? -infinity : infinity;
   std::istringstream stream{std::string(text)};
   stream.imbue(std::locale::classic());
   stream >> value;
