@@ -45,14 +45,16 @@ TEMPLATE_TEST_CASE("organ forces never give energy and do not depend on the wall
   using S = TestType;
   Random random(Seed{1});
   for (int i = 0; i < 1000; ++i) {
-    Vector3<S> const n(random.normal<S>(), random.normal<S>(), random.normal<S>());
-    Vector3<S> const v(random.normal<S>(), random.normal<S>(), random.normal<S>());
+    Vector3<S> n, v;
+    for (int k = 0; k < 3; ++k) n[k] = random.normal<S>();
+    for (int k = 0; k < 3; ++k) v[k] = random.normal<S>();
     auto const contact = cut_at<S>(random.uniform(S(-0.01), S(0.02)), v);
     auto const check = [&](auto const& model, auto longer) {
       Vector3<S> const f = model(contact);
       longer.wall_normal = S(-7) * n;
       REQUIRE(f.dot(v) <= S(0));
-      REQUIRE((longer(contact) - f).norm() <= S(1e-5) * f.norm());
+      // Up to rounding of v·n_v, relative to the largest force there could be at this depth and speed.
+      REQUIRE((longer(contact) - f).norm() <= S(1e-5) * std::abs(contact.depth) * S(400) * v.norm());
       REQUIRE(f.cross(n).norm() <= S(1e-5) * f.norm() * n.norm());
     };
     OrganForce<S> const damper{.coefficient = S(3), .wall_normal = n};
