@@ -41,5 +41,11 @@
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 
-// body: tissue, integrator and region, with state
+// body: tissue, integrator and region, with state; where a tool touches it
 #include <palpate/body/soft_body.hpp>
+#include <palpate/body/touch.hpp>
+
+// cutting: how topology changes
+#include <palpate/cutting/concept.hpp>
+#include <palpate/cutting/no_cutter.hpp>
+#include <palpate/cutting/progressive_cutter.hpp>

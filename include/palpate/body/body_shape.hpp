@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 
 namespace palpate {
 
@@ -100,17 +101,12 @@ class BodyShape {
   }
 
   /// Gives `triangles`, all at p, a copy of p as their corner; mass and springs are shared by area. Returns the copy.
+  /// Not while there is a temporary particle.
   int split_particle(int p, std::span<int const> triangles)
     requires CuttableTissue<Tissue>
   {
     int const n = tissue_.split_particle(p, triangles);
     state_.add_copy(p);
-    if (temporary_)
-      for (std::size_t k = 0; k < 3; ++k)
-        if (temporary_->parents[k] == p) {
-          temporary_->parents[3] = n;
-          temporary_->weights[k] = temporary_->weights[3] = temporary_->weights[k] / 2;
-        }
     for (int const t : triangles) patch_tree(t);
     return n;
   }
@@ -120,14 +116,34 @@ class BodyShape {
     requires CuttableTissue<Tissue>
   {
     int const last = size() - 1;
-    std::array<int, 64> moved{};
-    std::size_t count = 0;
-    for (int const t : tissue_.surface().triangles_at(last))
-      if (count < moved.size()) moved[count++] = t;
+    auto const at_last = tissue_.surface().triangles_at(last);
+    std::vector<int> const moved(at_last.begin(), at_last.end());
     state_.merge_last(p, tissue_.mass(p), tissue_.mass(last));
     tissue_.merge_last_particle(p);
-    for (std::size_t k = 0; k < count; ++k) patch_tree(moved[k]);
+    for (int const t : moved) patch_tree(t);   // while the tree may still look at the old corner
+    state_.pop();
     tree_is_fitted_ = false;
+  }
+
+  /// Hands a triangle from one copy of a particle to another; masses stay.
+  void change_corner(int t, int before, int now)
+    requires CuttableTissue<Tissue>
+  {
+    tissue_.change_corner(t, before, now);
+    if (temporary_)   // its place is between both copies
+      for (std::size_t k = 0; k < 3; ++k)
+        if (temporary_->parents[k] == before && temporary_->parents[3] < 0) {
+          temporary_->parents[3] = now;
+          temporary_->weights[k] = temporary_->weights[3] = temporary_->weights[k] / 2;
+        }
+    patch_tree(t);
+  }
+
+  /// Shares the mass of two copies of one particle, still together, anew by the area around each.
+  void balance_copies(int p, int copy)
+    requires CuttableTissue<Tissue>
+  {
+    tissue_.balance_copies(p, copy);
   }
 
   /// Divides a triangle like insert_in_triangle, for the eye only: the particle follows the triangle's corners, without mass or springs.
@@ -152,9 +168,9 @@ class BodyShape {
     tree_.remove_last(state_.position.view());
     tree_.remove_last(state_.position.view());
     tissue_.remove_temporary(t, corners);
+    patch_tree(t);   // while the tree may still look at the old corner
     state_.pop();
     temporary_.reset();
-    patch_tree(t);
   }
 
   /// The temporary particle, or −1.

@@ -60,14 +60,13 @@ struct ParticleState {
     held.back() = was_held ? 1 : 0;
   }
 
-  /// Unites the last particle with p: momentum is kept, the position is the mean by mass.
+  /// Gives p what the last particle is and carries, before that one goes: momentum is kept, the position is the mean by mass.
   void merge_last(int p, Scalar mass_p, Scalar mass_last) {
     int const last = size() - 1;
     Scalar const w = mass_last / (mass_p + mass_last);
     for (auto* columns : {&position, &velocity, &remembered})
       (*columns)[p] = (1 - w) * (*columns)[p] + w * (*columns)[last];
     for (auto* columns : {&applied, &load}) (*columns)[p] += (*columns)[last];
-    pop();
   }
 
   void pop() noexcept {

@@ -73,6 +73,7 @@ class SoftBody : public BodyShape<TissueType> {
   }
 
   Scalar time() const noexcept { return time_; }
+  Scalar mean_edge() const noexcept { return mean_edge_; }   // m, of the undeformed, uncut surface
   Scalar total_mass() const noexcept {
     Scalar sum = 0;
     for (int i = 0; i < size(); ++i) sum += tissue_.mass(i);

@@ -70,6 +70,8 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, int i, Vector3<ty
   { tissue.insert_on_edge(i, i, s) } -> std::same_as<int>;
   { tissue.split_particle(i, triangles) } -> std::same_as<int>;
   tissue.merge_last_particle(i);
+  tissue.change_corner(i, i, i);
+  tissue.balance_copies(i, i);
   { tissue.insert_temporary(i, barycentric) } -> std::same_as<int>;
   tissue.remove_temporary(i, corners);
 };

@@ -101,25 +101,46 @@ class MassSpringElements {
 
   /// Gives `triangles`, all at p, a copy of p as their corner; mass and home spring are shared by area. Returns the copy.
   int split_particle(int p, std::span<int const> triangles) {
-    Scalar moved = 0;
-    for (int const t : triangles) moved += triangle_area(t);
-    Scalar const part = std::clamp(moved / area_around(p), Scalar(1e-3), Scalar(1) - Scalar(1e-3));
     int const n = add_particle(rest_[p], nailed(p));
-    mass_[at(n)] = part * mass(p);
-    home_[at(n)] = {part * home(p).stiffness, part * home(p).damping};
-    mass_[at(p)] -= mass(n);
-    home_[at(p)].stiffness -= home(n).stiffness, home_[at(p)].damping -= home(n).damping;
-    for (int const t : triangles) replace_corner(t, p, n);
+    for (int const t : triangles) change_corner(t, p, n);
+    balance_copies(p, n);
     return n;
+  }
+
+  /// Shares the mass and the home spring of two copies of one particle anew, by the area around each.
+  void balance_copies(int p, int copy) {
+    Scalar const area = area_around(p), copy_area = area_around(copy);
+    Scalar const part = std::clamp(copy_area / (area + copy_area), Scalar(1e-3), Scalar(1) - Scalar(1e-3));
+    Scalar const m = mass(p) + mass(copy);
+    HomeSpring<Scalar> const both{home(p).stiffness + home(copy).stiffness, home(p).damping + home(copy).damping};
+    mass_[at(copy)] = part * m;
+    home_[at(copy)] = {part * both.stiffness, part * both.damping};
+    mass_[at(p)] = m - mass(copy);
+    home_[at(p)] = {both.stiffness - home(copy).stiffness, both.damping - home(copy).damping};
+    ++revision_;
   }
 
   /// Undoes a split: the last particle's triangles, mass and home spring go to p.
   void merge_last_particle(int p) {
     int const last = size() - 1;
-    while (!surface_.triangles_at(last).empty()) replace_corner(surface_.triangles_at(last).front(), last, p);
+    while (!surface_.triangles_at(last).empty()) change_corner(surface_.triangles_at(last).front(), last, p);
     mass_[at(p)] += mass(last);
     home_[at(p)].stiffness += home(last).stiffness, home_[at(p)].damping += home(last).damping;
     pop_particle();
+  }
+
+  /// Gives triangle t the corner `now` instead of `before`, both at the same place; its links follow, masses stay.
+  void change_corner(int t, int before, int now) {
+    Corners corners = surface_.corners(t);
+    int const k = surface_.corner_of(t, before);
+    int const ahead = corners[at((k + 1) % 3)], behind = corners[at((k + 2) % 3)];
+    int const ahead_link = links_.find(before, ahead), behind_link = links_.find(before, behind);
+    Law const ahead_law = ahead_link < 0 ? Law{} : links_[ahead_link].law;
+    Law const behind_law = behind_link < 0 ? Law{} : links_[behind_link].law;
+    corners[at(k)] = now;
+    surface_.set_triangle(t, corners);
+    refresh_link(before, ahead, ahead_law), refresh_link(now, ahead, ahead_law);
+    refresh_link(before, behind, behind_law), refresh_link(now, behind, behind_law);
   }
 
   /// Divides triangle t like insert_in_triangle, for the eye only: the new particle has no mass and no springs, and t's springs stay.
@@ -255,19 +276,6 @@ class MassSpringElements {
     else if (weight > 0)
       links_.add({a, b, (1 - prestrain_) * undeformed_length(a, b), weight, law});
     ++revision_;
-  }
-
-  void replace_corner(int t, int before, int now) {
-    Corners corners = surface_.corners(t);
-    int const k = surface_.corner_of(t, before);
-    int const ahead = corners[at((k + 1) % 3)], behind = corners[at((k + 2) % 3)];
-    int const ahead_link = links_.find(before, ahead), behind_link = links_.find(before, behind);
-    Law const ahead_law = ahead_link < 0 ? Law{} : links_[ahead_link].law;
-    Law const behind_law = behind_link < 0 ? Law{} : links_[behind_link].law;
-    corners[at(k)] = now;
-    surface_.set_triangle(t, corners);
-    refresh_link(before, ahead, ahead_law), refresh_link(now, ahead, ahead_law);
-    refresh_link(before, behind, behind_law), refresh_link(now, behind, behind_law);
   }
 
   Columns<Scalar, 3> rest_;

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/touch.hpp>
+#include <palpate/core/phase.hpp>
+
+#include <concepts>
+
+namespace palpate {
+
+/// What a cut has done so far; the counts are those of the current cut, or of the last one. They start at zero at each puncture.
+/// Source     spec Z8: the four ways through a triangle.
+struct CutReport {
+  int particles_added = 0;   ///< net, temporary ones not counted
+  int triangles_added = 0;   ///< net, temporary ones not counted
+  int vertex_edge = 0;       ///< triangles entered through a vertex and left through an edge (V-P)
+  int vertex_vertex = 0;     ///< from vertex to vertex, along an edge (V-V)
+  int edge_vertex = 0;       ///< P-V
+  int edge_edge = 0;         ///< P-P
+};
+
+/// Follows a tool tip on a body and changes the body where the tool cuts.
+///   advance(body, tip)          one tick: contact, puncture, cut [m]
+///   contact()                   where the tip touches since the last advance
+///   state()                     no contact → indenting → moving → no contact
+///   report()                    what the current or last cut did
+/// What the syntax can not say: the body's mesh is valid after every tick, and its mass and rest area are unchanged.
+template <class C, class Body>
+concept Cutter = std::copyable<C> && requires(C& cutter, C const& seen, Body& body, typename Body::Vector const& tip) {
+  cutter.advance(body, tip);
+  { seen.contact() } -> std::convertible_to<SurfaceContact<typename Body::Scalar> const&>;
+  { seen.state() } -> std::same_as<CuttingPhase>;
+  { seen.report() } -> std::convertible_to<CutReport const&>;
+};
+
+}  // namespace palpate

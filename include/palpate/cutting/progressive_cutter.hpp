@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/cutting/concept.hpp>
+#include <palpate/cutting/cut_front.hpp>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace palpate {
+
+/// When a progressive cutter punctures, and how near to a vertex or edge its path snaps there.
+template <RealScalar Scalar>
+struct ProgressiveCutterOptions {
+  Scalar puncture_depth = Scalar(0.005);                              ///< m below the undisturbed surface
+  Scalar puncture_force = std::numeric_limits<Scalar>::infinity();    ///< N, of the tool on the tissue
+  std::optional<Scalar> snap = {};                                    ///< m, in the undeformed shape; a fifth of the mean edge if not given
+  Scalar tip_radius = 0;                                              ///< m
+};
+
+/// A scalpel: it presses, punctures, and cuts the surface along the tip's path, triangle by triangle, until it is lifted.
+///
+///   ProgressiveCutter<double> scalpel({.puncture_depth = 0.006, .snap = 5e-4});
+///   scalpel.advance(body, tip);   // once a tick; the body is stepped by the host
+///
+/// While the tip is inside a triangle, the triangle is divided for the eye around a temporary particle that follows the tip, and the
+/// wound is open up to where the tip entered it; when the tip leaves, the path through the triangle becomes permanent, a straight
+/// line. The triangle is found by walking in the undeformed shape along the plane through the last and the present touched point and
+/// their mean normal: the same path in material coordinates cuts the same way however the body moves.
+/// Once punctured, cutting goes on until the tip leaves the surface. A stroke that leaves over the border, or into an earlier wound,
+/// opens there and waits for the tip to come back onto the surface.
+/// Units      m, N.
+/// Source     \cite zheng2006 ch. 3; spec Z8.
+/// Invariant  after every tick: a valid mesh, the mass and the rest area unchanged.
+/// Cost       a tick is O(triangles crossed). It allocates when the body outgrows what was reserved.
+/// Limits     one cutter in a body at a time has a cut in progress.
+template <RealScalar Scalar>
+class ProgressiveCutter {
+ public:
+  using Vector = Vector3<Scalar>;
+
+  explicit ProgressiveCutter(ProgressiveCutterOptions<Scalar> const& options = {}) : options_(options), touch_(options.tip_radius) {
+    require_positive("puncture_depth", options.puncture_depth, "m");
+    require_positive("puncture_force", options.puncture_force, "N");
+    if (options.snap && !(*options.snap >= 0 && std::isfinite(*options.snap)))
+      throw InvalidArgument(detail::message("snap is ", *options.snap, " m; it must be finite and not negative"));
+  }
+
+  /// Moves the tip [m] by one tick; `force` is what the tool presses the tissue with [N], for puncture_force.
+  /// Throws InvalidArgument for a tip that is not finite, or a body that can not be cut; then nothing has changed.
+  template <class Body>
+  void advance(Body& body, Vector const& tip, Scalar force = 0) {
+    static_assert(CuttableTissue<typename Body::Tissue>,
+                  "ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue. MassSpring has it.");
+    if (!tip.allFinite())
+      throw InvalidArgument(detail::message("the tip is at (", tip[0], ", ", tip[1], ", ", tip[2], "); it must be finite"));
+    if (!body.tissue().cuttable())
+      throw InvalidArgument("this body is built from a volume; only a body built from a surface can be cut");
+    touch_.update(body, tip, state_ == CuttingPhase::moving);
+    SurfaceContact<Scalar> const& contact = touch_.contact();
+    if (!contact.touching) {
+      if (state_ == CuttingPhase::moving) front_.finish(body);
+      state_ = CuttingPhase::no_contact;
+      return;
+    }
+    if (state_ != CuttingPhase::moving) {
+      state_ = CuttingPhase::indenting;
+      if (contact.depth < options_.puncture_depth && !(force >= options_.puncture_force)) return;
+      state_ = CuttingPhase::moving;
+      front_.start(body, contact.triangle, contact.barycentric, snap(body));
+    } else if (!contact.off_surface) {
+      front_.advance(body, contact.triangle, contact.barycentric);
+    }
+    touch_.restart_from(front_.triangle(body));
+  }
+
+  CuttingPhase state() const noexcept { return state_; }
+  CutReport const& report() const noexcept { return front_.report(); }
+  SurfaceContact<Scalar> const& contact() const noexcept { return touch_.contact(); }
+  /// Particles that were one before the current or last cut: the two lips of the wound, pair by pair.
+  std::vector<std::array<int, 2>> const& lips() const noexcept { return front_.lips(); }
+
+ private:
+  static void require_positive(std::string_view what, Scalar value, std::string_view unit) {
+    if (!(value > 0)) throw InvalidArgument(detail::message(what, " is ", value, " ", unit, "; it must be positive"));
+  }
+
+  template <class Body>
+  Scalar snap(Body const& body) {
+    return options_.snap ? *options_.snap : body.mean_edge() / 5;
+  }
+
+  ProgressiveCutterOptions<Scalar> options_;
+  Touch<Scalar> touch_;
+  CutFront<Scalar> front_;
+  CuttingPhase state_ = CuttingPhase::no_contact;
+};
+
+}  // namespace palpate
