@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+#include <palpate/mesh/detail/simplices.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace palpate::detail {
+
+/// Sets that are joined step by step; the smallest member stands for its set.
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0); }
+  int find(int i) {
+    while (at(i) != i) {
+      at(i) = at(at(i));
+      i = at(i);
+    }
+    return i;
+  }
+  void join(int a, int b) {
+    a = find(a), b = find(b);
+    if (a != b) at(std::max(a, b)) = std::min(a, b);
+  }
+
+ private:
+  int& at(int i) { return parent_[static_cast<std::size_t>(i)]; }
+  std::vector<int> parent_;
+};
+
+/// One side of one triangle: corner 3t + c, running from it to the next corner of triangle t.
+struct Side {
+  std::uint64_t edge;   ///< its vertices, the smaller first
+  int corner;
+  bool rising;          ///< runs from the smaller to the larger vertex
+
+  friend bool operator<(Side const& a, Side const& b) { return a.edge != b.edge ? a.edge < b.edge : a.corner < b.corner; }
+};
+
+/// The sides of the triangles for which use(t) holds, those of one edge next to each other.
+template <class Use>
+std::vector<Side> sorted_sides(Matrix<int, 3, Dynamic> const& triangles, Use use) {
+  std::vector<Side> sides;
+  sides.reserve(3 * static_cast<std::size_t>(triangles.cols()));
+  for (int t = 0; t < static_cast<int>(triangles.cols()); ++t) {
+    if (!use(t)) continue;
+    for (int c = 0; c < 3; ++c) {
+      int const a = triangles(c, t), b = triangles((c + 1) % 3, t);
+      sides.push_back({edge_key(a, b), 3 * t + c, a < b});
+    }
+  }
+  std::sort(sides.begin(), sides.end());
+  return sides;
+}
+
+/// Calls visit(first, last) for the sides of each edge.
+template <class Visit>
+void for_each_edge(std::vector<Side> const& sides, Visit visit) {
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t end = i + 1;
+    while (end < sides.size() && sides[end].edge == sides[i].edge) ++end;
+    visit(sides.data() + i, sides.data() + end);
+    i = end;
+  }
+}
+
+/// For every element for which use(e) holds the first one with the same corners; −1 for the others.
+template <int Corners, class Use>
+std::vector<int> first_with_same_corners(Matrix<int, Corners, Dynamic> const& elements, Use use) {
+  std::vector<std::pair<std::array<int, Corners>, int>> sorted;
+  std::vector<int> first(static_cast<std::size_t>(elements.cols()), -1);
+  sorted.reserve(first.size());
+  for (int e = 0; e < static_cast<int>(elements.cols()); ++e) {
+    if (!use(e)) continue;
+    std::array<int, Corners> corners;
+    for (int c = 0; c < Corners; ++c) corners[static_cast<std::size_t>(c)] = elements(c, e);
+    std::sort(corners.begin(), corners.end());
+    sorted.emplace_back(corners, e);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t i = 0, head = 0; i < sorted.size(); ++i) {
+    if (sorted[i].first != sorted[head].first) head = i;
+    first[static_cast<std::size_t>(sorted[i].second)] = sorted[head].second;
+  }
+  return first;
+}
+
+/// 0 for a triangle without area: its height over its longest side, divided by that side.
+inline double flatness(Vector3<double> const& a, Vector3<double> const& b, Vector3<double> const& c) {
+  Vector3<double> const u = b - a, v = c - a, w = c - b;
+  double const longest = std::max({u.norm(), v.norm(), w.norm()});
+  if (!(longest > 0)) return 0;
+  Vector3<double> const x = u / longest, y = v / longest;
+  return x.cross(y).norm();
+}
+
+/// 0 for a tetrahedron without volume: six times its signed volume divided by its longest side cubed.
+inline double flatness(Vector3<double> const& a, Vector3<double> const& b, Vector3<double> const& c,
+                       Vector3<double> const& d) {
+  Vector3<double> const u = b - a, v = c - a, w = d - a;
+  double const longest = std::max({u.norm(), v.norm(), w.norm(), (v - u).norm(), (w - u).norm(), (w - v).norm()});
+  if (!(longest > 0)) return 0;
+  Vector3<double> const x = u / longest, y = v / longest, z = w / longest;
+  return x.cross(y).dot(z);
+}
+
+/// A connected piece of a surface: its smallest vertex, signed volume and box.
+struct Piece {
+  int vertex;
+  double volume = 0;
+  Vector3<double> low, high;
+
+  bool holds(Piece const& other) const {
+    return (low.array() <= other.low.array()).all() && (high.array() >= other.high.array()).all();
+  }
+};
+
+/// A piece is outward with positive volume, or as the wall of a cavity: inside the box of a larger outward one.
+inline bool faces_inward(Piece const& piece, Piece const& largest) {
+  return piece.volume < 0 && !(largest.volume > -piece.volume && largest.holds(piece));
+}
+
+}  // namespace palpate::detail
