@@ -16,7 +16,8 @@ struct Seed {
   std::uint64_t value = 0;
 };
 
-/// SplitMix64: a 64-bit counter with a mixing step. Good enough to fill the state of another generator, which is its use here.
+/// SplitMix64: a 64-bit counter with a mixing step. Good enough to fill the state of another generator, which
+/// is its use here.
 /// Source     \cite steele2014
 class SplitMix64 {
  public:
@@ -39,12 +40,14 @@ class SplitMix64 {
 ///   normal()   polar method on a pair of 31-bit integers (u, v), q = (u² + v²) / 2^62 < 1:
 ///              (u, v) · 2^−31 · √(−2 ln q / q), two values a pair
 /// Source     \cite blackman2021, \cite marsaglia1964
-/// Invariant  The same seed gives the same numbers with gcc and clang, with or without fused multiply-add: everything before the
-///            logarithm is integer arithmetic. (The standard's distributions differ between libraries.) The logarithm is the
-///            C library's; another C library may change the last bit of a normal number.
-///            normal<float>() is normal<double>() rounded, so both scalars follow the same sequence.
+/// Invariant  The same seed gives the same numbers with gcc and clang, with or without fused multiply-add:
+///            everything before the logarithm is integer arithmetic. (The standard's distributions differ
+///            between libraries.) The logarithm is the C library's; another C library may change the last bit
+///            of a normal number. normal<float>() is normal<double>() rounded, so both scalars follow the
+///            same sequence.
 /// Cost       About 1 ns a word and 10 ns a normal number; noexcept, no allocation: allowed in the servo tick.
-/// Limits     Not for cryptography. A normal number is never larger than 9.3 in magnitude. One object serves one thread.
+/// Limits     Not for cryptography. A normal number is never larger than 9.3 in magnitude. One object serves
+///            one thread.
 ///
 /// Also a standard uniform random bit generator, so `std::shuffle(first, last, random)` works.
 class Random {
@@ -57,7 +60,8 @@ class Random {
     for (auto& word : state_) word = fill();
   }
 
-  /// Starts from a raw state, to continue a stored sequence. All four words zero would only give zeros: seed 0 is taken instead.
+  /// Starts from a raw state, to continue a stored sequence. All four words zero would only give zeros: seed
+  /// 0 is taken instead.
   constexpr explicit Random(State const& state) noexcept : Random() {
     if (state != State{}) state_ = state;
   }

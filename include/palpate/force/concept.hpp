@@ -32,17 +32,18 @@ template <class T, class Scalar>
 concept Vector3Of = std::same_as<typename std::remove_cvref_t<T>::Scalar, Scalar> && std::convertible_to<T, Vector3<Scalar>>;
 }
 
-/// What the hand feels: maps a contact to the force on the hand [N], world frame.
-/// Beyond the syntax: called once a servo tick, so no allocation, lock, or input and output; zero when `phase` is `no_contact`;
-/// a finite contact gives a finite force. It may keep state between calls (noise does), so it is called as non-const; a model
-/// with state offers `reset()`, which starts it anew.
+/// What the hand feels: maps a contact to the force on the hand [N], world frame. Beyond the syntax: called
+/// once a servo tick, so no allocation, lock, or input and output; zero when `phase` is `no_contact`; a
+/// finite contact gives a finite force. It may keep state between calls (noise does), so it is called as
+/// non-const; a model with state offers `reset()`, which starts it anew.
 template <class T, class Scalar>
 concept ForceModel = RealScalar<Scalar> && requires(T& model, ToolContact<Scalar> const& contact) {
   { model(contact) } noexcept -> detail::Vector3Of<Scalar>;
 };
 
 /// A disturbance that depends on the noiseless force: `draw(force)` returns what is to be added to it [N].
-/// Beyond the syntax: a zero force draws zero; mean zero; seeded; `reset()`, if offered, starts the sequence anew.
+/// Beyond the syntax: a zero force draws zero; mean zero; seeded; `reset()`, if offered, starts the sequence
+/// anew.
 template <class T, class Scalar>
 concept ForceNoise = RealScalar<Scalar> && requires(T& noise, Vector3<Scalar> const& force) {
   { noise.draw(force) } noexcept -> detail::Vector3Of<Scalar>;

@@ -6,11 +6,11 @@
 
 namespace palpate {
 
-/// What a force model knows about the tool in one servo tick. An open aggregate; every member has a default, so a caller names
-/// only what its model needs. All vectors in the world frame.
+/// What a force model knows about the tool in one servo tick. An open aggregate; every member has a default,
+/// so a caller names only what its model needs. All vectors in the world frame.
 /// Units      depths [m], velocity [m/s], force [N].
-/// Invariant  `normal` has length one and points out of the tissue. Depth grows into the tissue and is measured from the home
-///            (undeformed) surface; a depth ≤ 0 is outside.
+/// Invariant  `normal` has length one and points out of the tissue. Depth grows into the tissue and is
+///            measured from the home (undeformed) surface; a depth ≤ 0 is outside.
 template <RealScalar S>
 struct ToolContact {
   using Scalar = S;

@@ -20,14 +20,17 @@ struct DepthRange {
   S high = S(0);
 };
 
-/// A trained network as a force curve: depth [m] → force [N], inside the depths it was trained on; outside continued along the
-/// tangent at the nearer end, because a network saturates or runs away where it has seen no data.
+/// A trained network as a force curve: depth [m] → force [N], inside the depths it was trained on; outside
+/// continued along the tangent at the nearer end, because a network saturates or runs away where it has seen
+/// no data.
 ///   one input     curve(depth)
 ///   two inputs    curve(depth, phase); the second input is 0 for loading, 1 for unloading
 /// Units      depth [m]; the network's own input unit is a matter of its scaling.
-/// Invariant  range.low < range.high, both finite; checked at set-up. The continuation has neither step nor kink.
+/// Invariant  range.low < range.high, both finite; checked at set-up. The continuation has neither step nor
+///            kink.
 /// Cost       One evaluation of the network; noexcept, no allocation: allowed in the servo tick.
-/// Limits     Far below the range the tangent turns negative, far above it grows without end: the device limits the force.
+/// Limits     Far below the range the tangent turns negative, far above it grows without end: the device
+///            limits the force.
 template <class Net>
 class NetworkCurve {
   static_assert(Net::outputs == 1 && (Net::inputs == 1 || Net::inputs == 2),
@@ -105,7 +108,8 @@ class ScaledCurve {
   using Scalar = S;
 
   ScaledCurve(Curve curve, S factor) : curve_(std::move(curve)), factor_(factor) {
-    if (!std::isfinite(factor)) throw InvalidArgument(detail::message("scaled: the factor is ", factor, "; give a finite number"));
+    if (!std::isfinite(factor))
+      throw InvalidArgument(detail::message("scaled: the factor is ", factor, "; give a finite number"));
   }
 
   S operator()(S depth) const noexcept

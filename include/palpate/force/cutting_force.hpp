@@ -14,20 +14,21 @@
 
 namespace palpate {
 
-/// How `CuttingForce` joins its curves to zero force and to each other, so that the hand feels no step but the puncture.
-/// A part of `CuttingForce`; without it these defaults hold.
+/// How `CuttingForce` joins its curves to zero force and to each other, so that the hand feels no step but
+/// the puncture. A part of `CuttingForce`; without it these defaults hold.
 /// Units      [m]
 /// Invariant  Both finite and not negative; checked by `validate`.
 template <RealScalar S>
 struct CurveJoin {
   using Scalar = S;
 
-  /// Above this depth a curve fades to zero as s(depth / fade_depth), s(t) = t² (3 − 2t). The default lets the published
-  /// liver curves, which read 4 mN at depth 0, be unchanged below 2 mm.
+  /// Above this depth a curve fades to zero as s(depth / fade_depth), s(t) = t² (3 − 2t). The default lets
+  /// the published liver curves, which read 4 mN at depth 0, be unchanged below 2 mm.
   S fade_depth = S(0.002);
 
-  /// Way back over which the force passes from the loading to the unloading curve, and again on the way down. With the thesis's rule,
-  /// 0, the curve changes at once and a tool that trembles in place chatters between the two, up to 0.3 N apart for the liver.
+  /// Way back over which the force passes from the loading to the unloading curve, and again on the way down.
+  /// With the thesis's rule, 0, the curve changes at once and a tool that trembles in place chatters between
+  /// the two, up to 0.3 N apart for the liver.
   S reversal_depth = S(0);
 
   void validate() const {
@@ -109,18 +110,20 @@ constexpr bool is_part() noexcept {
 ///   no contact    F = 0
 ///   indenting     F = k d n + Σ models
 ///   moving        F = Σ fade(d) curve(d) n + Σ models + Σ noise
-/// The loading curve holds when the depth is larger than before, else the smaller of the unloading and the loading curve. Every curve fades to
-/// zero at depth 0 (`CurveJoin`) and is zero outside.
+/// The loading curve holds when the depth is larger than before, else the smaller of the unloading and the
+/// loading curve. Every curve fades to zero at depth 0 (`CurveJoin`) and is zero outside.
 ///
 ///   CuttingForce force(liver_hysteresis<double>(), OrganForce<double>{.coefficient = 2.0}, WhiteGaussianNoise<double>({.seed = 7}));
 ///
 /// Units      [m], [N]; world frame. The force pushes the hand out of the tissue, along +normal.
 /// Source     \cite zheng2006 eq. 6-7 … 6-13
 /// Invariant  All parts compute in one scalar. Options are checked at set-up by each part's `validate`.
-/// Cost       Two evaluations of each curve with hysteresis, one else; noexcept, no allocation: allowed in the servo tick.
-/// Limits     A contact with values that are not finite gives zero force. The published curves (0.36 N at 18 mm) and the default spring
-///            (3 N there) stem from two experiments; the force falls at the puncture, by more than tissue would. Scale the curve (`scaled`).
-///            One object serves one tool: noise and `reversal_depth` keep state, `reset()` starts it anew.
+/// Cost       Two evaluations of each curve with hysteresis, one else; noexcept, no allocation: allowed in
+///            the servo tick.
+/// Limits     A contact with values that are not finite gives zero force. The published curves (0.36 N at 18
+///            mm) and the default spring (3 N there) stem from two experiments; the force falls at the
+///            puncture, by more than tissue would. Scale the curve (`scaled`). One object serves one tool:
+///            noise and `reversal_depth` keep state, `reset()` starts it anew.
 template <class... Parts>
 class CuttingForce {
  public:
@@ -192,7 +195,8 @@ class CuttingForce {
     std::apply([&](auto&... part) { (function(part), ...); }, parts_);
   }
 
-  /// Sum of the curves [N]. Follows the loading share only when both depths are numbers, so one bad contact leaves no trace.
+  /// Sum of the curves [N]. Follows the loading share only when both depths are numbers, so one bad contact
+  /// leaves no trace.
   Scalar curves(ToolContact<Scalar> const& contact) noexcept {
     Scalar const way = contact.depth - contact.previous_depth;
     if (!(join_.reversal_depth > Scalar(0)))

@@ -36,12 +36,15 @@ Network<S, In, Hidden, 1> network_from_rows(std::array<std::array<double, In + 2
 
 }  // namespace detail
 
-/// Indentation force of liver, loading: the thesis's trained 1-5-1 network. `liver_loading<double>()(0.015)` is 0.1830 N.
+/// Indentation force of liver, loading: the thesis's trained 1-5-1 network. `liver_loading<double>()(0.015)`
+/// is 0.1830 N.
 /// Units      depth [m], force [N].
-/// Source     \cite zheng2006 table 6-1; erratum: the weights belong to tanh(x), see `Tanh`. Reported mean squared error 5.018e-5 N².
-/// Limits     A 4 mm indentation probe at 6.1 mm/min; the species is not stated. Not a cutting force: at 18 mm it gives 0.36 N, where a
-///            scalpel in another experiment punctured at 3 N. Mix them only with a stated factor (`scaled`).
-///            Unchanged from 0 to 22.83 mm, continued along the tangents outside. Not zero at 0: 0.0041 N.
+/// Source     \cite zheng2006 table 6-1; erratum: the weights belong to tanh(x), see `Tanh`. Reported mean
+///            squared error 5.018e-5 N².
+/// Limits     A 4 mm indentation probe at 6.1 mm/min; the species is not stated. Not a cutting force: at 18
+///            mm it gives 0.36 N, where a scalpel in another experiment punctured at 3 N. Mix them only with
+///            a stated factor (`scaled`). Unchanged from 0 to 22.83 mm, continued along the tangents outside.
+///            Not zero at 0: 0.0041 N.
 template <RealScalar S>
 NetworkCurve<Network<S, 1, 5, 1>> liver_loading() {
   return {detail::network_from_rows<S, 1, 5>({{{0.1959, 0.0656, -13.8628},
@@ -54,13 +57,15 @@ NetworkCurve<Network<S, 1, 5, 1>> liver_loading() {
 }
 
 /// Indentation force of liver with hysteresis: the thesis's trained 2-5-1 network, depth and phase.
-/// `liver_hysteresis<double>()(0.015, Phase::loading)` is 0.1846 N; the two published networks agree within 0.0125 N up to 21 mm.
+/// `liver_hysteresis<double>()(0.015, Phase::loading)` is 0.1846 N; the two published networks agree within
+/// 0.0125 N up to 21 mm.
 /// Units      depth [m], force [N].
-/// Source     \cite zheng2006 table 6-2, flag 0 = loading, 1 = unloading; erratum as for `liver_loading`. Reported mean squared
-///            error 1.232e-4 N².
-/// Limits     As for `liver_loading`. The loop closes at 22.83 mm and is widest (0.30 N) near 20.2 mm. Below 1.8 mm unloading
-///            exceeds loading by up to 2 mN, and beyond 22.83 mm the continued unloading exceeds the continued loading:
-///            `CuttingForce` takes the smaller of the two when the tool comes back.
+/// Source     \cite zheng2006 table 6-2, flag 0 = loading, 1 = unloading; erratum as for `liver_loading`.
+///            Reported mean squared error 1.232e-4 N².
+/// Limits     As for `liver_loading`. The loop closes at 22.83 mm and is widest (0.30 N) near 20.2 mm. Below
+///            1.8 mm unloading exceeds loading by up to 2 mN, and beyond 22.83 mm the continued unloading
+///            exceeds the continued loading: `CuttingForce` takes the smaller of the two when the tool comes
+///            back.
 template <RealScalar S>
 NetworkCurve<Network<S, 2, 5, 1>> liver_hysteresis() {
   return {detail::network_from_rows<S, 2, 5>({{{0.1211, -8.8553, 1.4730, -3.3122},

@@ -17,8 +17,9 @@
 namespace palpate {
 
 /// Tan-sigmoid tanh(x), the activation that the published liver weights belong to.
-/// Source     \cite zheng2006 ch. 6; erratum: the thesis prints (1 − e^−x)/(1 + e^−x) = tanh(x/2). With that form its two liver
-///            networks contradict each other, with tanh(x) they agree within 0.0125 N. The printed form is `HalfSigmoid`.
+/// Source     \cite zheng2006 eq. 6-1; erratum: the thesis prints (1 − e^−x)/(1 + e^−x) = tanh(x/2). With that
+///            form its two liver networks contradict each other, with tanh(x) they agree within 0.0125 N. The
+///            printed form is `HalfSigmoid`.
 struct Tanh {
   template <RealScalar Scalar>
   static Scalar value(Scalar x) noexcept {
@@ -79,15 +80,18 @@ constexpr int first_parameter(std::array<int, N> const& sizes, std::size_t layer
 
 }  // namespace detail
 
-/// Feed-forward network with compile-time sizes: every hidden layer is y = f(W x + b), the last layer is linear.
+/// Feed-forward network with compile-time sizes: every hidden layer is y = f(W x + b), the last layer is
+/// linear.
 ///   `Network<double, 2, 5, 1>`                      two inputs, one hidden layer of five tanh neurons, one output
 ///   `BasicNetwork<HalfSigmoid, double, 2, 5, 1>`    the same with another activation
-/// An activation is a type with two static functions: `value(x)`, and `slope(y)`, its derivative where it has the value y.
-/// The scaling of inputs and outputs is kept with the weights, so a network is evaluated in its caller's units.
+/// An activation is a type with two static functions: `value(x)`, and `slope(y)`, its derivative where it has
+/// the value y. The scaling of inputs and outputs is kept with the weights, so a network is evaluated in its
+/// caller's units.
 /// Shapes     `parameters()` are layer by layer; in a layer the weights row by row, then the biases.
 /// Source     \cite zheng2006 ch. 6
 /// Invariant  All weights and scalings are finite; checked at set-up.
-/// Cost       One tanh a hidden neuron, one multiplication a weight; no allocation, noexcept: allowed in the servo tick.
+/// Cost       One tanh a hidden neuron, one multiplication a weight; no allocation, noexcept: allowed in the
+///            servo tick.
 template <class Activation, RealScalar S, int... Sizes>
 class BasicNetwork {
   static_assert(sizeof...(Sizes) >= 2, "palpate::Network: give the sizes of at least two layers, inputs and outputs: "
@@ -113,8 +117,9 @@ class BasicNetwork {
   using Scaling = NetworkScaling<S, inputs, outputs>;
   using Parameters = std::array<S, parameter_count>;
 
-  /// Random weights, ready for `train`, which also chooses the scaling from its samples. The same seed gives the same weights.
-  /// The bends of a hidden layer's neurons are spread over the inputs' range −1 … 1 (\cite nguyen1990).
+  /// Random weights, ready for `train`, which also chooses the scaling from its samples. The same seed gives
+  /// the same weights. The bends of a hidden layer's neurons are spread over the inputs' range −1 … 1 (\cite
+  /// nguyen1990).
   explicit BasicNetwork(Seed seed = {}) noexcept {
     Random random(seed);
     for_each_layer([&](auto& layer) { spread(layer, random); });
@@ -137,10 +142,14 @@ class BasicNetwork {
   }
 
   /// Derivative of the weighted sum of outputs Σ_o weight_o y_o with respect to each input.
-  Input input_gradient(Input const& input, Output const& weight) const noexcept { return backward(input, weight, nullptr); }
+  Input input_gradient(Input const& input, Output const& weight) const noexcept {
+    return backward(input, weight, nullptr);
+  }
 
-  /// Adds the derivative of Σ_o weight_o y_o with respect to every parameter to `gradient` (analytic back-propagation).
-  void add_parameter_gradient(Input const& input, Output const& weight, std::span<S, parameter_count> gradient) const noexcept {
+  /// Adds the derivative of Σ_o weight_o y_o with respect to every parameter to `gradient` (analytic
+  /// back-propagation).
+  void add_parameter_gradient(Input const& input, Output const& weight,
+                              std::span<S, parameter_count> gradient) const noexcept {
     backward(input, weight, gradient.data());
   }
 
@@ -200,11 +209,13 @@ class BasicNetwork {
   }
 
   static void require_finite(char const* what, S value) {
-    if (!std::isfinite(value)) throw InvalidArgument(detail::message("Network: a ", what, " is ", value, "; give finite numbers"));
+    if (!std::isfinite(value))
+      throw InvalidArgument(detail::message("Network: a ", what, " is ", value, "; give finite numbers"));
   }
   static void require_gain(char const* what, S value) {
     require_finite(what, value);
-    if (value == S(0)) throw InvalidArgument(detail::message("Network: an ", what, " is 0; give a scale other than zero"));
+    if (value == S(0))
+      throw InvalidArgument(detail::message("Network: an ", what, " is 0; give a scale other than zero"));
   }
 
   template <class Function>
@@ -216,7 +227,8 @@ class BasicNetwork {
     std::apply([&](auto const&... layer) { (function(layer), ...); }, layers_);
   }
 
-  /// Weight vectors of length 0.7 · neurons^(1/inputs) in random directions, biases spread over plus and minus that length.
+  /// Weight vectors of length 0.7 · neurons^(1/inputs) in random directions, biases spread over plus and
+  /// minus that length.
   template <int In, int Out>
   static void spread(NetworkLayer<S, In, Out>& layer, Random& random) noexcept {
     S const length = S(0.7) * std::pow(S(Out), S(1) / S(In));
@@ -282,7 +294,8 @@ class BasicNetwork {
     return result;
   }
 
-  /// From layer L on: adds to the parameters' gradient (unless null) and returns the derivative with respect to the layer's input.
+  /// From layer L on: adds to the parameters' gradient (unless null) and returns the derivative with respect
+  /// to the layer's input.
   template <std::size_t L>
   auto backward_layer(std::array<S, sizes_[L]> const& input, Output const& weight, S* gradient) const noexcept
       -> std::array<S, sizes_[L]> {

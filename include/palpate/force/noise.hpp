@@ -20,7 +20,7 @@ struct NoiseOptions {
 ///   ΔF = F 10^(−snr/20) ξ,   ξ normal with mean 0 and variance 1, new in every tick
 /// so its standard deviation is |F| 10^(−snr/20), relative to the noiseless force of the same tick.
 /// Units      snr in dB of power ratio; force [N].
-/// Source     \cite zheng2006 ch. 6.4
+/// Source     \cite zheng2006 ch. 6.5
 /// Invariant  The SNR is finite; checked at set-up. A zero force has no noise.
 /// Cost       About 10 ns; noexcept, no allocation: allowed in the servo tick.
 template <RealScalar S>

@@ -25,12 +25,14 @@ void require_wall_normal(char const* who, Vector3<S> const& normal) {
 /// Drag of the organ's inner walls on a tool that cuts: a damper across the wall that grows with depth.
 ///   F = −β |d| (v·n_v) n_v   after the puncture, zero before;   n_v = wall_normal / |wall_normal|
 /// Units      β [N·s/m²], d [m], v [m/s], max_damping [N·s/m]; force [N] on the hand, world frame.
-/// Source     \cite zheng2006 eq. 6-13 in velocity form. The thesis's −18000 N/cm² at 1 ms would be β = 1.8e5 N·s/m², a damper of
-///            3240 N·s/m at 18 mm: no 1 kHz loop holds that.
-/// Invariant  Never gives energy: F·v ≤ 0. β ≥ 0, max_damping > 0, wall normal not zero; checked by `validate`, which `CuttingForce` calls.
+/// Source     \cite zheng2006 eq. 6-13 in velocity form. The thesis's −18000 N/cm² at 1 ms would be β = 1.8e5
+///            N·s/m², a damper of 3240 N·s/m at 18 mm: no 1 kHz loop holds that.
+/// Invariant  Never gives energy: F·v ≤ 0. β ≥ 0, max_damping > 0, wall normal not zero; checked by
+///            `validate`, which `CuttingForce` calls.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Set `.max_damping` to what the device holds, about mass / (4 · servo period): 11 N·s/m for a 45 g stylus at 1 kHz.
-///            Without it a large β makes the hand vibrate. For a force that does not depend on speed see `OrganFriction`.
+/// Limits     Set `.max_damping` to what the device holds, about mass / (4 · servo period): 11 N·s/m for a 45
+///            g stylus at 1 kHz. Without it a large β makes the hand vibrate. For a force that does not
+///            depend on speed see `OrganFriction`.
 template <RealScalar S>
 struct OrganForce {
   using Scalar = S;
@@ -59,12 +61,15 @@ struct OrganForce {
 /// Friction of the organ's inner walls: grows with depth, hardly depends on speed.
 ///   F = −f₀ |d| s(v·n_v / v₀) n_v   after the puncture, zero before;   s(x) = x / √(1 + x²)
 /// Units      f₀ [N/m], d [m], v₀ [m/s]; force [N] on the hand, world frame.
-/// Source     A rate-independent reading of \cite zheng2006 eq. 6-13: its liver data were taken at one speed, 1 mm/s, where they ask
-///            for 180 N/m · depth. Read as a damper they give 36 N at 10 mm and 20 mm/s, read as friction at most 1.8 N.
-/// Invariant  |F| < f₀ |d|; F·v ≤ 0. f₀ ≥ 0, v₀ > 0, wall normal not zero; checked by `validate`, which `CuttingForce` calls.
+/// Source     A rate-independent reading of \cite zheng2006 eq. 6-13: its liver data were taken at one speed,
+///            1 mm/s, where they ask for 180 N/m · depth. Read as a damper they give 36 N at 10 mm and 20
+///            mm/s, read as friction at most 1.8 N.
+/// Invariant  |F| < f₀ |d|; F·v ≤ 0. f₀ ≥ 0, v₀ > 0, wall normal not zero; checked by `validate`, which
+///            `CuttingForce` calls.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Well below v₀ it is a damper f₀ |d| / v₀, well above it friction: choose v₀ ≥ f₀ |d| / α_max for a device that holds
-///            α_max [N·s/m]. The default keeps the damper below 11 N·s/m down to 30 mm.
+/// Limits     Well below v₀ it is a damper f₀ |d| / v₀, well above it friction: choose v₀ ≥ f₀ |d| / α_max
+///            for a device that holds α_max [N·s/m]. The default keeps the damper below 11 N·s/m down to 30
+///            mm.
 template <RealScalar S>
 struct OrganFriction {
   using Scalar = S;

@@ -13,7 +13,7 @@ namespace palpate {
 ///   F = scale · F_tissue   while in contact, zero otherwise
 /// The loose coupling, a measured force curve beside the deformation, is `CuttingForce`.
 /// Units      force [N], world frame.
-/// Source     \cite zheng2006 ch. 3 (coupling of the modules)
+/// Source     \cite zheng2006 ch. 2, fig. 2.1 (tightly coupled framework)
 /// Invariant  The scale is finite; checked by `validate`.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
 /// Limits     The body's step rate is heard in the force unless the body runs at the servo rate.
