@@ -81,6 +81,7 @@ class BodyShape {
     patch_tree(t);
     append_to_tree(t);
     append_to_tree(t);
+    disturbed_.push_back(n);
     return n;
   }
 
@@ -97,6 +98,7 @@ class BodyShape {
       patch_tree(t);
       append_to_tree(t);
     }
+    disturbed_.push_back(n);
     return n;
   }
 
@@ -108,6 +110,7 @@ class BodyShape {
     int const n = tissue_.split_particle(p, triangles);
     state_.add_copy(p);
     for (int const t : triangles) patch_tree(t);
+    disturbed_.insert(disturbed_.end(), {p, n});
     return n;
   }
 
@@ -123,6 +126,7 @@ class BodyShape {
     for (int const t : moved) patch_tree(t);   // while the tree may still look at the old corner
     state_.pop();
     tree_is_fitted_ = false;
+    disturbed_.push_back(p);
   }
 
   /// Hands a triangle from one copy of a particle to another; masses stay.
@@ -137,6 +141,7 @@ class BodyShape {
           temporary_->weights[k] = temporary_->weights[3] = temporary_->weights[k] / 2;
         }
     patch_tree(t);
+    disturbed_.insert(disturbed_.end(), {before, now});
   }
 
   /// Shares the mass of two copies of one particle, still together, anew by the area around each.
@@ -232,6 +237,7 @@ class BodyShape {
   SurfaceTree<Scalar> tree_;
   bool tree_is_fitted_ = false;
   std::optional<Temporary> temporary_;
+  std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t topology_revision_ = 0;
 
  private:

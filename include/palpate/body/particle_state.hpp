@@ -53,12 +53,8 @@ struct ParticleState {
     held.push_back(0);
   }
 
-  /// Adds a copy of particle p. Forces on p stay with p.
-  void add_copy(int p) {
-    bool const was_held = held[static_cast<std::size_t>(p)] != 0;
-    add_between<1>({p}, {Scalar(1)});
-    held.back() = was_held ? 1 : 0;
-  }
+  /// Adds a copy of particle p. Forces on p, and a hand that holds it, stay with p.
+  void add_copy(int p) { add_between<1>({p}, {Scalar(1)}); }
 
   /// Gives p what the last particle is and carries, before that one goes: momentum is kept, the position is the mean by mass.
   void merge_last(int p, Scalar mass_p, Scalar mass_last) {

@@ -8,7 +8,9 @@
 #include <palpate/mesh/measures.hpp>
 #include <palpate/region/concept.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -163,9 +165,11 @@ class SoftBody : public BodyShape<TissueType> {
   /// Room for this many particles and triangles: up to there neither stepping nor cutting allocates.
   void reserve(int particle_count, int triangle_count) {
     Shape::reserve(particle_count, triangle_count);
-    system_.reserve(particle_count, 3 * triangle_count + particle_count);
+    int links = 3 * triangle_count + particle_count;
+    if constexpr (requires { tissue_.links().size(); }) links = std::max(links, tissue_.links().size());   // a volume has more
+    system_.reserve(particle_count, links);
     selection_.reserve(particle_count);
-    for (auto* list : {&touched_, &forced_, &loaded_, &held_, &moving_, &next_}) list->reserve(static_cast<std::size_t>(particle_count));
+    for (auto* list : {&touched_, &forced_, &loaded_, &held_, &moving_, &next_}) list->reserve(2 * static_cast<std::size_t>(particle_count));
   }
 
   // --- how it moves -------------------------------------------------------------------------------------------------
@@ -215,6 +219,7 @@ class SoftBody : public BodyShape<TissueType> {
   void settle(Scalar tolerance = std::same_as<Scalar, float> ? Scalar(1e-4) : Scalar(1e-8)) {
     relax(tolerance);
     state_.home.view() = state_.position.view();
+    home_gravity_ = gravity_;
     this->set_normals();
   }
 
@@ -226,7 +231,7 @@ class SoftBody : public BodyShape<TissueType> {
     held_.clear(), forced_.clear(), moving_.clear();
     chosen_for_ = {};
     remembers_ = tree_is_fitted_ = false;
-    awake_ = false;
+    awake_ = gravity_ != home_gravity_;
     time_ = 0;
     this->place_temporary();
   }
@@ -236,20 +241,25 @@ class SoftBody : public BodyShape<TissueType> {
     Tissue tissue;
     ParticleState<Scalar> particles;
     std::vector<int> held, forced, moving;
-    Vector gravity;
+    Vector gravity, home_gravity;
     bool remembers, awake;
     Scalar time;
   };
   /// Throws while a cut is in progress: lift the tool first.
   State save() const {
     if (temporary_) throw InvalidArgument("a body can not be saved while a cut is in progress; lift the tool first");
-    return {tissue_, state_, held_, forced_, moving_, gravity_, remembers_, awake_, time_};
+    return {tissue_, state_, held_, forced_, moving_, gravity_, home_gravity_, remembers_, awake_, time_};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
     state_ = saved.particles;
     held_ = saved.held, forced_ = saved.forced, moving_ = saved.moving;
-    gravity_ = saved.gravity, remembers_ = saved.remembers, awake_ = saved.awake, time_ = saved.time;
+    gravity_ = saved.gravity, home_gravity_ = saved.home_gravity;
+    remembers_ = saved.remembers, awake_ = saved.awake, time_ = saved.time;
+    loaded_.clear();
+    for (int i = 0; i < size(); ++i)
+      if (!state_.load[i].isZero(0)) loaded_.push_back(i);
+    disturbed_.clear();
     temporary_.reset();
     this->build_tree();
     stable_step_is_known_ = false;
@@ -258,7 +268,7 @@ class SoftBody : public BodyShape<TissueType> {
   }
 
  private:
-  using Shape::state_, Shape::temporary_, Shape::tissue_, Shape::topology_revision_, Shape::tree_is_fitted_;
+  using Shape::disturbed_, Shape::state_, Shape::temporary_, Shape::tissue_, Shape::topology_revision_, Shape::tree_is_fitted_;
 
   /// What the moving set was chosen for: while nothing of it changes, the set stays.
   struct Choice {
@@ -278,7 +288,8 @@ class SoftBody : public BodyShape<TissueType> {
   }
 
   void add_force(int i, Vector const& force) {
-    if ((state_.applied[i].array() == 0).all()) forced_.push_back(i);
+    if (force.isZero(0)) return;
+    if (state_.applied[i].isZero(0)) forced_.push_back(i);
     state_.applied[i] += force;
   }
 
@@ -289,18 +300,33 @@ class SoftBody : public BodyShape<TissueType> {
     forced_.clear();
     for (int const i : loaded_) {
       if (i >= size()) continue;
-      state_.load[i] = state_.applied[i];
+      state_.load[i] += state_.applied[i];   // a particle may be listed twice
       state_.applied[i].setZero();
     }
   }
 
   void wake() noexcept { awake_ = true; }
 
+  /// What edits of the surface leave to do: the particles they changed, and those beside them, move on; the rest is kept.
+  void follow_edits() {
+    auto const is_gone = [this](int i) { return i >= size(); };
+    for (auto* list : {&forced_, &held_, &moving_}) std::erase_if(*list, is_gone);
+    for (int const i : disturbed_) {
+      if (is_gone(i)) continue;
+      if (!state_.applied[i].isZero(0)) forced_.push_back(i);   // a merged particle hands its force over
+      if (!RegionType::follows_touch) continue;
+      moving_.push_back(i);
+      tissue_.for_each_neighbour(i, [&](int neighbour) { moving_.push_back(neighbour); });
+    }
+    disturbed_.clear();
+  }
+
   /// Finds the particles to compute. A region that does not follow the touch is asked again only after an edit; one that does, at
-  /// every step, and what it leaves out goes on moving until it has relaxed.
+  /// every step, and what it leaves out goes on moving until it may stop.
   void choose_moving() {
     Choice const now{revision(), size()};
     if (!RegionType::follows_touch && now == chosen_for_) return;
+    if (!disturbed_.empty()) follow_edits();
     selection_.clear();
     touched_.clear();
     for (int const i : forced_) touched_.push_back(i);
@@ -308,16 +334,7 @@ class SoftBody : public BodyShape<TissueType> {
     if (awake_)
       for (int i = 0; i < size(); ++i) selection_.add(i);
     region_.select(tissue_, std::span<int const>(touched_), selection_);
-    if (RegionType::follows_touch && !awake_)
-      for (int const i : moving_)
-        if (i < size() && !selection_.contains(i) && is_free(i)) {
-          if (!has_relaxed(i))
-            selection_.add(i);
-          else {
-            state_.velocity[i].setZero();
-            state_.remembered[i].setZero();
-          }
-        }
+    if (RegionType::follows_touch && !awake_) keep_moving();
     selection_.sort();
     next_.clear();
     bool relaxed = awake_ && RegionType::follows_touch;
@@ -333,9 +350,37 @@ class SoftBody : public BodyShape<TissueType> {
     chosen_for_ = now;
   }
 
+  /// Of the particles that moved so far and that the region leaves out, those go on that have not relaxed. Relaxed ones stop at home;
+  /// elsewhere they may be held in balance by what is touched, so they stop all at once, when nothing is touched any more.
+  void keep_moving() {
+    bool all_stop = touched_.empty();
+    for (int const i : moving_) all_stop = all_stop && (!is_free(i) || has_relaxed(i));
+    for (int const i : moving_) {
+      if (selection_.contains(i) || !is_free(i)) continue;
+      if (all_stop || (is_home(i) && has_relaxed(i))) {
+        state_.velocity[i].setZero();
+        state_.remembered[i].setZero();
+      } else {
+        selection_.add(i);
+      }
+    }
+  }
+
+  /// The share of a mean edge that counts as no movement. Coordinates in float have too few digits for less.
+  Scalar relaxation() const noexcept {
+    constexpr Scalar least = std::same_as<Scalar, float> ? Scalar(1e-3) : Scalar(0);
+    return std::max(static_cast<Scalar>(region_.relaxation), least);
+  }
+
+  bool is_home(int i) const noexcept {
+    constexpr Scalar slack = std::same_as<Scalar, float> ? Scalar(10) : Scalar(100);   // settle() leaves a remainder
+    Scalar const tolerance = slack * relaxation() * mean_edge_;
+    return (state_.position[i] - state_.home[i]).squaredNorm() < tolerance * tolerance;
+  }
+
   /// Elastic force over stiffness, and speed over √(stiffness/mass), below `relaxation` mean edges.
   bool has_relaxed(int i) const noexcept {
-    Scalar const tolerance = static_cast<Scalar>(region_.relaxation) * mean_edge_;
+    Scalar const tolerance = relaxation() * mean_edge_;
     Scalar const stiffness = tissue_.stiffness_bound(i);
     Scalar const mass = tissue_.mass(i);
     if (!(mass * state_.velocity[i].squaredNorm() < stiffness * tolerance * tolerance)) return false;
@@ -427,6 +472,7 @@ class SoftBody : public BodyShape<TissueType> {
   std::vector<int> touched_, forced_, loaded_, held_, moving_, next_;
   Choice chosen_for_;
   Vector gravity_ = Vector::Zero();
+  Vector home_gravity_ = Vector::Zero();   // with which the home shape is in equilibrium
   Scalar bound_ = 0;       // m, a particle farther out has diverged
   Scalar offset_ = 0;      // m, distance of the body from the origin
   Scalar mean_edge_ = 0;   // m

@@ -9,14 +9,15 @@ namespace palpate {
 
 /// Only the particles within `rings` edges of a touched one are computed; the rest stand still and hold the zone's border.
 /// A particle that leaves the rings goes on moving until it has relaxed, so nothing freezes deformed: its elastic force over its
-/// stiffness, and its speed over √(stiffness/mass), are below `relaxation` times the mean edge length.
-/// Without touch the zone empties, and a step costs nothing.
+/// stiffness, and its speed over √(stiffness/mass), are below `relaxation` mean edge lengths, and it is back within 100 times that
+/// of its home. Away from home, as beside a wound, particles stop all at once when all have relaxed and nothing is touched.
+/// Then the zone is empty, and a step costs nothing. In float, `relaxation` is at least 1e-3 and the way home 10 times that.
 /// Source     \cite zheng2006, two rings; spec Z5. What the thesis leaves out: the relaxation.
 /// Cost       O(particles in the zone).
 struct ZoneOfInfluence {
   static constexpr bool follows_touch = true;
   int rings = 2;
-  double relaxation = 1e-7;
+  double relaxation = 1e-7;   // share of a mean edge length
 
   template <class Graph>
   void select(Graph const& graph, std::span<int const> touched, Selection& selection) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/edges.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
