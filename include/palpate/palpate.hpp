@@ -49,3 +49,29 @@
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
+
+// force: what the hand feels
+#include <palpate/force/cutting_force.hpp>
+#include <palpate/force/indentation_spring.hpp>
+#include <palpate/force/liver.hpp>
+#include <palpate/force/network.hpp>
+#include <palpate/force/noise.hpp>
+#include <palpate/force/organ_force.hpp>
+#include <palpate/force/tissue_reaction.hpp>
+#include <palpate/force/training.hpp>
+
+// device: where the hand is
+#include <palpate/device/concept.hpp>
+#include <palpate/device/limit.hpp>
+#include <palpate/device/null_device.hpp>
+#include <palpate/device/scripted_device.hpp>
+#include <palpate/device/session.hpp>
+#include <palpate/device/trajectory.hpp>
+
+// haptics: how the tip and the tissue push each other
+#include <palpate/haptics/contact_coupling.hpp>
+#include <palpate/haptics/local_model.hpp>
+
+// simulator: everything together, in lock-step or in real time
+#include <palpate/simulator/recording.hpp>
+#include <palpate/simulator/simulator.hpp>

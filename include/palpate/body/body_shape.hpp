@@ -138,6 +138,7 @@ class BodyShape {
       for (std::size_t k = 0; k < 3; ++k)
         if (temporary_->parents[k] == before && temporary_->parents[3] < 0) {
           temporary_->parents[3] = now;
+          temporary_->split_corner = static_cast<int>(k);
           temporary_->weights[k] = temporary_->weights[3] = temporary_->weights[k] / 2;
         }
     patch_tree(t);
@@ -158,11 +159,35 @@ class BodyShape {
     Corners const c = tissue_.surface().corners(t);
     int const n = tissue_.insert_temporary(t, w);
     state_.template add_between<3>(c, {w[0], w[1], w[2]});
-    temporary_ = Temporary{t, n, {c[0], c[1], c[2], -1}, {w[0], w[1], w[2], 0}};
+    temporary_ = Temporary{t, n, {c[0], c[1], c[2], -1}, {w[0], w[1], w[2], 0}, -1};
     patch_tree(t);
     append_to_tree(t);
     append_to_tree(t);
     return n;
+  }
+
+  /// Moves the temporary particle within its triangle, to barycentric weights of the corners it was inserted with.
+  void move_temporary(Vector const& w)
+    requires CuttableTissue<Tissue>
+  {
+    Temporary& t = *temporary_;
+    t.weights = {w[0], w[1], w[2], 0};
+    if (t.split_corner >= 0) {
+      auto const k = static_cast<std::size_t>(t.split_corner);
+      t.weights[k] = t.weights[3] = t.weights[k] / 2;
+    }
+    Vector rest = Vector::Zero(), home = Vector::Zero(), normal = Vector::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      Scalar const part = w[static_cast<int>(k)];
+      rest += part * tissue_.rest_position(t.parents[k]);
+      home += part * state_.home[t.parents[k]];
+      normal += part * state_.normal[t.parents[k]];
+    }
+    tissue_.move_temporary(t.particle, rest);
+    state_.home[t.particle] = home;
+    state_.normal[t.particle] = normal.normalized();
+    place_temporary();
+    tree_is_fitted_ = false;
   }
 
   /// Takes the temporary particle away again; the triangle it divided gets `corners`.
@@ -196,6 +221,7 @@ class BodyShape {
     int particle;
     std::array<int, 4> parents;      // three corners, and the copy of one of them once it is split
     std::array<Scalar, 4> weights;
+    int split_corner;                // which of the three that is, or −1
   };
 
   explicit BodyShape(Tissue tissue) : tissue_(std::move(tissue)) {

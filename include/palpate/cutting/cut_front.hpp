@@ -51,7 +51,12 @@ class CutFront {
   void advance(Body& body, int triangle, Vector const& barycentric) {
     Vector const target = rest_point(body, triangle, barycentric);
     Vector const target_normal = rest_normal(body, triangle, barycentric);
-    if (is_temporary(body, triangle)) triangle = host_;
+    if (is_temporary(body, triangle)) {   // still in the host
+      blade_ = target;
+      blade_normal_ = target_normal;
+      body.move_temporary(inside(body));
+      return;
+    }
     take_temporary_away(body);
     Vector from = host_ >= 0 ? blade_ : body.tissue().rest_position(left_);
     Vector from_normal = host_ >= 0 ? blade_normal_ : Vector(body.home_normal(left_));
@@ -146,7 +151,10 @@ class CutFront {
   /// Barycentric weights of a point, seen along the triangle's normal.
   template <class Body>
   static Vector weights(Body const& body, int t, Vector const& point) {
-    auto const c = body.tissue().surface().corners(t);
+    return weights(body, body.tissue().surface().corners(t), point);
+  }
+  template <class Body>
+  static Vector weights(Body const& body, std::array<int, 3> const& c, Vector const& point) {
     Vector const a = body.tissue().rest_position(c[0]) - point, b = body.tissue().rest_position(c[1]) - point,
                  d = body.tissue().rest_position(c[2]) - point;
     Vector const n = (b - a).cross(d - a);
@@ -442,12 +450,18 @@ class CutFront {
     return true;
   }
 
+  /// The blade's barycentric weights in the host, kept off its edges. While the host is divided its corners are those it had.
+  template <class Body>
+  Vector inside(Body const& body) const {
+    Vector w = weights(body, host_corners_, blade_);
+    for (int k = 0; k < 3; ++k) w[k] = std::max(w[k], Scalar(1e-3));
+    return w / w.sum();
+  }
+
   template <class Body>
   void put_temporary(Body& body) {
-    Vector w = weights(body, host_, blade_);
-    for (int k = 0; k < 3; ++k) w[k] = std::max(w[k], Scalar(1e-3));
-    w /= w.sum();
-    divide_host(body, w, [&](Vector const& inside) { return body.insert_temporary(host_, inside); });
+    host_corners_ = body.tissue().surface().corners(host_);
+    divide_host(body, inside(body), [&](Vector const& w) { return body.insert_temporary(host_, w); });
   }
 
   /// The host gets its corners back; where the anchor is open it hangs on the copy on its own side, or else on the left one.
@@ -471,6 +485,7 @@ class CutFront {
   int right_ = -1;
   int came_from_ = -1;   // the other end of the last cut edge, while that edge is still closed
   int host_ = -1;        // the triangle that holds the blade, or −1 when the blade is at the anchor
+  std::array<int, 3> host_corners_{-1, -1, -1};   // of the host before it was divided
   Kind kind_ = Kind::interior;
   Vector blade_ = Vector::Zero();          // where the blade is, undeformed
   Vector blade_normal_ = Vector::Zero();

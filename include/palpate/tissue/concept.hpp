@@ -73,6 +73,7 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, int i, Vector3<ty
   tissue.change_corner(i, i, i);
   tissue.balance_copies(i, i);
   { tissue.insert_temporary(i, barycentric) } -> std::same_as<int>;
+  tissue.move_temporary(i, barycentric);
   tissue.remove_temporary(i, corners);
 };
 

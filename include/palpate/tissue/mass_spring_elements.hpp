@@ -155,6 +155,9 @@ class MassSpringElements {
     return n;
   }
 
+  /// Moves a temporary particle within its triangle.
+  void move_temporary(int particle, Vector3<Scalar> const& rest) noexcept { rest_[particle] = rest; }
+
   /// Takes the last particle, a temporary one in triangle t, away again; t gets `corners`.
   void remove_temporary(int t, Corners const& corners) {
     int const second = last_triangle() - 1, third = last_triangle();
@@ -269,11 +272,12 @@ class MassSpringElements {
       if (t >= 0) weight += share_[t][surface_.corner_of(t, from)];
     }
     int const l = links_.find(a, b);
+    if (l >= 0 ? links_[l].weight == weight : !(weight > 0)) return;
     if (l >= 0 && weight > 0)
       links_[l].weight = weight;
     else if (l >= 0)
       links_.remove(l);
-    else if (weight > 0)
+    else
       links_.add({a, b, (1 - prestrain_) * undeformed_length(a, b), weight, law});
     ++revision_;
   }

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/touch.hpp>
+#include <palpate/core/error.hpp>
+
+#include <cmath>
+
+namespace palpate {
+
+/// Couples an indenting tip to the touched surface point: a stiff damped spring that pushes and never pulls.
+///   g = (x_s − (p − r n))·n   how far the tip is below the surface,   ġ = (v_s − v_p)·n
+///   f = max(0, (k g + (c + h k) ġ) / (1 + h (c + h k) w)),   w = Σ b_i²/m_i
+/// This is the spring force at the end of the step, as if the touched particles were free: it stays stable however stiff the
+/// spring and however light the particles. −f n acts on the tissue, shared by the triangle's corners by barycentric weight b_i;
+/// +f n is the tissue's reaction on the tool.
+/// Units      k [N/m], c [N·s/m], force [N].
+/// Source     design: touching; Baraff–Witkin 1998 for the linearised end-of-step force.
+/// Cost       O(1).
+struct ContactCoupling {
+  double stiffness = 2000.0;   // N/m
+  double damping = 2.0;        // N s/m
+
+  void validate() const {
+    if (!(stiffness > 0) || !std::isfinite(stiffness))
+      throw InvalidArgument(detail::message("the contact stiffness is ", stiffness, " N/m; it must be finite and positive"));
+    if (!(damping >= 0) || !std::isfinite(damping))
+      throw InvalidArgument(detail::message("the contact damping is ", damping, " N s/m; it must be finite and not negative"));
+  }
+
+  /// Applies the contact force to the body for its next step of h seconds and returns the tissue's reaction on the tool [N].
+  template <class Body>
+  typename Body::Vector apply(Body& body, SurfaceContact<typename Body::Scalar> const& contact, typename Body::Vector const& tip,
+                              typename Body::Vector const& tip_velocity, typename Body::Scalar tip_radius,
+                              typename Body::Scalar h) const {
+    using Scalar = typename Body::Scalar;
+    using Vector = typename Body::Vector;
+    if (!contact.touching) return Vector::Zero();
+    auto const corners = body.tissue().surface().corners(contact.triangle);
+    Vector point = Vector::Zero(), velocity = Vector::Zero();
+    Scalar mobility = 0;   // 1/kg
+    for (std::size_t i = 0; i < 3; ++i) {
+      Scalar const b = contact.barycentric[static_cast<int>(i)];
+      point += b * body.positions().col(corners[i]);
+      velocity += b * body.velocities().col(corners[i]);
+      if (!body.tissue().nailed(corners[i]) && !body.is_held(corners[i])) {
+        Scalar const mass = body.tissue().mass(corners[i]);
+        if (mass > 0) mobility += b * b / mass;
+      }
+    }
+    Scalar const k = static_cast<Scalar>(stiffness);
+    Scalar const c = static_cast<Scalar>(damping) + h * k;
+    Scalar const gap = (point - tip).dot(contact.normal) + tip_radius;
+    Scalar const closing = (velocity - tip_velocity).dot(contact.normal);
+    Scalar const force = (k * gap + c * closing) / (1 + h * c * mobility);
+    if (!(force > 0)) return Vector::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+      Scalar const b = contact.barycentric[static_cast<int>(i)];
+      if (b > 0) body.apply_force(corners[i], -b * force * contact.normal);
+    }
+    return force * contact.normal;
+  }
+};
+
+}  // namespace palpate

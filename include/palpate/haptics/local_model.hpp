@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/touch.hpp>
+#include <palpate/core/phase.hpp>
+
+namespace palpate {
+
+/// What the servo needs to know of the body between two body steps: the plane of the undisturbed surface at the touched point, the
+/// state of the stroke and the tissue's reaction. Trivially copyable: it travels through a TripleBuffer.
+///   depth(p) = r − (p − home point)·n
+/// Units      m, N; world frame.
+template <RealScalar Scalar>
+struct LocalModel {
+  CuttingPhase phase = CuttingPhase::no_contact;
+  Vector3<Scalar> home_point = Vector3<Scalar>::Zero();
+  Vector3<Scalar> normal = Vector3<Scalar>::UnitZ();
+  Scalar tip_radius = 0;
+  Vector3<Scalar> tissue_force = Vector3<Scalar>::Zero();   // on the tool
+
+  /// How deep a tip is below the plane; 0 without contact and above it.
+  Scalar depth(Vector3<Scalar> const& tip) const noexcept {
+    if (phase == CuttingPhase::no_contact) return 0;
+    Scalar const below = tip_radius - (tip - home_point).dot(normal);
+    return below > 0 ? below : Scalar(0);
+  }
+};
+
+}  // namespace palpate

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/cutting/concept.hpp>
+#include <palpate/haptics/contact_coupling.hpp>
+#include <palpate/haptics/local_model.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace palpate {
+
+/// What happened on the body's side.
+struct BodyCounts {
+  std::uint64_t ticks = 0;
+  std::uint64_t steps = 0;           ///< body steps; more than ticks where a tick was split
+  std::uint64_t capped = 0;          ///< ticks that wanted more steps than allowed
+  std::uint64_t stable_steps = 0;    ///< how often the stable step was found anew
+  std::uint64_t diverged = 0;        ///< steps refused because they diverged
+  int most_steps_a_tick = 0;
+};
+
+/// The body's side of a simulation: contact → cut → step, once a tick.
+/// A tick is split into the fewest equal steps not above the body's stable step, which is found anew after every cut. While the tool
+/// indents, the touched point is coupled to the tip in each of these steps; the tip moves evenly through the tick.
+template <class BodyType, class CutterType>
+class BodyLoop {
+  static_assert(Cutter<CutterType, BodyType>,
+                "Simulator: the cutter needs advance(body, tip), contact(), state() and report(); use NoCutter<double>{} for a blunt tool.");
+
+ public:
+  using Scalar = typename BodyType::Scalar;
+  using Vector = Vector3<Scalar>;
+
+  BodyLoop(BodyType body, CutterType cutter, ContactCoupling const& coupling, int most_steps)
+      : body_(std::move(body)), cutter_(std::move(cutter)), coupling_(coupling), most_steps_(most_steps) {
+    find_stable_step();
+  }
+
+  /// Moves the tip [m] with a velocity [m/s] through a tick of h seconds and returns what the servo needs to know.
+  LocalModel<Scalar> tick(Vector const& tip, Vector const& velocity, Scalar h) {
+    Vector const from = ticked_ ? last_tip_ : tip;
+    last_tip_ = tip;
+    ticked_ = true;
+    if constexpr (requires { cutter_.advance(body_, tip, pressed_); })
+      cutter_.advance(body_, tip, pressed_);
+    else
+      cutter_.advance(body_, tip);
+    if (revision() != stable_for_) find_stable_step();
+
+    int const wanted = stable_step_ > 0 ? static_cast<int>(std::min(Scalar(1e9), std::ceil(h / stable_step_ * (1 - Scalar(1e-6))))) : most_steps_;
+    int const steps = std::clamp(wanted, 1, most_steps_);
+    if (wanted > most_steps_) ++counts_.capped;
+    bool const presses = cutter_.state() == CuttingPhase::indenting;
+    Vector reaction = Vector::Zero();
+    for (int i = 1; i <= steps; ++i) {
+      if (presses) {
+        Vector const now = from + (tip - from) * (Scalar(i) / Scalar(steps));
+        reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, tip_radius(), h / Scalar(steps)) / Scalar(steps);
+      }
+      if (!body_.step(h / Scalar(steps))) ++counts_.diverged;
+    }
+    pressed_ = reaction.norm();
+    ++counts_.ticks;
+    counts_.steps += static_cast<std::uint64_t>(steps);
+    counts_.most_steps_a_tick = std::max(counts_.most_steps_a_tick, steps);
+
+    LocalModel<Scalar> model;
+    SurfaceContact<Scalar> const& contact = cutter_.contact();
+    model.phase = cutter_.state();
+    if (model.phase != CuttingPhase::no_contact) {
+      model.home_point = contact.home_point;
+      model.normal = contact.normal;
+      model.tip_radius = tip_radius();
+      model.tissue_force = reaction;
+    }
+    return model;
+  }
+
+  BodyType& body() noexcept { return body_; }
+  BodyType const& body() const noexcept { return body_; }
+  CutterType& cutter() noexcept { return cutter_; }
+  CutterType const& cutter() const noexcept { return cutter_; }
+  BodyCounts const& counts() const noexcept { return counts_; }
+  Scalar stable_step() const noexcept { return stable_step_; }
+
+ private:
+  std::size_t revision() const noexcept {
+    if constexpr (requires { body_.tissue().revision(); })
+      return body_.tissue().revision();
+    else
+      return body_.topology_revision();
+  }
+
+  void find_stable_step() {
+    stable_step_ = body_.stable_step();
+    stable_for_ = revision();
+    ++counts_.stable_steps;
+  }
+
+  Scalar tip_radius() const noexcept {
+    if constexpr (requires { cutter_.tip_radius(); })
+      return cutter_.tip_radius();
+    else
+      return 0;
+  }
+
+  BodyType body_;
+  CutterType cutter_;
+  ContactCoupling coupling_;
+  int most_steps_;
+  Scalar stable_step_ = 0;
+  std::size_t stable_for_ = 0;
+  Vector last_tip_ = Vector::Zero();
+  bool ticked_ = false;
+  Scalar pressed_ = 0;   // N, of the last tick
+  BodyCounts counts_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+#include <palpate/core/phase.hpp>
+#include <palpate/simulator/triple_buffer.hpp>
+
+#include <cstddef>
+
+namespace palpate {
+
+/// The body as a renderer wants it. `topology_revision` differs from the last snapshot's when triangles changed; while it is the
+/// same, only points moved.
+/// Shapes     points 3 × n [m], triangles 3 × m.
+template <RealScalar Scalar>
+struct BodySnapshot {
+  double time = 0.0;                 // s of simulated time
+  std::size_t topology_revision = 0;
+  Matrix3X<Scalar> points;
+  Matrix<int, 3, Dynamic> triangles;
+  Vector3<Scalar> tip = Vector3<Scalar>::Zero();
+  CuttingPhase phase = CuttingPhase::no_contact;
+};
+
+/// Hands snapshots from the thread that steps the body to one thread that draws. Neither waits for the other.
+/// Cost       publish copies the points, and the triangles when they changed; it allocates only when the body has grown.
+template <RealScalar Scalar>
+class SnapshotChannel {
+ public:
+  template <class Body>
+  void publish(Body const& body, double time, Vector3<Scalar> const& tip, CuttingPhase phase) {
+    BodySnapshot<Scalar>& next = buffer_.back();
+    next.time = time;
+    next.points = body.positions();
+    if (next.triangles.cols() != body.triangles().cols() || next.topology_revision != body.topology_revision())
+      next.triangles = body.triangles();
+    next.topology_revision = body.topology_revision();
+    next.tip = tip;
+    next.phase = phase;
+    buffer_.publish();
+  }
+
+  /// For the drawing thread: takes the newest snapshot; false if there was none since the last call.
+  bool fetch() noexcept { return buffer_.fetch(); }
+  /// The snapshot taken last; it stays as it is until the next fetch().
+  BodySnapshot<Scalar> const& latest() const noexcept { return buffer_.front(); }
+
+ private:
+  TripleBuffer<BodySnapshot<Scalar>> buffer_;
+};
+
+}  // namespace palpate
