@@ -15,7 +15,7 @@ namespace palpate {
 /// spring and however light the particles. −f n acts on the tissue, shared by the triangle's corners by barycentric weight b_i;
 /// +f n is the tissue's reaction on the tool.
 /// Units      k [N/m], c [N·s/m], force [N].
-/// Source     design: touching; Baraff–Witkin 1998 for the linearised end-of-step force.
+/// Source     \cite baraff1998 for the force at the end of the step.
 /// Cost       O(1).
 struct ContactCoupling {
   double stiffness = 2000.0;   // N/m
