@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/integrator/concept.hpp>
+#include <palpate/integrator/measured_stability.hpp>
+#include <palpate/testing/violations.hpp>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace palpate::testing {
+
+/// Two particles that pull at each other and at their homes, with damping: a System to try integrators on.
+///   a = −κ x − β |x|² x − γ v + λ (x′ − x) + μ (v′ − v) + g,  x′, v′ the other particle
+/// Nothing in it is special: not linear, not symmetric, damped by itself and by the other, under a constant force.
+class TwoParticles {
+ public:
+  using Scalar = double;
+  using Matrix = Matrix3X<double>;
+
+  TwoParticles() : x_(3, 2), v_(3, 2), memory_(Matrix::Zero(3, 2)) {
+    x_ << 0.3, -0.2, 0.1, 0.4, -0.5, 0.2;
+    v_ << -0.4, 0.6, 0.8, -0.1, 0.3, -0.7;
+    for (auto& columns : scratch_) columns.setConstant(3, 2, std::numeric_limits<double>::quiet_NaN());
+  }
+
+  Matrix& positions() { return x_; }
+  Matrix& velocities() { return v_; }
+  template <class X, class V>
+  Matrix acceleration(Eigen::MatrixBase<X> const& x, Eigen::MatrixBase<V> const& v) const {
+    Matrix const at = x, speed = v;
+    Matrix a(3, 2);
+    for (int i = 0; i < 2; ++i)
+      a.col(i) = -4.0 * at.col(i) - 1.5 * at.col(i).squaredNorm() * at.col(i) - 0.6 * speed.col(i) +
+                 3.0 * (at.col(1 - i) - at.col(i)) + 0.5 * (speed.col(1 - i) - speed.col(i)) + Vector3<double>(0.2, -0.3, -1.0 - i);
+    return a;
+  }
+  template <class X, class V, class Out>
+  void acceleration(Eigen::MatrixBase<X> const& x, Eigen::MatrixBase<V> const& v, Out&& out) const {
+    out = acceleration(x, v);
+  }
+  Matrix& scratch(int k) { return scratch_[k]; }
+  Matrix& remembered_acceleration() { return memory_; }
+  bool remembers() const { return remembers_; }
+
+  template <Integrator I>
+  void advance(I const& integrator, double h) {
+    integrator.step(*this, h);
+    remembers_ = true;
+  }
+
+  /// The end of a second, from many steps of the midpoint rule, extrapolated five times: good to 1e-13.
+  static Matrix reference_positions() {
+    constexpr int rows = 6;
+    Matrix table[rows];
+    for (int row = 0; row < rows; ++row) {
+      int const steps = 32 << row;
+      double const h = 1.0 / steps;
+      TwoParticles p;
+      Matrix last_x = p.x_, last_v = p.v_;
+      Matrix x = p.x_ + h * p.v_, v = p.v_ + h * p.acceleration(p.x_, p.v_);
+      for (int k = 1; k < steps; ++k) {
+        Matrix next_x = last_x + 2 * h * v, next_v = last_v + 2 * h * p.acceleration(x, v);
+        last_x = std::exchange(x, next_x);
+        last_v = std::exchange(v, next_v);
+      }
+      table[row] = (last_x + x + h * v) / 2;
+      for (int k = row - 1; k >= 0; --k) table[k] = (table[k + 1] + (table[k + 1] - table[k]) / (std::pow(4.0, row - k) - 1)).eval();
+    }
+    return table[0];
+  }
+
+ private:
+  Matrix x_, v_, memory_;
+  Matrix scratch_[8];
+  bool remembers_ = false;
+};
+
+/// The order an integrator shows on TwoParticles: log₂ of the ratio of its errors after a second with steps h and h/2.
+template <Integrator I>
+double measured_order(I const& integrator, double h = 1.0 / 64) {
+  Matrix3X<double> const exact = TwoParticles::reference_positions();
+  double error[2];
+  for (int half = 0; half < 2; ++half) {
+    TwoParticles system;
+    int const steps = static_cast<int>(std::lround(1.0 / h)) << half;
+    for (int k = 0; k < steps; ++k) system.advance(integrator, 1.0 / steps);
+    error[half] = (system.positions() - exact).norm();
+  }
+  return std::log2(error[0] / error[1]);
+}
+
+/// Checks an integrator: a step of zero changes no bit; two runs agree to the bit; where it states `order`, the error shrinks as
+/// h^order (a higher order is no violation), damping and the first step included; where it states a stable step, no mode of
+/// x″ = −κ x − γ x′ within the bounds grows at 0.999 times that step.
+template <Integrator I>
+Violations check_integrator(I const& integrator) {
+  using palpate::detail::message;
+  Violations found;
+  {
+    TwoParticles system;
+    system.advance(integrator, 0.01);
+    Matrix3X<double> const x = system.positions(), v = system.velocities();
+    system.advance(integrator, 0.0);
+    if (system.positions() != x || system.velocities() != v) found.push_back("a step of zero moves the particles");
+    TwoParticles again;
+    again.advance(integrator, 0.01);
+    if (again.positions() != x || again.velocities() != v) found.push_back("two runs from the same state differ");
+  }
+  if constexpr (requires { I::order; }) {
+    double const order = measured_order(integrator);
+    if (!(order > I::order - 0.1))
+      found.push_back(message("the order is ", int{I::order}, " but the error shrinks as h^", order, " from h = 1/64 s to 1/128 s"));
+  }
+  if constexpr (StatesStableStep<I>) {
+    for (double const stiffness : {0.0, 1.0, 1e6})
+      for (double const damping : {0.0, 0.3, 2.0, 2e3})
+        for (double const least : {0.0, 0.5 * damping, damping}) {
+          double const h = integrator.stable_step(ModalBounds<double>{stiffness, damping, least});
+          if (!(h >= 0)) {
+            found.push_back(message("stable_step({", stiffness, ", ", damping, ", ", least, "}) is ", h, " s"));
+            continue;
+          }
+          if (h == 0 || !std::isfinite(h)) continue;
+          double worst = 0, worst_stiffness = 0, worst_damping = 0;
+          for (double const share : {1.0, 0.7, 0.3, 0.1, 1e-2, 1e-3})
+            for (double const gamma : {least, (least + damping) / 2, damping})
+              if (double const growth = amplification(integrator, share * stiffness, gamma, 0.999 * h); !(growth <= worst))
+                worst = growth, worst_stiffness = share * stiffness, worst_damping = gamma;
+          if (!(worst < 1 + 1e-9))
+            found.push_back(message("stable_step({", stiffness, ", ", damping, ", ", least, "}) is ", h, " s, but the mode x'' = -",
+                                    worst_stiffness, " x - ", worst_damping, " x' grows ", worst, " times a step there"));
+        }
+  }
+  return found;
+}
+
+}  // namespace palpate::testing
