@@ -33,9 +33,9 @@ struct HomeSpring {
 /// What a MassSpring is built from besides its mesh; every particle and link starts with these values.
 template <RealScalar Scalar, class Law>
 struct MassSpringOptions {
-  MassOptions<Scalar> mass;
-  Law link;
-  HomeSpring<Scalar> home;
+  MassOptions<Scalar> mass{};
+  Law link{};
+  HomeSpring<Scalar> home{};
   /// ε: a link's rest length is (1 − ε) × its undeformed length, so that a cut gapes. 0 ≤ ε < 1.
   Scalar link_prestrain = 0;
 };
