@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include "options.hpp"
+
+#include <palpate/core/version.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <map>
+
+namespace incision {
+
+Parsed parse_options(int argc, char** argv) {
+  Parsed parsed;
+  Options& o = parsed.options;
+  std::string coupling = "loose", integrator = "leapfrog";
+  std::map<std::string, IntegratorName> const integrators{{"leapfrog", IntegratorName::leapfrog},
+                                                          {"velocity-verlet", IntegratorName::velocity_verlet},
+                                                          {"symplectic-euler", IntegratorName::symplectic_euler},
+                                                          {"explicit-euler", IntegratorName::explicit_euler},
+                                                          {"rk4", IntegratorName::runge_kutta_4}};
+  std::map<std::string, Coupling> const couplings{{"loose", Coupling::loose}, {"tight", Coupling::tight}};
+
+  CLI::App app{
+      "Palpates, punctures and cuts a liver with a scripted hand at 1 kHz, and writes what was felt and seen:\n"
+      "session.csv, charts and pictures (PNG), and a ParaView series (tissue.pvd). Without arguments it needs no file.\n"
+      "All quantities are in SI units."};
+  app.set_version_flag("--version", std::string("incision (palpate ") + PALPATE_VERSION_STRING + ")");
+  app.get_formatter()->column_width(38);
+
+  auto const organ = "Organ and hand";
+  app.add_option("--mesh", o.mesh, "surface to cut: OBJ, STL, PLY, VTK; default: the library's own liver")->group(organ);
+  app.add_option("--unit", o.unit, "unit of the mesh file: m, cm or mm")->check(CLI::IsMember({"m", "cm", "mm"}))->capture_default_str()->group(organ);
+  app.add_option("--up", o.up, "where the upper side looks: x, -x, y, -y, z, -z or auto (across the flattest extent)")
+      ->check(CLI::IsMember({"auto", "x", "-x", "y", "-y", "z", "-z"}))->capture_default_str()->group(organ);
+  app.add_option("--resolution", o.resolution, "vertices of the library's own liver")->check(CLI::Range(500, 100000))->capture_default_str()->group(organ);
+  app.add_option("--tool", o.tool, "path of the tool tip, CSV with columns time_s,x_m,y_m,z_m; default: a stroke on the upper side")->group(organ);
+  app.add_option("--seconds", o.seconds, "simulated time; default: the path and 2.2 s more")->check(CLI::Range(0.01, 3600.0))->group(organ);
+
+  auto const tissue = "Tissue";
+  CLI::Range const not_negative(0.0, 1e9);
+  app.add_option("--mass", o.mass, "total mass [kg]; default: 1060 kg/m3 times the enclosed volume")->check(CLI::Range(1e-6, 1e6))->group(tissue);
+  app.add_option("--link-stiffness", o.link_stiffness, "spring along an edge [N/m]")->check(CLI::Range(1e-9, 1e9))->capture_default_str()->group(tissue);
+  app.add_option("--link-damping", o.link_damping, "[N s/m]")->check(not_negative)->capture_default_str()->group(tissue);
+  app.add_option("--home-stiffness", o.home_stiffness, "spring that holds a particle at its rest position [N/m]")->check(CLI::Range(1e-9, 1e9))->capture_default_str()->group(tissue);
+  app.add_option("--home-damping", o.home_damping, "[N s/m]")->check(not_negative)->capture_default_str()->group(tissue);
+  app.add_option("--prestrain", o.prestrain, "pre-tension: springs are this share shorter than their edges, so a wound gapes")->check(CLI::Range(0.0, 0.9))->capture_default_str()->group(tissue);
+  app.add_option("--zone", o.zone, "compute only so many rings around the tool; 0: the whole body")->check(CLI::Range(0, 1000))->capture_default_str()->group(tissue);
+  app.add_option("--integrator", integrator, "leapfrog, velocity-verlet, symplectic-euler, explicit-euler or rk4")->check(CLI::IsMember(integrators))->capture_default_str()->group(tissue);
+
+  auto const force = "Cut and force";
+  app.add_option("--puncture-depth", o.puncture_depth, "[m]; default: a twentieth of the organ's diagonal, at most 0.018")->check(CLI::Range(1e-6, 1.0))->group(force);
+  app.add_option("--curve-factor", o.curve_factor, "the published liver curve, of a 4 mm probe, times this for a blade that cuts")->check(CLI::Range(0.0, 1000.0))->capture_default_str()->group(force);
+  app.add_option("--organ-coefficient", o.organ_coefficient, "drag of the organ on the blade, per depth [N s/m2]")->check(not_negative)->capture_default_str()->group(force);
+  app.add_option("--snr", o.snr_db, "signal-to-noise ratio of the force [dB]")->check(CLI::Range(0.0, 300.0))->capture_default_str()->group(force);
+  app.add_option("--seed", o.seed, "of the noise in the force")->capture_default_str()->group(force);
+  app.add_option("--coupling", coupling, "loose: the measured force curves; tight: the tissue's own reaction")->check(CLI::IsMember(couplings))->capture_default_str()->group(force);
+
+  auto const output = "Output";
+  app.add_option("--out", o.out, "folder for the results")->capture_default_str()->group(output);
+  app.add_flag("!--no-pictures", o.pictures, "write no PNG files")->group(output);
+  app.add_flag("--realtime", o.realtime, "run servo and body on two threads by the clock instead of in lock-step")->group(output);
+
+  try {
+    app.parse(argc, argv);
+    o.coupling = couplings.at(coupling);
+    o.integrator = integrators.at(integrator);
+  } catch (CLI::ParseError const& error) {
+    bool const asked = error.get_exit_code() == 0;   // --help, --version
+    if (asked)
+      app.exit(error);
+    else
+      std::fprintf(stderr, "incision: %s (see incision --help)\n", error.what());
+    parsed.exit_code = asked ? 0 : 2;
+  }
+  return parsed;
+}
+
+}  // namespace incision

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace incision {
+
+enum class Coupling { loose, tight };
+enum class IntegratorName { leapfrog, velocity_verlet, symplectic_euler, explicit_euler, runge_kutta_4 };
+
+/// What the command line asks for. SI units; an empty optional is worked out from the organ.
+struct Options {
+  // What is cut, and by which movement.
+  std::filesystem::path mesh;   // empty: the library's own liver
+  std::string unit = "m";
+  std::string up = "auto";
+  int resolution = 2000;
+  std::filesystem::path tool;   // empty: a stroke across the upper side
+  std::optional<double> seconds;
+
+  // Tissue.
+  std::optional<double> mass;              // kg
+  double link_stiffness = 60.0;            // N/m
+  double link_damping = 0.05;              // N s/m
+  double home_stiffness = 6.0;             // N/m
+  double home_damping = 0.05;              // N s/m
+  double prestrain = 0.15;
+  int zone = 0;                            // rings; 0: the whole body
+  IntegratorName integrator = IntegratorName::leapfrog;
+
+  // Cut and force.
+  std::optional<double> puncture_depth;    // m
+  double curve_factor = 4.0;
+  double organ_coefficient = 800.0;        // N s/m²
+  double snr_db = 30.0;
+  std::uint64_t seed = 7;
+  Coupling coupling = Coupling::loose;
+
+  // What comes out.
+  std::filesystem::path out = "incision-out";
+  bool pictures = true;
+  bool realtime = false;
+};
+
+/// The options, or the exit code when there is nothing more to do: 0 after --help and --version, 2 after a mistake, which has been
+/// named in one line on standard error.
+struct Parsed {
+  Options options;
+  std::optional<int> exit_code;
+};
+Parsed parse_options(int argc, char** argv);
+
+}  // namespace incision

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "upper_side.hpp"
+
+#include <palpate/core/phase.hpp>
+#include <palpate/cutting/concept.hpp>
+#include <palpate/simulator/recording.hpp>
+#include <palpate/simulator/tick_statistics.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace incision {
+
+/// The body at one moment, for pictures and the series.
+struct Frame {
+  double time = 0.0;
+  TriangleMesh<double> mesh;
+  palpate::Matrix3X<double> displacement;
+  Vector tip = Vector::Zero();
+  palpate::CuttingPhase phase = palpate::CuttingPhase::no_contact;
+  double depth = 0.0;
+};
+
+/// All that came of a run.
+struct Outcome {
+  palpate::Recording recording;
+  std::vector<Frame> frames;
+  palpate::CutReport cut;
+  int particles_before = 0, triangles_before = 0, particles_after = 0, triangles_after = 0, pieces = 0;
+  std::optional<double> release;   // s, when the tool left the wound
+  std::optional<double> gap;       // m, largest distance between the lips, two seconds after the release
+  double wall_seconds = 0.0;       // of the simulation alone
+  palpate::TickStatistics servo, body;
+  std::uint64_t body_steps = 0, diverged = 0;
+  int most_steps_a_tick = 0;
+};
+
+}  // namespace incision

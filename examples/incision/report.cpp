@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "report.hpp"
+
+#include <chrono>
+#include <cstdarg>
+#include <cstdio>
+
+namespace incision {
+
+namespace {
+
+[[gnu::format(printf, 2, 3)]] void line(std::string& text, char const* format, ...) {
+  char buffer[512];
+  va_list values;
+  va_start(values, format);
+  std::vsnprintf(buffer, sizeof buffer, format, values);
+  va_end(values);
+  text += buffer;
+  text += '\n';
+}
+
+double microseconds(palpate::DurationHistogram::Duration duration) { return std::chrono::duration<double, std::micro>(duration).count(); }
+
+}  // namespace
+
+std::string summary(Options const& options, Organ const& organ, Hand const& hand, Outcome const& outcome,
+                    std::vector<std::string> const& written) {
+  std::string text;
+  double const simulated = outcome.recording.ticks().empty() ? 0.0 : hand.seconds;
+  double deepest = 0.0;
+  for (palpate::Tick const& tick : outcome.recording.ticks()) deepest = tick.depth > deepest ? tick.depth : deepest;
+
+  line(text, "organ         %s: %d vertices, %d triangles, %.0f mm across, %.3f kg", organ.name.c_str(), outcome.particles_before,
+       outcome.triangles_before, 1000.0 * organ.diagonal, organ.mass);
+  line(text, "session       %.2f s of simulated time in %.2f s: %.1f times real time", simulated, outcome.wall_seconds,
+       simulated / outcome.wall_seconds);
+  if (options.realtime)
+    line(text, "rates         servo %.1f Hz (%llu late, %llu skipped), body %.1f Hz", outcome.servo.rate(),
+         static_cast<unsigned long long>(outcome.servo.overruns()), static_cast<unsigned long long>(outcome.servo.skipped()),
+         outcome.body.rate());
+  else
+    line(text, "rates         servo and body 1000 Hz of simulated time, %.0f ticks/s reached",
+         double(outcome.recording.ticks().size()) / outcome.wall_seconds);
+  line(text, "servo tick    p50 %.1f us, p99 %.1f us", microseconds(outcome.servo.compute().p50()), microseconds(outcome.servo.compute().p99()));
+  line(text, "body step     p50 %.1f us, p99 %.1f us a tick; %.1f steps a tick, at most %d%s", microseconds(outcome.body.compute().p50()),
+       microseconds(outcome.body.compute().p99()), double(outcome.body_steps) / double(outcome.body.ticks() > 0 ? outcome.body.ticks() : 1),
+       outcome.most_steps_a_tick, outcome.diverged > 0 ? "; THE BODY DIVERGED" : "");
+  if (outcome.cut.particles_added > 0)
+    line(text, "cut           %d particles and %d triangles added; crossings V-P %d, V-V %d, P-V %d, P-P %d", outcome.cut.particles_added,
+         outcome.cut.triangles_added, outcome.cut.vertex_edge, outcome.cut.vertex_vertex, outcome.cut.edge_vertex, outcome.cut.edge_edge);
+  else
+    line(text, "cut           none: the tool did not puncture (puncture depth %.1f mm)", 1000.0 * organ.puncture_depth);
+  line(text, "pieces        %d", outcome.pieces);
+  line(text, "largest force %.3f N, deepest point %.1f mm", outcome.recording.largest_force(), 1000.0 * deepest);
+  if (outcome.gap)
+    line(text, "wound gap     %.2f mm, two seconds after the release", 1000.0 * *outcome.gap);
+  else if (outcome.release)
+    line(text, "wound gap     not measured: the run ends less than two seconds after the release");
+  std::string names;
+  for (std::string const& name : written) names += (names.empty() ? "" : ", ") + name;
+  line(text, "written       %s: %s", options.out.string().c_str(), names.c_str());
+  return text;
+}
+
+}  // namespace incision

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "scene.hpp"
+
+#include <palpate/collision/surface_tree.hpp>
+#include <palpate/core/error.hpp>
+#include <palpate/core/units.hpp>
+#include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/measures.hpp>
+#include <palpate/mesh/normals.hpp>
+#include <palpate/mesh/organ.hpp>
+#include <palpate/mesh/repair.hpp>
+#include <palpate/vtk/read_mesh.hpp>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+namespace incision {
+
+using palpate::detail::message;
+
+namespace {
+
+/// How often the surface winds around a point: 1 inside a closed surface, 0 outside (van Oosterom and Strackee's solid angles).
+double winding_number(TriangleMesh<double> const& mesh, Vector const& p) {
+  double sum = 0.0;
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    Vector const a = mesh.points.col(mesh.triangles(0, t)) - p, b = mesh.points.col(mesh.triangles(1, t)) - p,
+                 c = mesh.points.col(mesh.triangles(2, t)) - p;
+    double const la = a.norm(), lb = b.norm(), lc = c.norm();
+    sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return sum / (2.0 * std::numbers::pi);
+}
+
+/// A foreign mesh, corrected where there is one right way, which is said in one line; else refused.
+TriangleMesh<double> read_organ(Options const& options) {
+  std::string const name = options.mesh.string();
+  auto mesh = palpate::read_mesh<double>(options.mesh, palpate::metres_per(options.unit));
+  palpate::RepairReport const report = palpate::repair(mesh, {.wanted = {.closed = true}});
+  if (!report.sound()) {
+    auto const others = report.left.size() - 1;
+    throw palpate::InvalidMesh(message(name, ": ", to_string(report.left.front()),
+                                       others == 0 ? std::string() : message(" (and ", others, " more like it)")));
+  }
+  if (report.changed()) std::fprintf(stderr, "incision: %s: repaired: %s\n", name.c_str(), to_string(report).c_str());
+  return mesh;
+}
+
+/// Palpates without puncturing, comes back, goes in, follows the surface, and leaves.
+palpate::Trajectory<double> stroke(SurfaceLine const& line, Organ const& organ, double length) {
+  double const press = 0.75 * organ.puncture_depth, cut = 1.15 * organ.puncture_depth, clear = 0.06 * organ.diagonal;
+  auto const at = [&](std::size_t i, double depth) -> Vector { return line.points[i] - depth * line.normals[i]; };
+  std::size_t const last = line.points.size() - 1;
+  double const cutting_time = std::max(1.0, length / 0.02);   // 2 cm/s
+
+  auto path = palpate::Trajectory<double>::start(at(0, -clear));
+  path.line(at(0, press), 0.8, palpate::Pace::minimum_jerk);
+  path.hold(0.2);
+  path.line(at(0, -0.3 * clear), 0.6, palpate::Pace::minimum_jerk);
+  path.line(at(0, cut), 0.9, palpate::Pace::minimum_jerk);
+  for (std::size_t i = 1; i <= last; ++i) path.line(at(i, cut), cutting_time / double(last));
+  path.line(at(last, -clear), 0.6, palpate::Pace::minimum_jerk);
+  return path;
+}
+
+/// One line for each way in which a path can not be used.
+void check_path(palpate::Trajectory<double> const& path, TriangleMesh<double> const& mesh, double seconds, std::string const& name) {
+  palpate::SurfaceTree<double> const tree(mesh);
+  auto const distance = [&](Vector const& p) { return tree.nearest(mesh.points, p).distance; };
+  auto const inside = [&](Vector const& p) { return winding_number(mesh, p) > 0.5; };
+  if (inside(path.begin()))
+    throw palpate::InvalidArgument(message(name, ": the path starts ", 1000.0 * distance(path.begin()),
+                                           " mm inside the organ; let it start outside"));
+  double nearest = std::numeric_limits<double>::infinity(), when = 0.0;
+  Vector before = path.begin();
+  double const end = std::min(seconds, path.duration());
+  for (int tick = 0; 1e-3 * tick <= end; ++tick) {
+    Vector const p = path.at(1e-3 * tick).position;
+    double const d = distance(p);
+    if (d < nearest) {
+      nearest = d;
+      when = 1e-3 * tick;
+    }
+    if (d <= (p - before).norm() && (tick == 0 || inside(p) != inside(before))) return;   // through the surface in this tick
+    before = p;
+  }
+  throw palpate::InvalidArgument(message(name, ": the path never touches the organ; it comes to ", 1000.0 * nearest, " mm at ", when,
+                                         " s; is it in metres and in the frame of the mesh?"));
+}
+
+}  // namespace
+
+Organ prepare_organ(Options const& options) {
+  Organ organ;
+  bool const own = options.mesh.empty();
+  organ.name = own ? "the library's liver" : options.mesh.string();
+  organ.mesh = own ? palpate::make_organ<double>({.vertices = options.resolution, .seed = 1}) : read_organ(options);
+
+  auto const& points = organ.mesh.points;
+  organ.diagonal = (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
+  organ.up = upper_direction(organ.mesh, options.up);
+  organ.puncture_depth = options.puncture_depth.value_or(std::min(0.018, organ.diagonal / 20.0));
+  organ.mass = options.mass.value_or(1060.0 * std::abs(palpate::volume(organ.mesh)));
+
+  auto const normals = palpate::vertex_normals(organ.mesh);
+  for (int i = 0; i < points.cols(); ++i)
+    if (normals.col(i).dot(organ.up) < -0.3) organ.underside.push_back(i);
+  return organ;
+}
+
+Hand prepare_hand(Options const& options, Organ const& organ, TriangleMesh<double> const& settled) {
+  constexpr double afterwards = 2.2;   // s, for the wound to open
+  std::optional<Hand> hand;
+  if (options.tool.empty()) {
+    double const length = stroke_length(settled);
+    SurfaceLine const line = smoothest_line(settled, organ.up, length);
+    if (line.points.size() < 2)
+      throw palpate::InvalidMesh(message(organ.name, ": the side that looks up has no room for a stroke of ", 1000.0 * length,
+                                         " mm; choose another with --up or give a path with --tool"));
+    hand = Hand{.path = stroke(line, organ, length), .middle = line.points[line.points.size() / 2], .normal = line.normals[line.normals.size() / 2],
+                .along = line.points.back() - line.points.front(), .length = length};
+  } else {
+    auto path = palpate::read_trajectory<double>(options.tool);
+    hand = Hand{.path = path, .middle = Vector::Zero(), .normal = organ.up, .along = Vector::UnitX()};
+  }
+  hand->seconds = options.seconds.value_or(hand->path.duration() + afterwards);
+  check_path(hand->path, settled, hand->seconds, options.tool.empty() ? organ.name : options.tool.string());
+
+  if (!options.tool.empty()) {   // seen from above the touched part
+    palpate::SurfaceTree<double> const tree(settled);
+    auto const normals = palpate::vertex_normals(settled);
+    std::vector<Vector> touched;
+    Vector normal = Vector::Zero();
+    double const duration = hand->path.duration(), margin = organ.diagonal / 50.0;
+    for (int i = 0; i <= 400; ++i) {
+      Vector const p = hand->path.at(duration * i / 400).position;
+      auto const nearest = tree.nearest(settled.points, p);
+      Vector n = Vector::Zero();
+      for (int k = 0; k < 3; ++k) n += nearest.barycentric[k] * normals.col(settled.triangles(k, nearest.triangle));
+      if ((p - nearest.point).dot(n) > 0.0 && nearest.distance > margin) continue;
+      touched.push_back(nearest.point);
+      normal += n;
+    }
+    if (!touched.empty()) {
+      hand->middle = (touched.front() + touched.back()) / 2;
+      hand->along = touched.back() - touched.front();
+      hand->length = hand->along.norm();
+      if (normal.norm() > 0.0) hand->normal = normal.normalized();
+    }
+    if (!(hand->along.norm() > 1e-6)) hand->along = hand->normal.unitOrthogonal();
+  }
+  hand->along = (hand->along - hand->along.dot(hand->normal) * hand->normal).normalized();
+  hand->length = std::max(hand->length, stroke_length(settled) / 2);
+  return *hand;
+}
+
+}  // namespace incision

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "options.hpp"
+#include "upper_side.hpp"
+
+#include <palpate/device/trajectory.hpp>
+
+#include <string>
+#include <vector>
+
+namespace incision {
+
+/// What is cut.
+struct Organ {
+  std::string name;
+  TriangleMesh<double> mesh;     // as it grew: without pre-tension, m
+  Vector up;
+  std::vector<int> underside;    // nailed: the table that it lies on
+  double mass = 0.0;             // kg
+  double diagonal = 0.0;         // m
+  double puncture_depth = 0.0;   // m
+};
+
+/// Reads or makes the organ. What was repaired in a file goes to standard error in one line. Throws palpate::Error for a mesh that can
+/// not be used.
+Organ prepare_organ(Options const& options);
+
+/// How the tool moves, and from where the pictures are taken.
+struct Hand {
+  palpate::Trajectory<double> path;
+  double seconds = 0.0;     // to simulate
+  Vector middle, normal, along;
+  double length = 0.0;      // m, of the stroke
+};
+
+/// The scripted hand on the organ as it lies there, settled: palpates, punctures, draws a stroke and leaves; or follows the file.
+/// Throws palpate::Error for an organ without room for a stroke, or a path that starts inside the organ or never touches it.
+Hand prepare_hand(Options const& options, Organ const& organ, TriangleMesh<double> const& settled);
+
+}  // namespace incision

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+#include "session.hpp"
+
+namespace incision {
+
+Outcome run_session(Options const& options, Organ const& organ, Hand& hand) {
+  return options.zone > 0 ? run_zone(options, organ, hand) : run_whole_body(options, organ, hand);
+}
+
+}  // namespace incision

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "options.hpp"
+#include "outcome.hpp"
+#include "scene.hpp"
+
+namespace incision {
+
+/// Builds the simulator that the options ask for and runs it, in lock-step or in real time. `hand` is worked out on the settled body.
+/// Throws palpate::Error for what can not be used.
+Outcome run_session(Options const& options, Organ const& organ, Hand& hand);
+
+/// The two halves of run_session, each compiled for the five integrators in a file of its own.
+Outcome run_whole_body(Options const& options, Organ const& organ, Hand& hand);
+Outcome run_zone(Options const& options, Organ const& organ, Hand& hand);
+
+}  // namespace incision

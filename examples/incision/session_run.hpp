@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "hand_force.hpp"
+#include "progress.hpp"
+#include "session.hpp"
+
+#include <palpate/palpate.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+
+namespace incision {
+
+using palpate::CuttingPhase;
+
+constexpr double frame_period = 0.04;    // s, of the series
+constexpr double after_release = 2.0;    // s, when the gap is measured
+
+/// The largest distance between two particles that were one before the cut.
+template <class Simulator>
+double gap_of(Simulator const& simulator) {
+  double gap = 0.0;
+  auto const x = simulator.body().positions();
+  for (auto const& [left, right] : simulator.cutter().lips()) gap = std::max(gap, (x.col(left) - x.col(right)).norm());
+  return gap;
+}
+
+template <class Simulator>
+Frame frame_of(Simulator const& simulator, palpate::Tick const& tick) {
+  Frame frame{.time = tick.time, .mesh = simulator.body().mesh(), .displacement = {}, .tip = tick.tip, .phase = tick.phase, .depth = tick.depth};
+  frame.displacement = frame.mesh.points;
+  for (int i = 0; i < simulator.body().size(); ++i) frame.displacement.col(i) -= simulator.body().home_position(i);
+  return frame;
+}
+
+/// In lock-step: frames are taken between ticks, and their time does not count.
+template <class Simulator>
+void run_lockstep(Simulator& simulator, Hand const& hand, Outcome& outcome) {
+  using Clock = std::chrono::steady_clock;
+  Progress progress("simulating");
+  auto const started = Clock::now();
+  Clock::duration aside{};
+  long long next_frame = 0;
+  CuttingPhase before = CuttingPhase::no_contact;
+  outcome.recording = simulator.run(hand.seconds, [&](palpate::Tick const& tick) {
+    auto const paused = Clock::now();
+    if (before == CuttingPhase::moving && tick.phase != CuttingPhase::moving) {
+      outcome.release = tick.time;
+      outcome.gap.reset();
+      outcome.cut = simulator.cutter().report();
+    }
+    before = tick.phase;
+    if (outcome.release && !outcome.gap && tick.time >= *outcome.release + after_release) outcome.gap = gap_of(simulator);
+    if (tick.time >= frame_period * double(next_frame) - 1e-9) {
+      outcome.frames.push_back(frame_of(simulator, tick));
+      ++next_frame;
+      progress.show(tick.time / hand.seconds, to_string(tick.phase));
+    }
+    aside += Clock::now() - paused;
+  });
+  progress.show(1.0, "done");
+  outcome.wall_seconds = std::chrono::duration<double>(Clock::now() - started - aside).count();
+}
+
+/// In real time: another thread collects what the body publishes, as a window would.
+template <class Simulator>
+void run_realtime(Simulator& simulator, Hand const& hand, Outcome& outcome) {
+  std::atomic<bool> running{true};
+  std::thread collector([&] {
+    Progress progress("simulating");
+    auto& channel = simulator.snapshots();
+    double last = -1.0;
+    while (running.load()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      if (!channel.fetch()) continue;
+      auto const& now = channel.latest();
+      if (now.time < last + frame_period) continue;
+      last = now.time;
+      outcome.frames.push_back({.time = now.time, .mesh = {now.points, now.triangles}, .displacement = {}, .tip = now.tip, .phase = now.phase});
+      progress.show(now.time / hand.seconds, to_string(now.phase));
+    }
+  });
+  auto const started = std::chrono::steady_clock::now();
+  try {
+    outcome.recording = simulator.run_realtime(hand.seconds);
+  } catch (...) {
+    running.store(false);
+    collector.join();
+    throw;
+  }
+  outcome.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  running.store(false);
+  collector.join();
+
+  auto const& ticks = outcome.recording.ticks();
+  for (std::size_t i = 1; i < ticks.size(); ++i)
+    if (ticks[i - 1].phase == CuttingPhase::moving && ticks[i].phase != CuttingPhase::moving) outcome.release = ticks[i].time;
+  if (outcome.release && hand.seconds >= *outcome.release + after_release) outcome.gap = gap_of(simulator);
+  for (Frame& frame : outcome.frames) {   // the depth is the servo's to know
+    auto const tick = std::lower_bound(ticks.begin(), ticks.end(), frame.time, [](palpate::Tick const& t, double time) { return t.time < time; });
+    if (tick != ticks.end()) frame.depth = tick->depth;
+  }
+}
+
+template <class Integrator, class Region>
+Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integrator integrator, Region region) {
+  palpate::MassSpring<double> tissue(organ.mesh, {.mass = {.total = organ.mass},
+                                                  .link = {.stiffness = options.link_stiffness, .damping = options.link_damping},
+                                                  .home = {.stiffness = options.home_stiffness, .damping = options.home_damping},
+                                                  .link_prestrain = options.prestrain});
+  tissue.nail(organ.underside);
+  palpate::SoftBody body(std::move(tissue), integrator, region);   // settles under its pre-tension
+  body.reserve(body.size() + 4000, static_cast<int>(organ.mesh.triangles.cols()) + 8000);
+  hand = prepare_hand(options, organ, body.mesh());
+
+  palpate::Simulator simulator(palpate::ScriptedDevice<double>(hand.path), std::move(body),
+                               palpate::ProgressiveCutter<double>({.puncture_depth = organ.puncture_depth}),
+                               HandForce(options, hand.along));
+  Outcome outcome;
+  outcome.particles_before = simulator.body().size();
+  outcome.triangles_before = static_cast<int>(simulator.body().triangles().cols());
+  if (options.realtime)
+    run_realtime(simulator, hand, outcome);
+  else
+    run_lockstep(simulator, hand, outcome);
+  if (outcome.frames.empty()) outcome.frames.push_back(frame_of(simulator, palpate::Tick{.tip = hand.path.begin()}));
+
+  auto const statistics = simulator.statistics();
+  outcome.cut = simulator.cutter().report();
+  outcome.particles_after = simulator.body().size();
+  outcome.triangles_after = static_cast<int>(simulator.body().triangles().cols());
+  outcome.pieces = static_cast<int>(palpate::connected_components(simulator.body().mesh()).size());
+  outcome.servo = statistics.servo;
+  outcome.body = statistics.body;
+  outcome.body_steps = statistics.body_counts.steps;
+  outcome.most_steps_a_tick = statistics.body_counts.most_steps_a_tick;
+  outcome.diverged = statistics.body_counts.diverged;
+  return outcome;
+}
+
+template <class Region>
+Outcome with_integrator(Options const& options, Organ const& organ, Hand& hand, Region region) {
+  switch (options.integrator) {
+    case IntegratorName::leapfrog: return run_with(options, organ, hand, palpate::LeapfrogVerlet{}, region);
+    case IntegratorName::velocity_verlet: return run_with(options, organ, hand, palpate::VelocityVerlet{}, region);
+    case IntegratorName::symplectic_euler: return run_with(options, organ, hand, palpate::SymplecticEuler{}, region);
+    case IntegratorName::explicit_euler: return run_with(options, organ, hand, palpate::ExplicitEuler{}, region);
+    case IntegratorName::runge_kutta_4: return run_with(options, organ, hand, palpate::RungeKutta4{}, region);
+  }
+  return {};
+}
+
+}  // namespace incision
