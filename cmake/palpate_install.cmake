@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
 include(CMakePackageConfigHelpers)
-include(GNUInstallDirs)
 
 # One stem, palpateConfig*.cmake; headers only, so the place is independent of the architecture.
 set(palpate_package_dir "${CMAKE_INSTALL_DATADIR}/cmake/palpate")

@@ -3,6 +3,8 @@
 #
 # All three always exist and are always installed: they are headers, so what this machine happens to have does not
 # change the package. Only the verification and the link items depend on the libraries that were found.
+include(GNUInstallDirs)
+
 file(GLOB_RECURSE palpate_headers CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/include/palpate/*.hpp")
 set(palpate_vtk_headers ${palpate_headers})
 list(FILTER palpate_vtk_headers INCLUDE REGEX "/include/palpate/vtk/")
@@ -19,6 +21,8 @@ function(palpate_add_interface target name)
   add_library(palpate::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
   target_compile_features(${target} INTERFACE cxx_std_20)
+  # CMake 3.22 and older ignore the file set of an installed target: the include folder is said in words too.
+  target_include_directories(${target} INTERFACE "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
   target_sources(${target} INTERFACE FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}/include" FILES ${ARGN})
 endfunction()
 

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// Uses one thing of each component that was asked for, and checks what it gives.
+#include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/measures.hpp>
+
+#include <cmath>
+#include <cstdio>
+
+#ifdef with_collision
+#include <palpate/collision/fcl_surface.hpp>
+#endif
+#ifdef with_vtk
+#include <palpate/vtk/read_mesh.hpp>
+
+#include <fstream>
+#endif
+
+namespace {
+
+bool near(double value, double expected) { return std::abs(value - expected) < 1e-12; }
+
+}  // namespace
+
+int main() {
+  bool right = true;
+  auto const plate = palpate::make_grid<double>(3, 3, 0.5);
+  right = right && near(palpate::surface_area(plate), 1.0);
+
+#ifdef with_collision
+  // A ball of 0.1 m radius, 0.3 m above a plate.
+  palpate::FclSurface const surface(plate);
+  double const distance = surface.distance(palpate::SphereTip<double>{0.1}, {0.5, 0.5, 0.3}).distance;
+  std::printf("collision: distance %.3f m\n", distance);
+  right = right && near(distance, 0.2);
+#endif
+#ifdef with_vtk
+  // A triangle of 30 mm x 40 mm.
+  std::ofstream("triangle.obj") << "v 0 0 0\nv 30 0 0\nv 0 40 0\nf 1 2 3\n";
+  double const area = palpate::surface_area(palpate::read_mesh<double>("triangle.obj", 1e-3));
+  std::printf("vtk: area %.6f m2\n", area);
+  right = right && std::abs(area - 0.0006) < 1e-9;
+#endif
+  return right ? 0 : 1;
+}
