@@ -142,8 +142,11 @@ Violations check_tissue(Tissue const& tissue, TissueChecks const& checks = {}) {
       found.push_back(message("the energy grows by ", slope, " J/m along a direction in which the force is ", work, " N; force must be -gradient"));
   }
   if constexpr (MultipliesStiffness<Tissue>) {
-    Columns const ahead = whole.rest + step * direction, behind = whole.rest - step * direction;
-    Columns const measured = (whole.forces(behind, still) - whole.forces(ahead, still)) / (2 * step);
+    auto const slope = [&](Scalar width) {
+      Columns const ahead = whole.rest + width * direction, behind = whole.rest - width * direction;
+      return Columns((whole.forces(behind, still) - whole.forces(ahead, still)) / (2 * width));
+    };
+    Columns const measured = 2 * slope(step / 2) - slope(step);   // extrapolated: a law may bend sharply at rest
     Columns stated = still, other = still, damping = still;
     tissue.add_stiffness_product(whole.rest, direction, stated);
     Scalar const scale = stated.colwise().norm().maxCoeff();
