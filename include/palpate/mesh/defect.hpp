@@ -56,8 +56,6 @@ struct MeshDefect {
   int other = -1;
   double value = 0;
   int corners = 3;   ///< of an element: 3 in a surface, 4 in a volume
-
-  friend bool operator==(MeshDefect const&, MeshDefect const&) = default;
 };
 
 /// A sentence: what is wrong, where, which value, what to do.

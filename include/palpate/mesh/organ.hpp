@@ -45,7 +45,7 @@ class LiverField {
     double const groove = (x - 0.07 - 0.02 * w[5] - 0.12 * y) / 0.04;   // of the falciform ligament, ends in the notch
     double const front = std::clamp((0.05 - y) / 0.33, 0.0, 1.0);
     body += (0.004 + (0.055 + 0.01 * w[6]) * front * front * front) / (1 + groove * groove);
-    double const below = -0.125 + 0.01 * w[7] - 0.36 * y + 0.01 * x +
+    double const below = -0.125 + 0.01 * w[7] - 0.36 * y + 0.09 * x +
                          (0.11 + 0.02 * w[8]) * hump(x / 0.17, (y - 0.02) / 0.16) +             // porta hepatis
                          (0.055 + 0.01 * w[9]) * hump((x - 0.29) / 0.15, (y - 0.07) / 0.13) +   // stomach
                          (0.05 + 0.01 * w[10]) * hump((x + 0.27) / 0.12, (y - 0.16) / 0.12) +   // kidney

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: MIT
+#include "catch.hpp"
+#include "meshes.hpp"
+
+#include <palpate/core/random.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/detail/close_points.hpp>
+#include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/sphere.hpp>
+#include <palpate/mesh/validation.hpp>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+using namespace palpate;
+using namespace palpate_test;
+using Kind = MeshDefectKind;
+
+namespace {
+
+/// The mesh has this one defect and no other; its text is as given.
+template <class Mesh>
+void check_only(Mesh const& mesh, Kind kind, int index, int other, std::string const& text, MeshRequirements const& wanted = {}) {
+  auto const defects = validate(mesh, wanted);
+  for (auto const& d : defects) UNSCOPED_INFO(to_string(d));
+  REQUIRE(defects.size() == 1);
+  REQUIRE(defects[0].kind == kind);
+  REQUIRE(defects[0].index == index);
+  REQUIRE(defects[0].other == other);
+  REQUIRE(to_string(defects[0]) == text);
+  REQUIRE_THROWS_WITH(require_valid(mesh, wanted, "liver.obj"), "liver.obj has 1 defect: (1) " + text);
+}
+
+template <class Scalar>
+void drop_triangle(TriangleMesh<Scalar>& mesh) {
+  mesh.triangles.conservativeResize(3, mesh.triangles.cols() - 1);
+}
+
+template <class Scalar>
+void add_triangle(TriangleMesh<Scalar>& mesh, int a, int b, int c) {
+  mesh.triangles.conservativeResize(3, mesh.triangles.cols() + 1);
+  mesh.triangles.col(mesh.triangles.cols() - 1) << a, b, c;
+}
+
+template <class Scalar>
+void add_point(TriangleMesh<Scalar>& mesh, double x, double y, double z) {
+  mesh.points.conservativeResize(3, mesh.points.cols() + 1);
+  mesh.points.col(mesh.points.cols() - 1) << Scalar(x), Scalar(y), Scalar(z);
+}
+
+}  // namespace
+
+// Each mesh is made by hand with one mistake; the defect and its text are the expected ones.
+TEMPLATE_TEST_CASE("every defect of a surface is named with its place, value and remedy", "[mesh]", float, double) {
+  auto const good = tetrahedron<TestType>();
+  REQUIRE(validate(good, {.closed = true}).empty());
+  REQUIRE_NOTHROW(require_valid(good, {.closed = true}));
+  auto mesh = good;
+
+  SECTION("empty") {
+    check_only(TriangleMesh<TestType>{}, Kind::empty, -1, -1,
+               "the mesh has no triangle; give it at least one (was the file read to its end?)");
+  }
+  SECTION("not finite") {
+    mesh.points(1, 2) = std::numeric_limits<TestType>::quiet_NaN();
+    mesh.points(2, 2) = std::numeric_limits<TestType>::infinity();   // one defect a vertex
+    check_only(mesh, Kind::not_finite, 2, 1,
+               "vertex 2 has the coordinate y = nan; correct it at the source, a position can not be guessed", {.closed = true});
+  }
+  SECTION("index out of range") {
+    mesh.triangles(2, 3) = 17;
+    check_only(mesh, Kind::vertex_out_of_range, 3, 17,
+               "triangle 3 names vertex 17 but the mesh has 4 points, counted from 0; correct the index or drop the triangle");
+    mesh.triangles(2, 3) = -1;
+    REQUIRE(validate(mesh).at(0).other == -1);
+  }
+  SECTION("repeated corner") {
+    add_triangle(mesh, 1, 3, 1);
+    check_only(mesh, Kind::repeated_corner, 4, 1, "triangle 4 names vertex 1 more than once; `repair` drops it", {.closed = true});
+  }
+  SECTION("no area") {
+    auto const flat = surface_of<TestType>({{0, 0, 0}, {1, 0, 0}, {0.5, 0, 0}}, {{0, 1, 2}});
+    check_only(flat, Kind::no_area, 0, -1, "triangle 0 has no area (height over longest side: 0); `repair` removes it");
+    auto const needle = surface_of<TestType>({{0, 0, 0}, {1, 0, 0}, {0.5, 1e-4, 0}}, {{0, 1, 2}});
+    REQUIRE(validate(needle).empty());   // thin is not flat
+  }
+  SECTION("unused vertex") {
+    add_point(mesh, 3, 3, 3);
+    check_only(mesh, Kind::unused_vertex, 4, -1,
+               "vertex 4 belongs to no triangle, it would have no mass; `repair` drops it", {.closed = true});
+    REQUIRE(validate(mesh, {.no_unused_points = false}).empty());
+  }
+  SECTION("duplicate vertex") {
+    auto two = surface_of<TestType>({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 1}},
+                                    {{0, 1, 2}, {3, 4, 5}});
+    check_only(two, Kind::duplicate_vertex, 3, 1, "vertex 3 lies on vertex 1 (0 m apart); `repair` merges them");
+    REQUIRE(validate(two, {.distinct_points = false}).empty());
+    two.points(0, 3) += TestType(4e-6);   // within the tolerance of the median side
+    REQUIRE(validate(two).size() == 1);
+    two.points(0, 3) += TestType(1e-4);
+    REQUIRE(validate(two).empty());
+  }
+  SECTION("duplicate triangle") {
+    add_triangle(mesh, 2, 1, 0);
+    check_only(mesh, Kind::duplicate_element, 4, 0, "triangle 4 has the same corners as triangle 0; `repair` drops it",
+               {.closed = true});
+  }
+  SECTION("non-manifold edge") {
+    add_point(mesh, 1, 1, 1);
+    add_triangle(mesh, 1, 2, 4);
+    check_only(mesh, Kind::non_manifold_edge, 1, 2,
+               "edge 1–2 belongs to 3 triangles where a surface has one or two; take the extra sheet away in a mesh editor");
+  }
+  SECTION("inconsistent orientation") {
+    auto const folded = surface_of<TestType>({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 3, 2}});
+    check_only(folded, Kind::inconsistent_orientation, 0, 2,
+               "the two triangles at edge 0–2 face opposite ways; `repair` turns one side");
+    mesh.triangles.col(0) << 0, 1, 2;
+    REQUIRE(validate(mesh, {.closed = true}).size() == 3);
+  }
+  SECTION("non-manifold vertex") {
+    auto const bow_tie =
+        surface_of<TestType>({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}}, {{0, 1, 2}, {0, 3, 4}});
+    check_only(bow_tie, Kind::non_manifold_vertex, 0, -1,
+               "vertex 0 joins 2 separate fans of triangles; give each fan a vertex of its own in a mesh editor");
+    // Two closed bodies tip to tip: closed everywhere, yet not manifold.
+    auto tips = together(good, good, {0, 0, 0});
+    for (Eigen::Index k = 0; k < 12; ++k) {
+      int& v = tips.triangles(k % 3, 4 + k / 3);
+      v = v == 4 ? 0 : v - 1;
+    }
+    Matrix<TestType, 3, Dynamic> points(3, 7);
+    points << good.points, -good.points.rightCols(3);
+    tips.points = points;
+    tips.triangles.rightCols(4).row(1).swap(tips.triangles.rightCols(4).row(2));   // mirrored: outward again
+    REQUIRE(validate(tips, {.closed = true}).size() == 1);
+    REQUIRE(validate(tips).at(0).kind == Kind::non_manifold_vertex);
+  }
+  SECTION("open border") {
+    drop_triangle(mesh);
+    check_only(mesh, Kind::open_border, 0, -1,
+               "the surface has a hole with a border of 3 edges through vertex 0 where it must be closed; fill it in a mesh editor",
+               {.closed = true});
+    REQUIRE(validate(mesh).empty());
+    REQUIRE(validate(make_grid<TestType>(5, 4, 1), {.closed = true}).at(0).value == 14);
+  }
+  SECTION("inward") {
+    mesh.triangles.row(0).swap(mesh.triangles.row(1));
+    check_only(mesh, Kind::inward, 0, -1, "the piece with vertex 0 faces inward (signed volume -0.166666667 m³); `repair` turns it",
+               {.closed = true});
+    REQUIRE(validate(mesh).empty());   // an open sheet may face either way, so only closed ones are asked
+  }
+}
+
+// A hollow body is its outer surface and the inward wall of its cavity; two bodies beside each other must both face outward.
+TEMPLATE_TEST_CASE("walls of cavities may face inward", "[mesh]", float, double) {
+  auto const outer = make_sphere<TestType>(2, 3);
+  auto inner = make_sphere<TestType>(1, 2);
+  inner.triangles.row(0).swap(inner.triangles.row(1));
+  REQUIRE(validate(together(outer, inner, {0, 0, 0}), {.closed = true}).empty());
+  auto const beside = validate(together(outer, inner, {4, 0, 0}), {.closed = true});
+  REQUIRE(beside.size() == 1);
+  REQUIRE(beside[0].kind == Kind::inward);
+  REQUIRE(beside[0].index == outer.points.cols());
+}
+
+TEMPLATE_TEST_CASE("every defect of a volume is named", "[mesh]", float, double) {
+  auto const good = make_block<TestType>(2, 2, 2, TestType(1));
+  REQUIRE(validate(good).empty());
+  auto mesh = good;
+  SECTION("empty") {
+    check_only(TetrahedralMesh<TestType>{}, Kind::empty, -1, -1,
+               "the mesh has no tetrahedron; give it at least one (was the file read to its end?)");
+  }
+  SECTION("inverted") {
+    std::swap(mesh.tetrahedra(0, 4), mesh.tetrahedra(1, 4));
+    check_only(mesh, Kind::inverted, 4, -1, "tetrahedron 4 is inside out (volume -0.166666667 m³); `repair` swaps two corners");
+  }
+  SECTION("no volume") {
+    mesh.tetrahedra.conservativeResize(4, 7);
+    mesh.tetrahedra.col(6) << 0, 1, 2, 3;   // a face of the cube
+    auto const defects = validate(mesh);
+    REQUIRE(defects.at(0).kind == Kind::no_volume);
+    REQUIRE(to_string(defects[0]) == "tetrahedron 6 has no volume (6 V / longest side cubed: 0); `repair` drops it");
+  }
+  SECTION("repeated, out of range, unused, not finite, duplicate") {
+    mesh.tetrahedra.conservativeResize(4, 9);
+    mesh.tetrahedra.col(6) << 0, 1, 1, 7;
+    mesh.tetrahedra.col(7) << 0, 1, 3, 8;
+    mesh.tetrahedra.col(8) = good.tetrahedra.col(2);
+    mesh.points.conservativeResize(3, 8);
+    auto defects = validate(mesh);
+    REQUIRE(defects.size() == 3);
+    REQUIRE(to_string(defects[0]) == "tetrahedron 6 names vertex 1 more than once; `repair` drops it");
+    REQUIRE(to_string(defects[1]) == "tetrahedron 7 names vertex 8 but the mesh has 8 points, counted from 0; correct the index "
+                                     "or drop the tetrahedron");
+    REQUIRE(to_string(defects[2]) == "tetrahedron 8 has the same corners as tetrahedron 2; `repair` drops it");
+    mesh = good;
+    mesh.points.conservativeResize(3, 9);
+    mesh.points.col(8) << 5, 5, std::numeric_limits<TestType>::infinity();
+    defects = validate(mesh);
+    REQUIRE(defects.size() == 2);
+    REQUIRE(to_string(defects[0]) ==
+            "vertex 8 has the coordinate z = inf; correct it at the source, a position can not be guessed");
+    REQUIRE(to_string(defects[1]) == "vertex 8 belongs to no tetrahedron, it would have no mass; `repair` drops it");
+  }
+  SECTION("non-manifold face") {
+    mesh.points.conservativeResize(3, 10);
+    mesh.points.col(8) << 2, 2, 5;
+    mesh.points.col(9) << 3, 2, 6;
+    mesh.tetrahedra.conservativeResize(4, 8);
+    auto const t = good.tetrahedra.col(0);
+    mesh.tetrahedra.col(6) << t[0], t[1], t[2], 8;
+    mesh.tetrahedra.col(7) << t[0], t[1], t[2], 9;
+    bool found = false;
+    for (auto const& d : validate(mesh))
+      if (d.kind == Kind::non_manifold_face)
+        found = to_string(d) == "a face of tetrahedron 0 belongs to 3 tetrahedra, 6 among them, where a volume has one or two; "
+                                "correct the overlap at the source";
+    REQUIRE(found);
+  }
+}
+
+TEST_CASE("the exception shows the first defects and counts the rest", "[mesh]") {
+  auto mesh = make_grid<double>(4, 4, 1.0);
+  for (int k = 0; k < 6; ++k) add_point(mesh, 10 + k, 0, 0);
+  REQUIRE_THROWS_WITH(require_valid(mesh, {}, "skin"),
+                      "skin has 6 defects: (1) vertex 16 belongs to no triangle, it would have no mass; `repair` drops it; "
+                      "(2) vertex 17 belongs to no triangle, it would have no mass; `repair` drops it; (3) vertex 18 belongs to no "
+                      "triangle, it would have no mass; `repair` drops it; and 3 more, `validate` lists them");
+  REQUIRE_THROWS_AS(require_valid(mesh), InvalidMesh);
+  REQUIRE(std::string(to_string(Kind::non_manifold_edge)) == "non-manifold edge");
+}
+
+// Yardstick: the distance to every earlier first point.
+TEMPLATE_TEST_CASE("points at one place are found as by brute force", "[mesh]", float, double) {
+  Random random(Seed{11});
+  for (double const distance : {0.0, 0.002, 0.01, 0.05}) {
+    CAPTURE(distance);
+    Matrix<TestType, 3, Dynamic> points(3, 600);
+    for (Eigen::Index i = 0; i < 600; ++i)
+      for (int k = 0; k < 3; ++k) points(k, i) = random.template uniform<TestType>() / TestType(k == 2 ? 10 : 2) - TestType(0.2);
+    for (Eigen::Index i = 300; i < 400; ++i) points.col(i) = points.col(i - 200);
+    points(0, 500) = std::numeric_limits<TestType>::quiet_NaN();
+    points.col(501) = points.col(500);
+    points.col(502) *= TestType(1e30);
+    points.col(503) << TestType(0), TestType(0), TestType(0);
+    points.col(504) << TestType(-0.0), TestType(0), TestType(0);
+    std::vector<int> expected(600);
+    for (int i = 0; i < 600; ++i) {
+      expected[std::size_t(i)] = i;
+      for (int j = 0; j < i; ++j)
+        if (expected[std::size_t(j)] == j &&
+            (points.col(i).template cast<double>() - points.col(j).template cast<double>()).norm() <= distance) {
+          expected[std::size_t(i)] = j;
+          break;
+        }
+    }
+    REQUIRE(detail::first_close_point(points, distance) == expected);
+  }
+}
+
+// Whatever the indices and coordinates are, validation returns (run with the sanitizers) and never calls a broken mesh sound.
+TEST_CASE("validation survives meshes of random numbers", "[mesh]") {
+  Random random(Seed{3});
+  for (int round = 0; round < 300; ++round) {
+    auto mesh = make_sphere<double>(1, 2);
+    int const hits = 1 + static_cast<int>(random() % 6);
+    for (int k = 0; k < hits; ++k) {
+      auto const t = static_cast<Eigen::Index>(random() % 80);
+      mesh.triangles(static_cast<int>(random() % 3), t) = static_cast<int>(random() % 60) - 9;
+    }
+    if (round % 3 == 0) mesh.points(1, static_cast<int>(random() % 42)) = std::numeric_limits<double>::quiet_NaN();
+    bool const same = mesh.triangles == make_sphere<double>(1, 2).triangles && mesh.points.allFinite();
+    REQUIRE(validate(mesh, {.closed = true}).empty() == same);
+  }
+}
