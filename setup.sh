@@ -1,0 +1,184 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+#
+#   sh setup.sh demo [options of incision]   install what is missing, configure, build, run the main job
+#   sh setup.sh test                         the same for all tests
+#
+# On Debian 12 missing packages are installed with apt, as root or through sudo. On another system nothing is installed:
+# what is needed is listed. Both commands can be repeated; what is there is left alone.
+set -eu
+
+# Debian package, then what another system has to provide.
+demo_needs='
+g++               a C++20 compiler: gcc 12 or newer, clang 14 or newer
+cmake             CMake 3.24 or newer
+ninja-build       Ninja
+libeigen3-dev     Eigen 3.4
+libvtk9-dev       VTK 9 with charts and OpenGL rendering
+libcli11-dev      CLI11 2
+xvfb              Xvfb, where there is no display
+xauth             xauth, with Xvfb
+'
+test_needs="$demo_needs"'
+catch2            Catch2 2.13 or 3
+libbenchmark-dev  Google Benchmark 1.7 or newer
+libfcl-dev        FCL 0.7
+libccd-dev        libccd 2
+clang-16          clang 16 as clang++-16
+libclang-rt-16-dev  the sanitizers of clang 16
+ccache            ccache
+'
+
+say() { printf 'setup.sh: %s\n' "$*"; }
+
+usage() {
+  sed -n 's/^#   sh/sh/p' "$0"
+  exit 2
+}
+
+packages_of() { printf '%s\n' "$1" | sed -n 's/^\([^ ]\{1,\}\) .*/\1/p'; }
+
+on_debian_12() (
+  [ -r /etc/os-release ] || exit 1
+  # shellcheck disable=SC1091
+  . /etc/os-release
+  [ "${ID-}" = debian ] && [ "${VERSION_ID-}" = 12 ] && command -v apt-get >/dev/null
+)
+
+list_needs() {
+  say "this needs (Debian 12 package: what it is):"
+  printf '%s\n' "$1" | sed -n 's/^\([^ ]\{1,\}\) \{1,\}\(.*\)/  \1: \2/p'
+}
+
+# install_debian <packages>: prints each package that apt sets up, or that nothing was missing.
+install_debian() {
+  missing=
+  for package in $1; do
+    status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null) || status=
+    [ "$status" = installed ] || missing="$missing $package"
+  done
+  if [ -z "$missing" ]; then
+    say "already installed"
+    return
+  fi
+  as_root=
+  if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null; then
+      say "not root and no sudo; run as root:"
+      printf '  apt-get update && apt-get install --no-install-recommends%s\n' "$missing"
+      exit 1
+    fi
+    as_root=sudo
+  fi
+  say "installing$missing"
+  scratch=$(mktemp -d)
+  $as_root apt-get update -qq
+  {
+    $as_root env DEBIAN_FRONTEND=noninteractive \
+      apt-get install -y -q --no-install-recommends -o Dpkg::Use-Pty=0 $missing 2>&1 && touch "$scratch/done"
+  } | tee "$scratch/log" | sed -n -u 's/^Setting up \(.*\) \.\.\.$/  installed \1/p'
+  if [ ! -e "$scratch/done" ]; then
+    tail -n 30 "$scratch/log"
+    rm -rf "$scratch"
+    say "apt could not install the packages; its last messages are above"
+    exit 1
+  fi
+  rm -rf "$scratch"
+}
+
+# provide <needs>: installs on Debian 12, elsewhere stops when even the tools to configure with are not there.
+provide() {
+  needs=$1
+  if on_debian_12; then
+    install_debian "$(packages_of "$needs")"
+  elif ! command -v cmake >/dev/null || ! command -v ninja >/dev/null || ! command -v c++ >/dev/null; then
+    say "this is not Debian 12: nothing is installed here"
+    list_needs "$needs"
+    exit 1
+  else
+    say "this is not Debian 12: nothing is installed here, trying with what is there"
+  fi
+}
+
+started=$(date +%s)
+step() { printf '\nsetup.sh: [%d s] %s\n' "$(($(date +%s) - started))" "$*"; }
+
+# configure <preset> [options]: says once more what is needed when CMake does not find it.
+configure() {
+  cmake --preset "$@" --log-level=NOTICE >/dev/null || {
+    say "CMake did not find what it needs; its message is above"
+    list_needs "$needs"
+    exit 1
+  }
+}
+
+# Pictures are drawn off screen, yet VTK asks for a display.
+with_display() {
+  if [ -n "${DISPLAY-}" ] || ! command -v xvfb-run >/dev/null; then
+    "$@"
+  else
+    xvfb-run -a -s '-screen 0 1280x1024x24' "$@"
+  fi
+}
+
+# The thread sanitizer of clang 16 stops where the kernel spreads addresses too widely.
+with_plain_addresses() {
+  if setarch "$(uname -m)" -R true 2>/dev/null; then
+    setarch "$(uname -m)" -R "$@"
+  else
+    "$@"
+  fi
+}
+
+jobs=$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
+
+demo() {
+  provide "$demo_needs"
+  step "configure (preset release)"
+  configure release -D PALPATE_COMPONENTS=vtk
+  step "build examples/incision"
+  cmake --build build/release --target incision --parallel "$jobs" || {
+    say "examples/incision was not built; the messages are above"
+    list_needs "$needs"
+    exit 1
+  }
+  step "run it"
+  with_display build/release/examples/incision/incision "$@"
+  step "done; the output is in $(pwd)/incision-out"
+}
+
+run_tests() {
+  provide "$test_needs"
+
+  step "gcc, warnings are errors: all headers, tests, examples, benchmarks"
+  configure ci -D CMAKE_CXX_COMPILER=g++
+  cmake --build --preset ci --parallel "$jobs"
+  step "gcc: run the tests"
+  with_display ctest --preset ci --parallel "$jobs"
+
+  step "clang 16, warnings are errors, address and undefined-behaviour sanitizers"
+  configure asan -D CMAKE_CXX_COMPILER=clang++-16
+  cmake --build --preset asan --parallel "$jobs"
+  step "clang 16: run the tests"
+  with_display ctest --preset asan --parallel "$jobs"
+
+  step "clang 16, thread sanitizer: what has threads"
+  configure tsan -D CMAKE_CXX_COMPILER=clang++-16
+  cmake --build --preset tsan --parallel "$jobs"
+  with_plain_addresses ctest --preset tsan
+
+  step "all tests passed"
+}
+
+cd "$(dirname "$0")"
+case ${1-} in
+  demo)
+    shift
+    demo "$@"
+    ;;
+  test)
+    [ $# -eq 1 ] || usage
+    run_tests
+    ;;
+  *) usage ;;
+esac
