@@ -313,7 +313,8 @@ class SoftBody : public BodyShape<TissueType> {
     for (auto* list : {&forced_, &held_, &moving_}) std::erase_if(*list, is_gone);
     for (int const i : disturbed_) {
       if (is_gone(i)) continue;
-      if (!state_.applied[i].isZero(0)) forced_.push_back(i);   // a merged particle hands its force over
+      if (!state_.applied[i].isZero(0)) forced_.push_back(i);   // a merged particle hands its forces over
+      if (!state_.load[i].isZero(0)) loaded_.push_back(i);
       if (!RegionType::follows_touch) continue;
       moving_.push_back(i);
       tissue_.for_each_neighbour(i, [&](int neighbour) { moving_.push_back(neighbour); });
