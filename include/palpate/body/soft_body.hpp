@@ -162,6 +162,16 @@ class SoftBody : public BodyShape<TissueType> {
     return -(tissue_.internal_force(i, positions(), velocities()) + tissue_.mass(i) * gravity_ + state_.load[i]);
   }
 
+  /// The acceleration [m/s²] that springs, gravity and the forces applied so far will give a particle in the next step of h seconds,
+  /// as the integrator will see it; zero for one that is nailed or held. What a contact has to work against.
+  Vector predicted_acceleration(int i, Scalar h) const {
+    this->check(i);
+    if (!is_free(i)) return Vector::Zero();
+    Scalar drift = 0;
+    if constexpr (StatesWhereForcesAct<IntegratorType>) drift = static_cast<Scalar>(IntegratorType::forces_at) * h;
+    return gravity_ + (tissue_.internal_force(i, Drifted{state_, drift}, velocities()) + state_.applied[i]) / tissue_.mass(i);
+  }
+
   /// Room for this many particles and triangles: up to there neither stepping nor cutting allocates.
   void reserve(int particle_count, int triangle_count) {
     Shape::reserve(particle_count, triangle_count);
@@ -392,6 +402,13 @@ class SoftBody : public BodyShape<TissueType> {
   /// Velocities of a body at rest, as a 3 × n expression.
   struct Still {
     static Vector col(int) noexcept { return Vector::Zero(); }
+  };
+
+  /// Positions after a while at the present velocities, as a 3 × n expression.
+  struct Drifted {
+    ParticleState<Scalar> const& state;
+    Scalar time;
+    Vector col(int i) const noexcept { return state.position[i] + time * state.velocity[i]; }
   };
 
   std::size_t revision() const noexcept {

@@ -10,13 +10,14 @@ namespace palpate {
 
 /// Couples an indenting tip to the touched surface point: a stiff damped spring that pushes and never pulls.
 ///   g = (x_s − (p − r n))·n   how far the tip is below the surface,   ġ = (v_s − v_p)·n
-///   f = max(0, (k g + (c + h k) ġ) / (1 + h (c + h k) w)),   w = Σ b_i²/m_i
-/// This is the spring force at the end of the step, as if the touched particles were free: it stays stable however stiff the
-/// spring and however light the particles. −f n acts on the tissue, shared by the triangle's corners by barycentric weight b_i;
-/// +f n is the tissue's reaction on the tool.
+///   f = max(0, (k g + (c + h k)(ġ + h a)) / (1 + h (c + h k) w)),   w = Σ b_i²/m_i,   a = Σ b_i a_i·n
+/// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them. This is the
+/// spring's force at the end of the step, so it is stable however stiff the spring and however light the particles; at rest
+/// f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
 /// Units      k [N/m], c [N·s/m], force [N].
 /// Source     \cite baraff1998 for the force at the end of the step.
-/// Cost       O(1).
+/// Cost       O(links at three particles), no allocation.
+/// Limits     The step is one that the body itself stands. Only the triangle's own mass is seen: what hangs on it counts by a.
 struct ContactCoupling {
   double stiffness = 2000.0;   // N/m
   double damping = 2.0;        // N s/m
@@ -38,11 +39,14 @@ struct ContactCoupling {
     if (!contact.touching) return Vector::Zero();
     auto const corners = body.tissue().surface().corners(contact.triangle);
     Vector point = Vector::Zero(), velocity = Vector::Zero();
-    Scalar mobility = 0;   // 1/kg
+    Scalar mobility = 0;       // 1/kg
+    Scalar acceleration = 0;   // m/s², of the touched point along the normal, without the contact
     for (std::size_t i = 0; i < 3; ++i) {
       Scalar const b = contact.barycentric[static_cast<int>(i)];
+      if (!(b > 0)) continue;
       point += b * body.positions().col(corners[i]);
       velocity += b * body.velocities().col(corners[i]);
+      acceleration += b * body.predicted_acceleration(corners[i], h).dot(contact.normal);
       if (!body.tissue().nailed(corners[i]) && !body.is_held(corners[i])) {
         Scalar const mass = body.tissue().mass(corners[i]);
         if (mass > 0) mobility += b * b / mass;
@@ -52,8 +56,8 @@ struct ContactCoupling {
     Scalar const c = static_cast<Scalar>(damping) + h * k;
     Scalar const gap = (point - tip).dot(contact.normal) + tip_radius;
     Scalar const closing = (velocity - tip_velocity).dot(contact.normal);
-    Scalar const force = (k * gap + c * closing) / (1 + h * c * mobility);
-    if (!(force > 0)) return Vector::Zero();
+    Scalar const force = (k * gap + c * (closing + h * acceleration)) / (1 + h * c * mobility);
+    if (!(force > 0) || !std::isfinite(force)) return Vector::Zero();
     for (std::size_t i = 0; i < 3; ++i) {
       Scalar const b = contact.barycentric[static_cast<int>(i)];
       if (b > 0) body.apply_force(corners[i], -b * force * contact.normal);

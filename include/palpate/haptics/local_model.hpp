@@ -13,6 +13,7 @@ namespace palpate {
 template <RealScalar Scalar>
 struct LocalModel {
   CuttingPhase phase = CuttingPhase::no_contact;
+  bool sound = true;   ///< false: the body has diverged, and the hand must feel nothing
   Vector3<Scalar> home_point = Vector3<Scalar>::Zero();
   Vector3<Scalar> normal = Vector3<Scalar>::UnitZ();
   Scalar tip_radius = 0;

@@ -75,4 +75,11 @@ concept StatesStableStep = Integrator<I> && requires(I const& integrator, ModalB
   { integrator.stable_step(modes) } -> std::convertible_to<double>;
 };
 
+/// An integrator that evaluates forces at x + forces_at · h v, and says so; the others are taken to do it at x. A stiff contact
+/// predicts the step's forces there.
+template <class I>
+concept StatesWhereForcesAct = Integrator<I> && requires {
+  { I::forces_at } -> std::convertible_to<double>;
+};
+
 }  // namespace palpate

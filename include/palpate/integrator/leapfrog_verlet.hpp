@@ -17,6 +17,7 @@ namespace palpate {
 /// Source     \cite zheng2006; spec Z3. Errata: the thesis calls it implicit, and its table says h³; it is explicit and global h².
 struct LeapfrogVerlet {
   static constexpr int order = 2;
+  static constexpr double forces_at = 0.5;   // of the step: see StatesWhereForcesAct
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {

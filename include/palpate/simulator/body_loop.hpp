@@ -17,13 +17,14 @@ struct BodyCounts {
   std::uint64_t steps = 0;           ///< body steps; more than ticks where a tick was split
   std::uint64_t capped = 0;          ///< ticks that wanted more steps than allowed
   std::uint64_t stable_steps = 0;    ///< how often the stable step was found anew
-  std::uint64_t diverged = 0;        ///< steps refused because they diverged
+  std::uint64_t diverged = 0;        ///< steps refused because they diverged; the rest of the tick is left out
   int most_steps_a_tick = 0;
 };
 
 /// The body's side of a simulation: contact → cut → step, once a tick.
 /// A tick is split into the fewest equal steps not above the body's stable step, which is found anew after every cut. While the tool
 /// indents, the touched point is coupled to the tip in each of these steps; the tip moves evenly through the tick.
+/// After a step that diverged the local model says so, until the tip is out of the tissue and the body moves again.
 template <class BodyType, class CutterType>
 class BodyLoop {
   static_assert(Cutter<CutterType, BodyType>,
@@ -47,28 +48,19 @@ class BodyLoop {
       cutter_.advance(body_, tip, pressed_);
     else
       cutter_.advance(body_, tip);
-    if (revision() != stable_for_) find_stable_step();
-
-    int const wanted = stable_step_ > 0 ? static_cast<int>(std::min(Scalar(1e9), std::ceil(h / stable_step_ * (1 - Scalar(1e-6))))) : most_steps_;
-    int const steps = std::clamp(wanted, 1, most_steps_);
-    if (wanted > most_steps_) ++counts_.capped;
     bool const presses = cutter_.state() == CuttingPhase::indenting;
     Vector reaction = Vector::Zero();
-    for (int i = 1; i <= steps; ++i) {
-      if (presses) {
-        Vector const now = from + (tip - from) * (Scalar(i) / Scalar(steps));
-        reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, tip_radius(), h / Scalar(steps)) / Scalar(steps);
-      }
-      if (!body_.step(h / Scalar(steps))) ++counts_.diverged;
-    }
+    step(h, [&](int i, int steps) {
+      if (!presses) return;
+      Vector const now = from + (tip - from) * (Scalar(i) / Scalar(steps));
+      reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, tip_radius(), h / Scalar(steps)) / Scalar(steps);
+    });
     pressed_ = reaction.norm();
-    ++counts_.ticks;
-    counts_.steps += static_cast<std::uint64_t>(steps);
-    counts_.most_steps_a_tick = std::max(counts_.most_steps_a_tick, steps);
 
     LocalModel<Scalar> model;
     SurfaceContact<Scalar> const& contact = cutter_.contact();
     model.phase = cutter_.state();
+    model.sound = sound_;
     if (model.phase != CuttingPhase::no_contact) {
       model.home_point = contact.home_point;
       model.normal = contact.normal;
@@ -76,6 +68,11 @@ class BodyLoop {
       model.tissue_force = reaction;
     }
     return model;
+  }
+
+  /// A tick without a tool.
+  void rest(Scalar h) {
+    step(h, [](int, int) {});
   }
 
   BodyType& body() noexcept { return body_; }
@@ -91,6 +88,34 @@ class BodyLoop {
       return body_.tissue().revision();
     else
       return body_.topology_revision();
+  }
+
+  /// The steps of one tick; `before(i, steps)` is called before each of them, i from 1 to steps.
+  template <class Before>
+  void step(Scalar h, Before before) {
+    if (revision() != stable_for_) find_stable_step();
+    int const wanted = wanted_steps(h);
+    int const steps = std::min(wanted, most_steps_);
+    if (wanted > most_steps_) ++counts_.capped;
+    if (cutter_.state() == CuttingPhase::no_contact) sound_ = true;
+    int taken = 0;
+    while (taken < steps) {
+      before(++taken, steps);
+      if (body_.step(h / Scalar(steps))) continue;
+      ++counts_.diverged;
+      sound_ = false;
+      break;
+    }
+    ++counts_.ticks;
+    counts_.steps += static_cast<std::uint64_t>(taken);
+    counts_.most_steps_a_tick = std::max(counts_.most_steps_a_tick, taken);
+  }
+
+  /// The fewest equal steps not above the stable one; a hair above counts as not above.
+  int wanted_steps(Scalar h) const noexcept {
+    constexpr Scalar most = Scalar(1e9);
+    Scalar const least = stable_step_ > 0 ? std::ceil(h / stable_step_ * (1 - Scalar(1e-6))) : most;
+    return std::max(1, static_cast<int>(std::min(most, least)));
   }
 
   void find_stable_step() {
@@ -114,6 +139,7 @@ class BodyLoop {
   std::size_t stable_for_ = 0;
   Vector last_tip_ = Vector::Zero();
   bool ticked_ = false;
+  bool sound_ = true;
   Scalar pressed_ = 0;   // N, of the last tick
   BodyCounts counts_;
 };

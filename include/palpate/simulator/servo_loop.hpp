@@ -3,11 +3,10 @@
 
 #include <palpate/device/concept.hpp>
 #include <palpate/device/limit.hpp>
-#include <palpate/force/contact.hpp>
+#include <palpate/force/concept.hpp>
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/simulator/recording.hpp>
 
-#include <concepts>
 #include <cstdint>
 #include <type_traits>
 #include <utility>
@@ -19,53 +18,73 @@ struct ServoCounts {
   std::uint64_t ticks = 0;
   std::uint64_t unread = 0;       ///< reads that failed or were not finite: the last pose was kept and the force was zero
   std::uint64_t unwritten = 0;    ///< writes that failed
+  std::uint64_t faulted = 0;      ///< ticks without force because the device had reported a fault in this session
+  std::uint64_t unsound = 0;      ///< ticks without force because the body had diverged
   std::uint64_t not_finite = 0;   ///< forces that were not finite and became zero
   std::uint64_t limited = 0;      ///< forces shortened to the device's maximum
 };
 
+namespace detail {
+
+/// The scalar that a device computes in: the body's if it can, else the other one.
+template <class Device, RealScalar Scalar>
+struct DeviceScalarOf {
+  using Other = std::conditional_t<std::is_same_v<Scalar, double>, float, double>;
+  using type = std::conditional_t<!HapticDevice<Device, Scalar> && HapticDevice<Device, Other>, Other, Scalar>;
+};
+
+}  // namespace detail
+
 /// The hand's side of a simulation: read the device, ask the force model, write the force. Both calls are noexcept and allocate nothing.
+/// The force is zero when the read failed or gave no finite position, when the body has diverged, when the force is not finite, and,
+/// from a fault of the device on, until its next session; it is never above the device's maximum.
 template <class Device, class Force, RealScalar Scalar>
 class ServoLoop {
-  using DeviceScalar = std::conditional_t<HapticDevice<Device, Scalar>, Scalar, double>;
+ public:
+  using DeviceScalar = typename detail::DeviceScalarOf<Device, Scalar>::type;
+  using Vector = Vector3<Scalar>;
+
+ private:
   static_assert(HapticDevice<Device, DeviceScalar>,
                 "Simulator: the device needs capabilities(), read(DeviceState<double>&) noexcept and write(Wrench<double> const&) noexcept; "
                 "see palpate/device/concept.hpp.");
-  static_assert(requires(Force& force, ToolContact<Scalar> const& contact) {
-    { force(contact) } -> std::convertible_to<Vector3<Scalar>>;
-  }, "Simulator: the force model must be callable with a ToolContact of the body's scalar and return a Vector3 in N; NoForce{} is one.");
+  static_assert(ForceModel<Force, Scalar>,
+                "Simulator: the force model must be callable, noexcept, with a ToolContact of the body's scalar and return a Vector3 of it "
+                "in N; NoForce{} is one.");
 
  public:
-  using Vector = Vector3<Scalar>;
-
   ServoLoop(Device device, Force force) : device_(std::move(device)), force_(std::move(force)) {}
 
   /// Reads the device. The tip and its velocity are then known; without velocity from the device it is the difference over h.
   void read(Scalar h) noexcept {
-    DeviceState<DeviceScalar> state;
+    DeviceState<DeviceScalar> state = state_;
     DeviceStatus const status = device_.read(state);
     ++counts_.ticks;
-    usable_ = is_usable(status) && state.position.allFinite();
+    Vector const tip = state.position.template cast<Scalar>();
+    faulted_ = faulted_ || !is_usable(status);
+    usable_ = is_usable(status) && state.position.allFinite() && tip.allFinite();
     if (!usable_) {
       ++counts_.unread;
       velocity_.setZero();
-      has_tip_ = false;
+      follows_ = false;
       return;
     }
-    Vector const tip = state.position.template cast<Scalar>();
-    if (reports_velocity_ && state.velocity.allFinite())
-      velocity_ = state.velocity.template cast<Scalar>();
-    else if (has_tip_)
+    state_ = state;
+    Vector const reported = state.velocity.template cast<Scalar>();
+    if (reports_velocity_ && reported.allFinite())
+      velocity_ = reported;
+    else if (follows_)
       velocity_ = (tip - tip_) / h;
     else
       velocity_.setZero();
     tip_ = tip;
-    has_tip_ = true;
+    placed_ = follows_ = true;
   }
 
   /// Answers with the force for the tip that was read, and says what was written.
   Tick respond(LocalModel<Scalar> const& model, double time) noexcept {
     ToolContact<Scalar> contact;
-    contact.phase = usable_ ? model.phase : CuttingPhase::no_contact;
+    contact.phase = model.phase;
     contact.depth = model.depth(tip_);
     contact.previous_depth = last_depth_;
     contact.normal = model.normal;
@@ -73,12 +92,17 @@ class ServoLoop {
     contact.tissue_force = model.tissue_force;
     last_depth_ = contact.depth;
 
-    Vector const wanted = usable_ ? Vector(force_(contact)) : Vector(Vector::Zero());
-    if (!wanted.allFinite()) ++counts_.not_finite;
     Wrench<DeviceScalar> wrench;
-    wrench.force = limited(Vector3<DeviceScalar>(wanted.template cast<DeviceScalar>()), static_cast<DeviceScalar>(max_force_));
-    if (wanted.allFinite() && (wrench.force.template cast<Scalar>() - wanted).norm() > Scalar(1e-6) * wanted.norm()) ++counts_.limited;
-    if (!is_usable(device_.write(wrench))) ++counts_.unwritten;
+    if (faulted_)
+      ++counts_.faulted;
+    else if (!model.sound)
+      ++counts_.unsound;
+    else if (usable_)
+      wrench.force = permitted(Vector(force_(contact)).template cast<DeviceScalar>());
+    if (!is_usable(device_.write(wrench))) {
+      ++counts_.unwritten;
+      faulted_ = true;
+    }
 
     Tick tick;
     tick.time = time;
@@ -89,18 +113,20 @@ class ServoLoop {
     return tick;
   }
 
-  /// Takes over what the device can do; call it once the device is open.
-  void learn_capabilities() {
+  /// A session begins: takes over what the device can do, now that it is open, and trusts it again.
+  void begin_session() {
     Capabilities const capabilities = device_.capabilities();
     require_valid(capabilities);
-    max_force_ = capabilities.max_force;
+    max_force_ = static_cast<DeviceScalar>(capabilities.max_force);
     rate_ = capabilities.rate;
     reports_velocity_ = capabilities.reports_velocity;
+    faulted_ = false;
   }
 
   Vector const& tip() const noexcept { return tip_; }
   Vector const& velocity() const noexcept { return velocity_; }
-  bool usable() const noexcept { return usable_; }
+  /// Has there been a pose yet?
+  bool placed() const noexcept { return placed_; }
   double rate() const noexcept { return rate_; }   // Hz
   Device& device() noexcept { return device_; }
   Device const& device() const noexcept { return device_; }
@@ -108,13 +134,24 @@ class ServoLoop {
   ServoCounts const& counts() const noexcept { return counts_; }
 
  private:
+  Vector3<DeviceScalar> permitted(Vector3<DeviceScalar> const& wanted) noexcept {
+    if (!wanted.allFinite())
+      ++counts_.not_finite;
+    else if (wanted.stableNorm() > max_force_)
+      ++counts_.limited;
+    return limited(wanted, max_force_);
+  }
+
   Device device_;
   Force force_;
-  double max_force_ = 0.0;
+  DeviceState<DeviceScalar> state_;   // the last usable one
+  DeviceScalar max_force_ = 0;
   double rate_ = 0.0;
   bool reports_velocity_ = false;
-  bool usable_ = false;
-  bool has_tip_ = false;
+  bool usable_ = false;    // this tick's pose is new
+  bool follows_ = false;   // so was the last one's: a difference of the two is a velocity
+  bool placed_ = false;
+  bool faulted_ = false;
   Vector tip_ = Vector::Zero();
   Vector velocity_ = Vector::Zero();
   Scalar last_depth_ = 0;

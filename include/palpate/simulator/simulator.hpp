@@ -66,25 +66,32 @@ class Simulator {
   /// Runs `seconds` of simulated time in lock-step, after what was run before. `after_tick(tick)` is called once a tick, if given.
   template <class AfterTick>
   Recording run(double seconds, AfterTick after_tick) {
-    DeviceSession<Device, Scalar> const session(servo_.device());
-    servo_.learn_capabilities();
+    DeviceSession<Device, DeviceScalar> const session(servo_.device());
+    servo_.begin_session();
     double const rate = servo_.rate();
     auto const ticks = tick_count(seconds, rate);
     Scalar const h = static_cast<Scalar>(1.0 / rate);
     auto const snapshot_every = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(rate / options_.snapshot_rate)));
+    aim(statistics_.servo, rate);
+    aim(statistics_.body, rate);
     Recording recording(ticks);
-    for (std::uint64_t k = 0; k < ticks; ++k, ++tick_) {
+    for (std::uint64_t k = 0; k < ticks; ++k) {
       auto const started = std::chrono::steady_clock::now();
       servo_.read(h);
       auto const body_started = std::chrono::steady_clock::now();
-      LocalModel<Scalar> const model = loop_.tick(servo_.tip(), servo_.velocity(), h);
+      LocalModel<Scalar> model;
+      if (servo_.placed())
+        model = loop_.tick(servo_.tip(), servo_.velocity(), h);
+      else
+        loop_.rest(h);
       auto const body_ended = std::chrono::steady_clock::now();
       Tick const tick = servo_.respond(model, static_cast<double>(tick_) / rate);
       auto const ended = std::chrono::steady_clock::now();
       statistics_.body.add(body_ended - body_started);
       statistics_.servo.add((body_started - started) + (ended - body_ended));
       recording.append(tick);
-      if (tick_ % snapshot_every == 0) publish(tick);
+      if (tick_ % snapshot_every == 0 || k + 1 == ticks) publish(tick.time, servo_.tip());
+      ++tick_;
       after_tick(tick);
     }
     return recording;
@@ -95,27 +102,27 @@ class Simulator {
 
   /// Runs `seconds` of real time on two threads: this one becomes the body's, a new one the servo.
   Recording run_realtime(double seconds) {
-    DeviceSession<Device, Scalar> const session(servo_.device());
-    servo_.learn_capabilities();
+    DeviceSession<Device, DeviceScalar> const session(servo_.device());
+    servo_.begin_session();
     double const rate = servo_.rate();
     auto const ticks = tick_count(seconds, rate);
+    Exchange between{.started_at = static_cast<double>(tick_) / rate, .ticks = ticks, .pacer = Pacer(rate)};
     Recording recording(ticks);
-    TripleBuffer<Pose> poses;
-    TripleBuffer<LocalModel<Scalar>> models;
-    std::atomic<bool> servo_runs{true}, body_runs{true};
-    double const started_at = static_cast<double>(tick_) / rate;
+    aim(statistics_.servo, rate);
+    aim(statistics_.body, options_.body_rate);
 
-    std::thread servo([&] { servo_thread(ticks, rate, started_at, poses, models, servo_runs, body_runs, recording); });
+    std::thread servo([&] { servo_thread(between, recording); });
     std::exception_ptr failure;
     try {
-      body_thread(poses, models, servo_runs);
+      body_thread(between);
     } catch (...) {
       failure = std::current_exception();
     }
-    body_runs.store(false, std::memory_order_release);
+    between.body_runs.store(false, std::memory_order_release);
     servo.join();
-    tick_ += ticks;
+    tick_ += between.done;
     if (failure) std::rethrow_exception(failure);
+    publish(time(), servo_.tip());
     return recording;
   }
 
@@ -139,18 +146,31 @@ class Simulator {
   }
 
  private:
+  using DeviceScalar = typename ServoLoop<Device, Force, Scalar>::DeviceScalar;
+
   struct Pose {
     Vector3<Scalar> tip = Vector3<Scalar>::Zero();
     Vector3<Scalar> velocity = Vector3<Scalar>::Zero();
     double time = 0.0;
   };
 
+  /// What the two threads of a real-time run share.
+  struct Exchange {
+    double started_at;
+    std::uint64_t ticks;
+    Pacer pacer;   // the servo's
+    std::uint64_t done = 0;   // ticks; the servo's until it has ended
+    TripleBuffer<Pose> poses = {};
+    TripleBuffer<LocalModel<Scalar>> models = {};
+    std::atomic<bool> servo_runs{true};
+    std::atomic<bool> body_runs{true};
+  };
+
   static SimulatorOptions const& checked(SimulatorOptions const& options) {
     options.coupling.validate();
     if (options.most_body_steps < 1)
       throw InvalidArgument(detail::message("most_body_steps is ", options.most_body_steps, "; a tick needs at least one"));
-    for (double const rate : {options.body_rate, options.snapshot_rate})
-      if (!(rate > 0) || !std::isfinite(rate)) throw InvalidArgument(detail::message("a rate of ", rate, " Hz; it must be finite and positive"));
+    for (double const rate : {options.body_rate, options.snapshot_rate}) static_cast<void>(Pacer::period_of(rate));   // throws
     return options;
   }
 
@@ -160,51 +180,61 @@ class Simulator {
     return static_cast<std::uint64_t>(std::llround(seconds * rate));
   }
 
-  void publish(Tick const& tick) { snapshots_->publish(loop_.body(), tick.time, servo_.tip(), loop_.cutter().state()); }
+  /// Sets the period that a loop aims at; what it counted before stays.
+  static void aim(TickStatistics& statistics, double rate) {
+    auto const period = Pacer::period_of(rate);
+    if (statistics.target() == period) return;
+    TickStatistics aimed(period);
+    aimed.merge(statistics);
+    statistics = aimed;
+  }
 
-  void servo_thread(std::uint64_t ticks, double rate, double started_at, TripleBuffer<Pose>& poses,
-                    TripleBuffer<LocalModel<Scalar>>& models, std::atomic<bool>& servo_runs, std::atomic<bool> const& body_runs,
-                    Recording& recording) noexcept {
+  void publish(double time, Vector3<Scalar> const& tip) { snapshots_->publish(loop_.body(), time, tip, loop_.cutter().state()); }
+
+  void servo_thread(Exchange& between, Recording& recording) noexcept {
+    double const rate = servo_.rate();
     Scalar const h = static_cast<Scalar>(1.0 / rate);
     statistics_.servo.pause();
-    Pacer pacer(rate);
-    for (std::uint64_t k = 0; k < ticks && body_runs.load(std::memory_order_acquire); ++k) {
-      auto const slot = pacer.wait();
+    between.pacer.restart();
+    for (; between.done < between.ticks && between.body_runs.load(std::memory_order_acquire); ++between.done) {
+      auto const slot = between.pacer.wait();
       auto const started = std::chrono::steady_clock::now();
-      double const time = started_at + static_cast<double>(k) / rate;
+      double const time = between.started_at + static_cast<double>(between.done) / rate;
       servo_.read(h);
-      if (servo_.usable()) {
-        poses.back() = {servo_.tip(), servo_.velocity(), time};
-        poses.publish();
+      if (servo_.placed()) {
+        between.poses.back() = {servo_.tip(), servo_.velocity(), time};
+        between.poses.publish();
       }
-      models.fetch();
-      recording.try_append(servo_.respond(models.front(), time));
+      recording.try_append(servo_.respond(between.models.read(), time));
       statistics_.servo.add(TickTiming{slot.due, started, std::chrono::steady_clock::now()});
       statistics_.servo.add_skipped(slot.skipped);
     }
-    servo_runs.store(false, std::memory_order_release);
+    between.servo_runs.store(false, std::memory_order_release);
   }
 
-  void body_thread(TripleBuffer<Pose>& poses, TripleBuffer<LocalModel<Scalar>>& models, std::atomic<bool> const& servo_runs) {
+  void body_thread(Exchange& between) {
     constexpr std::uint64_t most_caught_up = 4;   // a body too slow for its rate falls behind rather than taking ever longer steps
     double const period = 1.0 / options_.body_rate;
     double since_snapshot = 0.0;
+    bool placed = false;
     statistics_.body.pause();
     Pacer pacer(options_.body_rate);
-    bool placed = false;
-    while (servo_runs.load(std::memory_order_acquire)) {
+    while (between.servo_runs.load(std::memory_order_acquire)) {
       auto const slot = pacer.wait();
-      placed = poses.fetch() || placed;
-      if (!placed) continue;
       auto const started = std::chrono::steady_clock::now();
-      Pose const& pose = poses.front();
       double const h = period * static_cast<double>(1 + std::min(slot.skipped, most_caught_up));
-      models.back() = loop_.tick(pose.tip, pose.velocity, static_cast<Scalar>(h));
-      models.publish();
+      placed = between.poses.fetch() || placed;
+      Pose const& pose = between.poses.front();
+      if (placed) {
+        between.models.back() = loop_.tick(pose.tip, pose.velocity, static_cast<Scalar>(h));
+        between.models.publish();
+      } else {
+        loop_.rest(static_cast<Scalar>(h));
+      }
       since_snapshot += h;
       if (since_snapshot * options_.snapshot_rate >= 1.0) {
         since_snapshot = 0.0;
-        snapshots_->publish(loop_.body(), pose.time, pose.tip, loop_.cutter().state());
+        publish(pose.time, pose.tip);
       }
       statistics_.body.add(TickTiming{slot.due, started, std::chrono::steady_clock::now()});
       statistics_.body.add_skipped(slot.skipped);

@@ -43,11 +43,17 @@ concept BoundsItsRows = requires(T const& tissue, int i) {
   { tissue.damping_bound(i) } -> std::convertible_to<typename T::Scalar>;
 };
 
+/// Answers the force of all its elements on one particle at (x, v) [N]; x and v are asked for a column at a time.
+template <class T>
+concept AnswersForOne = requires(T const& tissue, int i, Matrix3X<typename T::Scalar> const& columns) {
+  { tissue.internal_force(i, columns, columns) } -> std::convertible_to<Vector3<typename T::Scalar>>;
+};
+
 /// What the body is made of: rest shape, masses and elements, and their forces.
 /// What the syntax can not say: forces are continuous, vanish at the rest shape of a body without pre-tension, and depend on
 /// nothing but the positions and velocities given.
 template <class T>
-concept TissueModel = std::copyable<T> && HasParticles<T> && HasSurface<T> && Assembles<T> && BoundsItsRows<T>;
+concept TissueModel = std::copyable<T> && HasParticles<T> && HasSurface<T> && Assembles<T> && AnswersForOne<T> && BoundsItsRows<T>;
 
 /// Also multiplies its stiffness and damping with a vector: K dx at x, C dv at x.
 template <class T>
