@@ -5,9 +5,11 @@
 
 #include <palpate/collision/surface_tree.hpp>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
-#include <vector>
+#include <utility>
 
 using namespace palpate;
 using namespace palpate_test;
@@ -147,7 +149,6 @@ TEMPLATE_TEST_CASE("The depth is bounded, however one-sided the edits", "[collis
 
 TEMPLATE_TEST_CASE("Temporary triangles leave nothing behind", "[collision][surface_tree]", float, double) {
   REQUIRE(trap_works());
-  Random random(Seed{43});
   Edited<TestType> body(make_grid<TestType>(8, 8, 1));
   auto const before = body.mesh;
   int const t = 40;
@@ -160,7 +161,7 @@ TEMPLATE_TEST_CASE("Temporary triangles leave nothing behind", "[collision][surf
   for (int tick = 0; tick < 2000; ++tick) {   // the blade rests in one triangle: twelve come and go each tick
     AllocationCount const allocations;
     body.tree.replace(points, t, {c[0], c[1], p});
-    for (int i = 0; i < 12; ++i) body.tree.add(points, {c[i % 3], c[(i + 1) % 3], p}, t);
+    for (std::size_t i = 0; i < 12; ++i) body.tree.add(points, {c[i % 3], c[(i + 1) % 3], p}, t);
     for (int i = 0; i < 12; ++i) body.tree.remove_last(points);
     body.tree.replace(points, t, c);
     allocated += allocations.count();
