@@ -62,7 +62,7 @@ struct MeshDefect {
 inline std::string to_string(MeshDefect const& d) {
   using detail::message;
   char const* const element = d.corners == 4 ? "tetrahedron" : "triangle";
-  auto const count = static_cast<long long>(d.value);
+  auto const count = [&] { return static_cast<long long>(d.value); };   // not for coordinates: they may be NaN
   switch (d.kind) {
     case MeshDefectKind::empty:
       return message("the mesh has no ", element, "; give it at least one (was the file read to its end?)");
@@ -87,18 +87,18 @@ inline std::string to_string(MeshDefect const& d) {
     case MeshDefectKind::duplicate_element:
       return message(element, " ", d.index, " has the same corners as ", element, " ", d.other, "; `repair` drops it");
     case MeshDefectKind::non_manifold_edge:
-      return message("edge ", d.index, "–", d.other, " belongs to ", count,
+      return message("edge ", d.index, "–", d.other, " belongs to ", count(),
                      " triangles where a surface has one or two; take the extra sheet away in a mesh editor");
     case MeshDefectKind::non_manifold_face:
-      return message("a face of tetrahedron ", d.index, " belongs to ", count, " tetrahedra, ", d.other,
+      return message("a face of tetrahedron ", d.index, " belongs to ", count(), " tetrahedra, ", d.other,
                      " among them, where a volume has one or two; correct the overlap at the source");
     case MeshDefectKind::inconsistent_orientation:
       return message("the two triangles at edge ", d.index, "–", d.other, " face opposite ways; `repair` turns one side");
     case MeshDefectKind::non_manifold_vertex:
-      return message("vertex ", d.index, " joins ", count,
+      return message("vertex ", d.index, " joins ", count(),
                      " separate fans of triangles; give each fan a vertex of its own in a mesh editor");
     case MeshDefectKind::open_border:
-      return message("the surface has a hole with a border of ", count, " edges through vertex ", d.index,
+      return message("the surface has a hole with a border of ", count(), " edges through vertex ", d.index,
                      " where it must be closed; fill it in a mesh editor");
     case MeshDefectKind::inward:
       return message("the piece with vertex ", d.index, " faces inward (signed volume ", d.value, " m³); `repair` turns it");

@@ -310,7 +310,7 @@ int drop_repeated_corners(Matrix<int, Corners, Dynamic>& elements, Eigen::Index 
 ///   5. vertices of no triangle are dropped and the rest numbered without gaps, in their order.
 /// What it can not correct stays as it is and is reported in `left`: coordinates that are not finite, indices out of range, more
 /// than two triangles at an edge, fans that meet in a vertex, holes, one-sided surfaces. It never throws on a bad mesh.
-/// Cost       O(m log m) for m triangles; 2 s for a million.
+/// Cost       O(m log m) for m triangles; a few seconds for a million.
 /// Limits     Merging joins surfaces that only touch; a point used by no triangle but not finite is dropped like any other.
 template <RealScalar Scalar>
 RepairReport repair(TriangleMesh<Scalar>& mesh, RepairOptions const& options = {}) {
