@@ -70,7 +70,7 @@ inline std::string to_string(MeshDefect const& d) {
       return message("vertex ", d.index, " has the coordinate ", d.other == 0 ? "x" : d.other == 1 ? "y" : "z", " = ", d.value,
                      "; correct it at the source, a position can not be guessed");
     case MeshDefectKind::vertex_out_of_range:
-      return message(element, " ", d.index, " names vertex ", d.other, " but the mesh has ", count,
+      return message(element, " ", d.index, " names vertex ", d.other, " but the mesh has ", count(),
                      " points, counted from 0; correct the index or drop the ", element);
     case MeshDefectKind::repeated_corner:
       return message(element, " ", d.index, " names vertex ", d.other, " more than once; `repair` drops it");
