@@ -13,7 +13,7 @@
 
 namespace palpate_test {
 
-using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+using Points = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
 /// m_i a_i = −Σ (k (|d| − L) + c (v_i − v_j)·n) n − k_i (x_i − X_i) − c_i v_i + f_i + m_i g; nailed particles stand still.
 struct NaiveBody {
@@ -22,13 +22,13 @@ struct NaiveBody {
     double rest_length, stiffness, damping;
   };
 
-  Columns home, x, v, force;   // force: applied from outside
+  Points home, x, v, force;   // force: applied from outside
   std::vector<double> mass, home_stiffness, home_damping;
   std::vector<char> fixed;
   std::vector<Edge> edges;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
 
-  explicit NaiveBody(Columns const& points) : home(points), x(points), v(points), force(points) {
+  explicit NaiveBody(Points const& points) : home(points), x(points), v(points), force(points) {
     v.setZero();
     force.setZero();
     auto const n = static_cast<std::size_t>(points.cols());
@@ -44,8 +44,8 @@ struct NaiveBody {
     edges.push_back({a, b, (1.0 - prestrain) * (home.col(a) - home.col(b)).norm(), stiffness, damping});
   }
 
-  Columns forces(Columns const& at, Columns const& speed) const {
-    Columns f = force;
+  Points forces(Points const& at, Points const& speed) const {
+    Points f = force;
     for (int i = 0; i < size(); ++i) {
       auto const u = static_cast<std::size_t>(i);
       f.col(i) += mass[u] * gravity - home_stiffness[u] * (at.col(i) - home.col(i)) - home_damping[u] * speed.col(i);
@@ -61,8 +61,8 @@ struct NaiveBody {
     return f;
   }
 
-  Columns accelerations(Columns const& at, Columns const& speed) const {
-    Columns a = forces(at, speed);
+  Points accelerations(Points const& at, Points const& speed) const {
+    Points a = forces(at, speed);
     for (int i = 0; i < size(); ++i) {
       auto const u = static_cast<std::size_t>(i);
       if (fixed[u])
@@ -73,7 +73,7 @@ struct NaiveBody {
     return a;
   }
 
-  double energy(Columns const& at) const {
+  double energy(Points const& at) const {
     double sum = 0.0;
     for (int i = 0; i < size(); ++i)
       sum += home_stiffness[static_cast<std::size_t>(i)] / 2 * (at.col(i) - home.col(i)).squaredNorm();
@@ -85,15 +85,15 @@ struct NaiveBody {
   /// Not one of the library's methods. Nailed particles may carry a velocity of zero only.
   void advance(double step) {
     constexpr int rows = 6;
-    std::array<Columns, rows> table_x, table_v;
+    std::array<Points, rows> table_x, table_v;
     for (int row = 0; row < rows; ++row) {
       int const parts = 2 * (row + 1);
       double const h = step / parts;
-      Columns last_x = x, last_v = v;
-      Columns now_x = x + h * v, now_v = v + h * accelerations(x, v);
+      Points last_x = x, last_v = v;
+      Points now_x = x + h * v, now_v = v + h * accelerations(x, v);
       for (int k = 1; k < parts; ++k) {
-        Columns const next_x = last_x + 2 * h * now_v;
-        Columns const next_v = last_v + 2 * h * accelerations(now_x, now_v);
+        Points const next_x = last_x + 2 * h * now_v;
+        Points const next_v = last_v + 2 * h * accelerations(now_x, now_v);
         last_x = now_x, last_v = now_v;
         now_x = next_x, now_v = next_v;
       }
@@ -118,7 +118,7 @@ struct NaiveBody {
 
 /// nx × ny particles, `spacing` apart, each square with its sides and the diagonal from lower left to upper right.
 inline NaiveBody naive_grid(int nx, int ny, double spacing, double stiffness, double damping, double prestrain = 0.0) {
-  Columns points(3, nx * ny);
+  Points points(3, nx * ny);
   for (int j = 0; j < ny; ++j)
     for (int i = 0; i < nx; ++i) points.col(j * nx + i) << i * spacing, j * spacing, 0.0;
   NaiveBody body(points);

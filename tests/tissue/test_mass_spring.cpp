@@ -66,7 +66,7 @@ std::string broken(auto const& tissue, testing::TissueChecks const& checks = {})
 TEST_CASE("forces and energy are those of a plain loop over springs that are all different") {
   Uneven body;
   MassSpring<double> const& tissue = body.tissue;
-  palpate_test::Columns const expected = body.plain.forces(body.plain.x, body.plain.v);
+  palpate_test::Points const expected = body.plain.forces(body.plain.x, body.plain.v);
   for (int i = 0; i < 20; ++i) CHECK((tissue.internal_force(i, body.plain.x, body.plain.v) - expected.col(i)).norm() < 1e-14);
   testing::detail::WholeTissue<MassSpring<double>> whole(tissue);
   CHECK((whole.forces(body.plain.x, body.plain.v) - expected).cwiseAbs().maxCoeff() < 1e-14);
@@ -76,7 +76,7 @@ TEST_CASE("forces and energy are those of a plain loop over springs that are all
 
 TEST_CASE("a part of the body feels the same forces as the whole, bordered by the rest") {
   Uneven body;
-  palpate_test::Columns const expected = body.plain.forces(body.plain.x, body.plain.v);
+  palpate_test::Points const expected = body.plain.forces(body.plain.x, body.plain.v);
   std::vector<int> const part{7, 3, 12, 0, 13};
   MassSpring<double>::Assembly assembly;
   for (int round = 0; round < 2; ++round) {   // built anew it forgets the part before
