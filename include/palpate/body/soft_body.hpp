@@ -102,7 +102,7 @@ class SoftBody : public BodyShape<TissueType> {
   /// and counts in reaction().
   void apply_force(int i, Vector const& force) {
     this->check(i);
-    require_finite("the force on particle ", i, force);
+    require_finite("the force on particle", i, force);
     if (i == this->temporary_particle()) {
       for (std::size_t k = 0; k < temporary_->parents.size(); ++k)
         if (temporary_->parents[k] >= 0) add_force(temporary_->parents[k], temporary_->weights[k] * force);
@@ -139,8 +139,8 @@ class SoftBody : public BodyShape<TissueType> {
   }
   void drag(int i, Vector const& position, Vector const& velocity = Vector::Zero()) {
     this->check(i);
-    require_finite("the position to drag to", i, position);
-    require_finite("the velocity to drag with", i, velocity);
+    require_finite("the position for particle", i, position);
+    require_finite("the velocity for particle", i, velocity);
     hold(i);
     state_.position[i] = position;
     state_.velocity[i] = velocity;
