@@ -77,7 +77,7 @@ TriangleMesh<Scalar> placed(TriangleMesh<double> const& mesh, int axis, double l
 /// A liver: the library's own organ, of any resolution. A large right lobe (−x) tapers to a thin left lobe (+x); a smooth
 /// dome on top (+z); a hollowed underside; blunt at the back (+y), a sharp lower edge in front (−y) with the notch of the
 /// falciform ligament. A stroke of 6 cm fits on the dome.
-/// Units      metres; the middle of the bounding box is the origin; the default is about 18 × 12.5 × 7 cm, 0.6 litres.
+/// Units      metres; the middle of the bounding box is the origin; the default is about 18 × 12.7 × 7.3 cm, 0.6 litres.
 /// Shapes     exactly `vertices` points, 2·vertices − 4 triangles.
 /// Invariant  closed, manifold, one piece without handles, outward; every angle above 20°, mean quality (see `quality`) above
 ///            0.95, the longest edge shorter than 3 times the shortest; at 2,000 vertices above 34°, 0.98, 2.2 times.
