@@ -12,13 +12,20 @@
 #include <palpate/core/version.hpp>
 
 // mesh: surfaces and volumes, their measures, and meshes to start from
+#include <palpate/mesh/block.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/components.hpp>
 #include <palpate/mesh/edges.hpp>
 #include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/heart.hpp>
+#include <palpate/mesh/implicit.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
+#include <palpate/mesh/organ.hpp>
+#include <palpate/mesh/quality.hpp>
+#include <palpate/mesh/repair.hpp>
 #include <palpate/mesh/rings.hpp>
+#include <palpate/mesh/sphere.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
