@@ -30,21 +30,29 @@
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
 
+// collision: where the tool is nearest
+#include <palpate/collision/closest_point.hpp>
+#include <palpate/collision/surface_tree.hpp>
+#include <palpate/collision/tool_shape.hpp>
+
 // tissue: what the body is made of
 #include <palpate/tissue/concept.hpp>
 #include <palpate/tissue/linear_spring.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/saturating_spring.hpp>
+#include <palpate/tissue/spring_law.hpp>
 
 // integrator: how it moves
 #include <palpate/integrator/concept.hpp>
 #include <palpate/integrator/explicit_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/integrator/measured_stability.hpp>
 #include <palpate/integrator/runge_kutta_4.hpp>
 #include <palpate/integrator/symplectic_euler.hpp>
 #include <palpate/integrator/velocity_verlet.hpp>
 
 // region: which particles are computed
+#include <palpate/region/concept.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 
@@ -58,6 +66,8 @@
 #include <palpate/cutting/progressive_cutter.hpp>
 
 // force: what the hand feels
+#include <palpate/force/concept.hpp>
+#include <palpate/force/curve.hpp>
 #include <palpate/force/cutting_force.hpp>
 #include <palpate/force/indentation_spring.hpp>
 #include <palpate/force/liver.hpp>
@@ -82,3 +92,5 @@
 // simulator: everything together, in lock-step or in real time
 #include <palpate/simulator/recording.hpp>
 #include <palpate/simulator/simulator.hpp>
+#include <palpate/simulator/snapshot.hpp>
+#include <palpate/simulator/tick_statistics.hpp>
