@@ -17,7 +17,8 @@ namespace palpate {
 /// Units      k [N/m], c [N·s/m], force [N].
 /// Source     \cite baraff1998 for the force at the end of the step.
 /// Cost       O(links at three particles), no allocation.
-/// Limits     The step is one that the body itself stands. Only the triangle's own mass is seen: what hangs on it counts by a.
+/// Limits     The step is one that the body itself stands. ExplicitEuler moves a particle only a step after it was pushed: under a
+///            stiff contact with little damping it trembles within bounds.
 struct ContactCoupling {
   double stiffness = 2000.0;   // N/m
   double damping = 2.0;        // N s/m
