@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+// The zone of influence. Yardsticks: the whole body, the undeformed shape, rings counted by hand.
+#include <palpate/body/soft_body.hpp>
+#include <palpate/core/random.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/sphere.hpp>
+#include <palpate/region/whole_body.hpp>
+#include <palpate/region/zone_of_influence.hpp>
+
+#include "body/naive_twin.hpp"
+#include "catch.hpp"
+
+#include <set>
+#include <utility>
+#include <vector>
+
+using namespace palpate;
+using palpate_test::GridScene;
+
+namespace {
+
+/// The thesis's second scene: 20 × 20 particles, 1 kg, its border nailed.
+template <class S = double>
+auto square(int rings) {
+  auto const skin = make_grid<S>(20, 20, S(1));
+  MassSpring<S> tissue(skin, {.mass = {.total = S(1), .lumping = Lumping::equal},
+                              .link = {.stiffness = S(2), .damping = S(0.05)},
+                              .home = {.stiffness = S(1), .damping = S(0.05)}});
+  tissue.nail(boundary_vertices(skin));
+  return SoftBody(std::move(tissue), LeapfrogVerlet{}, ZoneOfInfluence{.rings = rings});
+}
+
+constexpr double h = 1e-3;
+int at(int i, int j) { return 20 * j + i; }
+
+template <class Body>
+double farthest_from_home(Body const& body) {
+  return double((body.positions() - body.rest_mesh().points).cwiseAbs().maxCoeff());
+}
+
+template <class Body>
+int press(Body& body, int particle, double seconds, double force = -2.0) {
+  using S = typename Body::Scalar;
+  int moving = 0;
+  for (int k = 0; k < static_cast<int>(seconds / h); ++k) {
+    body.apply_force(particle, {S(0), S(0), S(force)});
+    auto const report = body.step(S(h));
+    REQUIRE(report.status == StepStatus::ok);
+    moving = report.moving;
+  }
+  return moving;
+}
+
+/// Steps without touch until nothing moves; returns the seconds that took, or −1.
+template <class Body>
+double let_go(Body& body, double at_most) {
+  using S = typename Body::Scalar;
+  for (int k = 0; k < static_cast<int>(at_most / h); ++k)
+    if (body.step(S(h)).moving == 0) return k * h;
+  return -1;
+}
+
+}  // namespace
+
+TEST_CASE("two rings are nineteen particles, and nobody else moves by a bit") {
+  auto body = square(2);
+  CHECK(body.step(h).moving == 0);
+  CHECK(press(body, at(9, 9), 1.0) == 19);
+  std::set<int> const inside = [] {   // by hand: (i, j) with neighbours ±(1, 0), ±(0, 1), ±(1, 1)
+    std::set<int> zone{at(9, 9)};
+    for (int ring = 0; ring < 2; ++ring)
+      for (int const p : std::set<int>(zone))
+        for (int const step : {1, 20, 21}) zone.insert(p + step), zone.insert(p - step);
+    return zone;
+  }();
+  REQUIRE(inside.size() == 19);
+  auto const rest = body.rest_mesh().points;
+  for (int i = 0; i < body.size(); ++i) {
+    if (inside.count(i) > 0) {
+      CHECK(body.displacement(i).norm() > 0);
+    } else {
+      CHECK(body.positions().col(i) == rest.col(i));
+      CHECK(body.velocities().col(i).norm() == 0);
+    }
+  }
+}
+
+TEST_CASE("after the release a zone comes home, empties and costs nothing") {
+  auto body = square(2);
+  press(body, at(9, 9), 3.0);
+  CHECK(body.step(h).moving == 19);
+  CHECK(let_go(body, 60.0) > 0);
+  CHECK(farthest_from_home(body) < 2e-5);
+  CHECK(body.velocities().cwiseAbs().maxCoeff() == 0);
+  auto const resting = body.positions().eval();
+  CHECK(body.step(h).moving == 0);
+  CHECK(body.positions() == resting);
+}
+
+TEST_CASE("a touch that jumps leaves nothing frozen deformed") {
+  auto body = square(1);
+  // Held long next to the first place: the particles between are then in balance, deformed, outside the rings.
+  press(body, at(8, 8), 5.0);
+  press(body, at(10, 8), 40.0);
+  CHECK(std::abs(body.displacement(at(9, 8)).z()) > 0.05);
+  CHECK(let_go(body, 100.0) > 0);
+  CHECK(farthest_from_home(body) < 2e-5);
+
+  Random random(Seed{31});
+  for (int k = 0; k < 60; ++k) press(body, static_cast<int>(random.below(400)), 0.15, -3.0);
+  CHECK(farthest_from_home(body) > 0.01);
+  CHECK(let_go(body, 100.0) > 0);
+  CHECK(farthest_from_home(body) < 2e-5);
+}
+
+TEST_CASE("a stroke leaves a trail that closes behind the tool") {
+  auto body = square(2);
+  int largest = 0;
+  for (int i = 3; i < 17; ++i) largest = std::max(largest, press(body, at(i, 9), 2.0));
+  CHECK(largest > 19);
+  CHECK(largest < 190);   // not the whole length of the stroke times its width of five, and more
+  CHECK(let_go(body, 100.0) > 0);
+  CHECK(farthest_from_home(body) < 2e-5);
+}
+
+TEST_CASE("a zone as large as the body is the body, to the last bit") {
+  auto zone = square(40);
+  SoftBody whole(zone.tissue(), LeapfrogVerlet{}, WholeBody{});
+  for (int k = 0; k < 2000; ++k) {
+    Vector3<double> const force(0.1, 0.0, -2.0);
+    zone.apply_force(at(9, 9), force);
+    whole.apply_force(at(9, 9), force);
+    CHECK(zone.step(h).moving == whole.step(h).moving);
+  }
+  CHECK(zone.positions() == whole.positions());
+  CHECK(zone.velocities() == whole.velocities());
+}
+
+TEST_CASE("what a zone leaves out is small, and less with every ring") {
+  SoftBody whole(square(1).tissue(), LeapfrogVerlet{}, WholeBody{});
+  press(whole, at(9, 9), 4.0);
+  double const depth = -whole.displacement(at(9, 9)).z();
+  double last = depth;
+  for (int const rings : {1, 2, 3, 5, 8}) {
+    auto zone = square(rings);
+    press(zone, at(9, 9), 4.0);
+    double const error = (zone.positions() - whole.positions()).cwiseAbs().maxCoeff();
+    CAPTURE(rings, error, depth);
+    CHECK(error < 0.6 * last);
+    last = error;
+  }
+  CHECK(last < 1e-3 * depth);
+}
+
+TEST_CASE("two hands make two zones") {
+  auto body = square(1);
+  for (int k = 0; k < 100; ++k) {
+    body.apply_force(at(4, 4), {0.0, 0.0, -1.0});
+    body.apply_force(at(14, 14), {0.0, 0.0, 1.0});
+    CHECK(body.step(h).moving == 14);
+  }
+  CHECK(body.displacement(at(4, 4)).z() < 0);
+  CHECK(body.displacement(at(14, 14)).z() > 0);
+}
+
+TEST_CASE("a zone in float empties too, as near to home as its digits allow") {
+  auto body = square<float>(2);
+  press(body, at(9, 9), 2.0);
+  press(body, at(11, 9), 2.0);
+  CHECK(let_go(body, 100.0) > 0);
+  CHECK(farthest_from_home(body) < 5e-3);
+}
+
+TEST_CASE("settled tissue with pre-tension sleeps in its zone and comes back to its own home") {
+  GridScene const scene{.nx = 14, .ny = 12, .home_damping = 0.05, .prestrain = 0.05, .nails = {0, 13, 154, 167, 80}};
+  SoftBody body(scene.tissue(), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 2});
+  CHECK(body.step(1e-4).moving == 0);
+  for (int round = 0; round < 3; ++round)
+    for (int k = 0; k < 500; ++k) {
+      body.apply_force(47 + 2 * round, {0.0, 0.0, -0.1});
+      body.step(1e-4);
+    }
+  int moving = 1;
+  for (int k = 0; k < 100000 && moving > 0; ++k) moving = body.step(1e-4).moving;
+  CHECK(moving == 0);
+  double most = 0;
+  for (int i = 0; i < body.size(); ++i) most = std::max(most, (body.positions().col(i) - body.home_position(i)).norm());
+  CHECK(most < 3e-5 * scene.spacing);
+}
