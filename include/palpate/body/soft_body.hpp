@@ -12,6 +12,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -205,6 +206,7 @@ class SoftBody : public BodyShape<TissueType> {
       if (h > 0) {
         system_.scatter(state_);
         remembers_ = true;
+        last_step_ = h;
         tree_is_fitted_ = false;
       }
     }
@@ -225,8 +227,10 @@ class SoftBody : public BodyShape<TissueType> {
   }
 
   /// Moves the body to its equilibrium under pre-tension, gravity and what is held, at rest, and makes that the home shape that
-  /// depth is counted from. Dynamic relaxation with kinetic damping. Throws Error when `tolerance` × mean edge is not reached.
-  void settle(Scalar tolerance = std::same_as<Scalar, float> ? Scalar(1e-4) : Scalar(1e-8)) {
+  /// depth is counted from. Dynamic relaxation with kinetic damping, until no force over its particle's stiffness is above
+  /// `tolerance` mean edges; throws Error when that is not reached. Without a tolerance it is 1e-8, or what the digits allow.
+  void settle() { settle(std::max(Scalar(1e-8), 16 * std::numeric_limits<Scalar>::epsilon() * offset_ / mean_edge_)); }
+  void settle(Scalar tolerance) {
     relax(tolerance);
     state_.home.view() = state_.position.view();
     home_gravity_ = gravity_;
@@ -242,7 +246,7 @@ class SoftBody : public BodyShape<TissueType> {
     chosen_for_ = {};
     remembers_ = tree_is_fitted_ = false;
     awake_ = gravity_ != home_gravity_;
-    time_ = 0;
+    time_ = last_step_ = 0;
     this->place_temporary();
   }
 
@@ -253,19 +257,19 @@ class SoftBody : public BodyShape<TissueType> {
     std::vector<int> held, forced, moving;
     Vector gravity, home_gravity;
     bool remembers, awake;
-    Scalar time;
+    Scalar time, last_step;
   };
   /// Throws while a cut is in progress: lift the tool first.
   State save() const {
     if (temporary_) throw InvalidArgument("a body can not be saved while a cut is in progress; lift the tool first");
-    return {tissue_, state_, held_, forced_, moving_, gravity_, home_gravity_, remembers_, awake_, time_};
+    return {tissue_, state_, held_, forced_, moving_, gravity_, home_gravity_, remembers_, awake_, time_, last_step_};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
     state_ = saved.particles;
     held_ = saved.held, forced_ = saved.forced, moving_ = saved.moving;
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity;
-    remembers_ = saved.remembers, awake_ = saved.awake, time_ = saved.time;
+    remembers_ = saved.remembers, awake_ = saved.awake, time_ = saved.time, last_step_ = saved.last_step;
     loaded_.clear();
     for (int i = 0; i < size(); ++i)
       if (!state_.load[i].isZero(0)) loaded_.push_back(i);
@@ -377,26 +381,23 @@ class SoftBody : public BodyShape<TissueType> {
     }
   }
 
-  /// The share of a mean edge that counts as no movement. Coordinates in float have too few digits for less.
-  Scalar relaxation() const noexcept {
-    constexpr Scalar least = std::same_as<Scalar, float> ? Scalar(1e-3) : Scalar(0);
-    return std::max(static_cast<Scalar>(region_.relaxation), least);
-  }
-
   bool is_home(int i) const noexcept {
-    constexpr Scalar slack = std::same_as<Scalar, float> ? Scalar(10) : Scalar(100);   // settle() leaves a remainder
-    Scalar const tolerance = slack * relaxation() * mean_edge_;
-    return (state_.position[i] - state_.home[i]).squaredNorm() < tolerance * tolerance;
+    constexpr Scalar least = std::same_as<Scalar, float> ? Scalar(1e-3) : Scalar(0);
+    Scalar const share = std::max(100 * static_cast<Scalar>(region_.relaxation), least);   // settle() leaves a remainder
+    return (state_.position[i] - state_.home[i]).squaredNorm() < share * share * mean_edge_ * mean_edge_;
   }
 
-  /// Elastic force over stiffness, and speed over √(stiffness/mass), below `relaxation` mean edges.
+  /// Elastic force over stiffness, and speed over √(stiffness/mass), below `relaxation` mean edges; or so small that a step does
+  /// not show in the last digit of the coordinates, where float stops before.
   bool has_relaxed(int i) const noexcept {
-    Scalar const tolerance = relaxation() * mean_edge_;
+    Scalar const digit = 2 * std::numeric_limits<Scalar>::epsilon() * offset_;
+    Scalar const crawl = last_step_ > 0 ? digit / last_step_ : Scalar(0);
+    Scalar const tolerance = std::max(static_cast<Scalar>(region_.relaxation) * mean_edge_, 4 * digit);
     Scalar const stiffness = tissue_.stiffness_bound(i);
     Scalar const mass = tissue_.mass(i);
-    if (!(mass * state_.velocity[i].squaredNorm() < stiffness * tolerance * tolerance)) return false;
+    if (!(state_.velocity[i].norm() < std::max(std::sqrt(stiffness / mass) * tolerance, crawl))) return false;
     Vector const force = tissue_.internal_force(i, positions(), Still{}) + mass * gravity_;
-    return force.norm() < stiffness * tolerance;
+    return force.norm() < std::max(stiffness * tolerance, tissue_.damping_bound(i) * crawl);
   }
 
   /// Velocities of a body at rest, as a 3 × n expression.
@@ -495,6 +496,7 @@ class SoftBody : public BodyShape<TissueType> {
   Scalar offset_ = 0;      // m, distance of the body from the origin
   Scalar mean_edge_ = 0;   // m
   Scalar time_ = 0;
+  Scalar last_step_ = 0;   // s
   Scalar known_stable_step_ = 0;
   bool stable_step_is_known_ = false;
   bool remembers_ = false;

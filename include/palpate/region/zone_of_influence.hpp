@@ -11,7 +11,8 @@ namespace palpate {
 /// A particle that leaves the rings goes on moving until it has relaxed, so nothing freezes deformed: its elastic force over its
 /// stiffness, and its speed over √(stiffness/mass), are below `relaxation` mean edge lengths, and it is back within 100 times that
 /// of its home. Away from home, as beside a wound, particles stop all at once when all have relaxed and nothing is touched.
-/// Then the zone is empty, and a step costs nothing. In float, `relaxation` is at least 1e-3 and the way home 10 times that.
+/// Then the zone is empty, and a step costs nothing.
+/// Limits     float has digits for no more than 1e-3 of a mean edge of the way home, and stops where a step no longer shows.
 /// Source     \cite zheng2006, two rings; spec Z5. What the thesis leaves out: the relaxation.
 /// Cost       O(particles in the zone).
 struct ZoneOfInfluence {
