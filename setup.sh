@@ -112,12 +112,12 @@ configure() {
   }
 }
 
-# Pictures are drawn off screen, yet VTK asks for a display.
+# Pictures are drawn off screen, yet VTK asks for a display; one that stays when its last window closes.
 with_display() {
   if [ -n "${DISPLAY-}" ] || ! command -v xvfb-run >/dev/null; then
     "$@"
   else
-    xvfb-run -a -s '-screen 0 1280x1024x24' "$@"
+    xvfb-run -a -s '-screen 0 1280x1024x24 -noreset' "$@"
   fi
 }
 
