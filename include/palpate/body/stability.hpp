@@ -58,8 +58,10 @@ class ModalEstimate {
     int const known = static_cast<int>(d.cols());
     if (known != n) d.conservativeResize(3, n);
     if (y_.cols() != n) y_.resize(3, n);
-    for (int i = known; i < n; ++i)   // a start that has a part of every mode: signs and sizes without a pattern
-      d.col(i) = Vector3<Scalar>(uneven(3 * i), uneven(3 * i + 1), uneven(3 * i + 2));
+    for (int i = 0; i < n; ++i) {   // a start that has a part of every mode, also of one that an edit put in an old particle's place
+      Vector3<Scalar> const some(uneven(3 * i), uneven(3 * i + 1), uneven(3 * i + 2));
+      d.col(i) = i < known ? Vector3<Scalar>(d.col(i) + Scalar(0.2) * some) : some;
+    }
     Scalar value = 0;
     for (int k = 0; k < 60; ++k) {
       Scalar norm = 0;   // dᵀ M d
