@@ -20,6 +20,7 @@ class HandForce {
   HandForce(Options const& options, Vector const& stroke)
       : measured_(palpate::scaled(palpate::liver_hysteresis<double>(), options.curve_factor),
                   palpate::OrganForce<double>{.coefficient = options.organ_coefficient, .wall_normal = stroke, .max_damping = 11.0},
+                  palpate::CurveJoin<double>{.reversal_depth = 0.001},   // no click when the depth trembles
                   palpate::WhiteGaussianNoise<double>({.snr_db = options.snr_db, .seed = options.seed})),
         coupling_(options.coupling) {}
 
@@ -29,7 +30,7 @@ class HandForce {
 
  private:
   using Curve = decltype(palpate::scaled(palpate::liver_hysteresis<double>(), 1.0));
-  palpate::CuttingForce<Curve, palpate::OrganForce<double>, palpate::WhiteGaussianNoise<double>> measured_;
+  palpate::CuttingForce<Curve, palpate::OrganForce<double>, palpate::CurveJoin<double>, palpate::WhiteGaussianNoise<double>> measured_;
   palpate::TissueReaction reaction_;
   Coupling coupling_;
 };

@@ -27,6 +27,7 @@ Parsed parse_options(int argc, char** argv) {
       "All quantities are in SI units."};
   app.set_version_flag("--version", std::string("incision (palpate ") + PALPATE_VERSION_STRING + ")");
   app.get_formatter()->column_width(38);
+  app.footer("Exit codes: 0 done; 2 the input or the output folder can not be used, said in one line; 1 anything else.");
 
   auto const organ = "Organ and hand";
   app.add_option("--mesh", o.mesh, "surface to cut: OBJ, STL, PLY, VTK; default: the library's own liver")->group(organ);
@@ -40,10 +41,10 @@ Parsed parse_options(int argc, char** argv) {
   auto const tissue = "Tissue";
   CLI::Range const not_negative(0.0, 1e9);
   app.add_option("--mass", o.mass, "total mass [kg]; default: 1060 kg/m3 times the enclosed volume")->check(CLI::Range(1e-6, 1e6))->group(tissue);
-  app.add_option("--link-stiffness", o.link_stiffness, "spring along an edge [N/m]")->check(CLI::Range(1e-9, 1e9))->capture_default_str()->group(tissue);
-  app.add_option("--link-damping", o.link_damping, "[N s/m]")->check(not_negative)->capture_default_str()->group(tissue);
-  app.add_option("--home-stiffness", o.home_stiffness, "spring that holds a particle at its rest position [N/m]")->check(CLI::Range(1e-9, 1e9))->capture_default_str()->group(tissue);
-  app.add_option("--home-damping", o.home_damping, "[N s/m]")->check(not_negative)->capture_default_str()->group(tissue);
+  app.add_option("--link-stiffness", o.link_stiffness, "spring along an edge [N/m]; default: 62500/s2 times the mean mass of a particle")->check(CLI::Range(1e-9, 1e9))->group(tissue);
+  app.add_option("--link-damping", o.link_damping, "its damper [N s/m]; default: 6/s times that mass")->check(not_negative)->group(tissue);
+  app.add_option("--home-stiffness", o.home_stiffness, "spring that holds a particle at its rest position [N/m]; default: 25000/s2 times that mass")->check(CLI::Range(1e-9, 1e9))->group(tissue);
+  app.add_option("--home-damping", o.home_damping, "its damper [N s/m]; default: 310/s times that mass")->check(not_negative)->group(tissue);
   app.add_option("--prestrain", o.prestrain, "pre-tension: springs are this share shorter than their edges, so a wound gapes")->check(CLI::Range(0.0, 0.9))->capture_default_str()->group(tissue);
   app.add_option("--zone", o.zone, "compute only so many rings around the tool; 0: the whole body")->check(CLI::Range(0, 1000))->capture_default_str()->group(tissue);
   app.add_option("--integrator", integrator, "leapfrog, velocity-verlet, symplectic-euler, explicit-euler or rk4")->check(CLI::IsMember(integrators))->capture_default_str()->group(tissue);

@@ -23,11 +23,11 @@ struct Options {
 
   // Tissue.
   std::optional<double> mass;              // kg
-  double link_stiffness = 60.0;            // N/m
-  double link_damping = 0.05;              // N s/m
-  double home_stiffness = 6.0;             // N/m
-  double home_damping = 0.05;              // N s/m
-  double prestrain = 0.15;
+  std::optional<double> link_stiffness;    // N/m
+  std::optional<double> link_damping;      // N s/m
+  std::optional<double> home_stiffness;    // N/m
+  std::optional<double> home_damping;      // N s/m
+  double prestrain = 0.25;
   int zone = 0;                            // rings; 0: the whole body
   IntegratorName integrator = IntegratorName::leapfrog;
 

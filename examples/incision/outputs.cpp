@@ -46,8 +46,8 @@ void write_pictures(fs::path const& folder, Organ const& organ, Hand const& hand
   palpate::PictureStyle style;
   style.wound_depth = 0.05 * organ.diagonal;
   auto const draw = [&](char const* name, Frame const& frame) {
-    // Held like a pen that leans into the stroke.
-    palpate::PictureTool const tool{.tip = frame.tip, .axis = 0.8 * hand.normal + 0.6 * hand.along, .edge = hand.along,
+    // Held like a pen, drawn with the handle behind: the blade stands in the wound.
+    palpate::PictureTool const tool{.tip = frame.tip, .axis = 0.92 * hand.normal - 0.38 * hand.along, .edge = hand.along,
                                     .length = 2.4 * hand.length};
     palpate::write_picture(folder / name, frame.mesh, camera, tool, style);
   };

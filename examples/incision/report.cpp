@@ -32,6 +32,8 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
 
   line(text, "organ         %s: %d vertices, %d triangles, %.0f mm across, %.3f kg", organ.name.c_str(), outcome.particles_before,
        outcome.triangles_before, 1000.0 * organ.diagonal, organ.mass);
+  line(text, "tissue        link %.3g N/m, %.3g N s/m; home %.3g N/m, %.3g N s/m; pre-tension %.0f %%; %zu particles nailed", organ.link_stiffness,
+       organ.link_damping, organ.home_stiffness, organ.home_damping, 100.0 * options.prestrain, organ.underside.size());
   line(text, "session       %.2f s of simulated time in %.2f s: %.1f times real time", simulated, outcome.wall_seconds,
        simulated / outcome.wall_seconds);
   if (options.realtime)

@@ -44,9 +44,13 @@ TriangleMesh<double> read_organ(Options const& options) {
   auto mesh = palpate::read_mesh<double>(options.mesh, palpate::metres_per(options.unit));
   palpate::RepairReport const report = palpate::repair(mesh, {.wanted = {.closed = true}});
   if (!report.sound()) {
+    // A hole says most: it is what a file that was cut short looks like.
+    auto const hole = std::find_if(report.left.begin(), report.left.end(),
+                                   [](auto const& defect) { return defect.kind == palpate::MeshDefectKind::open_border; });
+    bool const open = hole != report.left.end();
     auto const others = report.left.size() - 1;
-    throw palpate::InvalidMesh(message(name, ": ", to_string(report.left.front()),
-                                       others == 0 ? std::string() : message(" (and ", others, " more like it)")));
+    throw palpate::InvalidMesh(message(name, ": ", to_string(open ? *hole : report.left.front()), open ? "; was the file cut short?" : "",
+                                       others == 0 ? std::string() : message(" (and ", others, others == 1 ? " more defect)" : " more defects)")));
   }
   if (report.changed()) std::fprintf(stderr, "incision: %s: repaired: %s\n", name.c_str(), to_string(report).c_str());
   return mesh;
@@ -108,9 +112,16 @@ Organ prepare_organ(Options const& options) {
   organ.puncture_depth = options.puncture_depth.value_or(std::min(0.018, organ.diagonal / 20.0));
   organ.mass = options.mass.value_or(1060.0 * std::abs(palpate::volume(organ.mesh)));
 
+  // In proportion to the particles' mass, a body of any size and resolution swings at the same frequencies and allows the same step.
+  double const particle = organ.mass / double(points.cols());
+  organ.link_stiffness = options.link_stiffness.value_or(62500.0 * particle);
+  organ.link_damping = options.link_damping.value_or(6.0 * particle);
+  organ.home_stiffness = options.home_stiffness.value_or(25000.0 * particle);
+  organ.home_damping = options.home_damping.value_or(310.0 * particle);
+
   auto const normals = palpate::vertex_normals(organ.mesh);
   for (int i = 0; i < points.cols(); ++i)
-    if (normals.col(i).dot(organ.up) < -0.3) organ.underside.push_back(i);
+    if (normals.col(i).dot(organ.up) < 0.2) organ.underside.push_back(i);
   return organ;
 }
 

@@ -16,10 +16,12 @@ struct Organ {
   std::string name;
   TriangleMesh<double> mesh;     // as it grew: without pre-tension, m
   Vector up;
-  std::vector<int> underside;    // nailed: the table that it lies on
+  std::vector<int> underside;    // nailed, with the rim: the bed that it lies in
   double mass = 0.0;             // kg
   double diagonal = 0.0;         // m
   double puncture_depth = 0.0;   // m
+  double link_stiffness = 0.0, home_stiffness = 0.0;   // N/m
+  double link_damping = 0.0, home_damping = 0.0;       // N s/m
 };
 
 /// Reads or makes the organ. What was repaired in a file goes to standard error in one line. Throws palpate::Error for a mesh that can

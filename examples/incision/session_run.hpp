@@ -113,8 +113,8 @@ void run_realtime(Simulator& simulator, Hand const& hand, Outcome& outcome) {
 template <class Integrator, class Region>
 Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integrator integrator, Region region) {
   palpate::MassSpring<double> tissue(organ.mesh, {.mass = {.total = organ.mass},
-                                                  .link = {.stiffness = options.link_stiffness, .damping = options.link_damping},
-                                                  .home = {.stiffness = options.home_stiffness, .damping = options.home_damping},
+                                                  .link = {.stiffness = organ.link_stiffness, .damping = organ.link_damping},
+                                                  .home = {.stiffness = organ.home_stiffness, .damping = organ.home_damping},
                                                   .link_prestrain = options.prestrain});
   tissue.nail(organ.underside);
   palpate::SoftBody body(std::move(tissue), integrator, region);   // settles under its pre-tension

@@ -1,0 +1,169 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# Runs the main job small and checks what it writes, says and returns, with good and with bad input.
+#   sh check_incision.sh path/to/incision
+set -u
+incision=$1
+folder=$(mktemp -d) || exit 1
+trap 'rm -rf "$folder"' EXIT
+cd "$folder" || exit 1
+failed=0
+
+fail() {
+  echo "FAILED: $*"
+  failed=1
+}
+
+# run NAME EXPECTED_CODE ARGUMENTS...: keeps NAME.out and NAME.err
+run() {
+  name=$1
+  expected=$2
+  shift 2
+  "$incision" "$@" >"$name.out" 2>"$name.err"
+  code=$?
+  [ "$code" -eq "$expected" ] || fail "$name: exit code $code instead of $expected: $(cat "$name.err")"
+}
+
+# refused NAME TEXT ARGUMENTS...: exit code 2, one line with TEXT on standard error, nothing left behind
+refused() {
+  refused_name=$1
+  text=$2
+  shift 2
+  run "$refused_name" 2 --out "$refused_name" --no-pictures "$@"
+  lines=$(grep -c '^incision: ' "$refused_name.err")
+  [ "$lines" -eq 1 ] && [ "$(wc -l <"$refused_name.err")" -eq 1 ] || fail "$refused_name: not one line: $(cat "$refused_name.err")"
+  grep -q -e "$text" "$refused_name.err" || fail "$refused_name: no \"$text\" in: $(cat "$refused_name.err")"
+  [ -z "$(find "$refused_name" -type f 2>/dev/null)" ] || fail "$refused_name: left files behind"
+}
+
+# repaired NAME TEXT ARGUMENTS...: runs, and says in one line what it repaired
+repaired() {
+  repaired_name=$1
+  text=$2
+  shift 2
+  run "$repaired_name" 0 --out "$repaired_name" --no-pictures --seconds 1 "$@"
+  [ "$(grep -c '^incision: .*repaired' "$repaired_name.err")" -eq 1 ] && grep -q -e "repaired: .*$text" "$repaired_name.err" ||
+    fail "$repaired_name: no \"$text\" in: $(cat "$repaired_name.err")"
+}
+
+# An ellipsoid of 10 x 8 x 6 cm, in centimetres, as an OBJ file: rings of vertices between two poles, faces outward.
+awk 'BEGIN {
+  n = 28; m = 14; pi = 3.14159265358979
+  print "v 0 0 3"
+  for (i = 1; i < m; ++i) for (j = 0; j < n; ++j)
+    printf "v %.6f %.6f %.6f\n", 5*sin(pi*i/m)*cos(2*pi*j/n), 4*sin(pi*i/m)*sin(2*pi*j/n), 3*cos(pi*i/m)
+  print "v 0 0 -3"
+  for (j = 0; j < n; ++j) printf "f 1 %d %d\n", 2+j, 2+(j+1)%n
+  for (i = 0; i < m-2; ++i) for (j = 0; j < n; ++j) {
+    a = 2+i*n+j; b = 2+i*n+(j+1)%n
+    printf "f %d %d %d %d\n", a, a+n, b+n, b
+  }
+  last = 2+(m-1)*n
+  for (j = 0; j < n; ++j) printf "f %d %d %d\n", last, 2+(m-2)*n+(j+1)%n, 2+(m-2)*n+j
+}' >good.obj
+
+# --- the job itself ---------------------------------------------------------------------------------------------------
+run default 0 --resolution 800 --out default
+for file in session.csv tissue.pvd tissue/tissue_0000.vtp; do
+  [ -s "default/$file" ] || fail "default: no $file"
+done
+[ "$(head -n 1 default/session.csv)" = "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N" ] ||
+  fail "default: header of session.csv"
+for phase in "no contact" indenting moving; do
+  grep -q ",$phase," default/session.csv || fail "default: session.csv is never \"$phase\""
+done
+if grep -q 'no pictures' default.err; then
+  echo "note: $(cat default.err)"
+else
+  for file in before pressed cutting after force_time force_depth; do
+    [ "$(head -c 4 "default/$file.png" | tail -c 3)" = PNG ] || fail "default: $file.png is no picture"
+  done
+fi
+[ "$(find default -name '*.part*' -o -name '.incision*' | wc -l)" -eq 0 ] || fail "default: temporary files left"
+grep -q '^pieces  *1$' default.out || fail "default: not one piece: $(cat default.out)"
+awk '/^wound gap/ { found = 1; exit !($3 > 1.0) } END { if (!found) exit 1 }' default.out || fail "default: no gap above 1 mm: $(cat default.out)"
+grep -q 'DIVERGED' default.out && fail "default: the body diverged"
+
+run again 0 --resolution 800 --out again --no-pictures
+cmp -s default/session.csv again/session.csv || fail "two runs differ in session.csv"
+run noise 0 --resolution 800 --out noise --no-pictures --seed 8
+cmp -s default/session.csv noise/session.csv && fail "another seed gives the same session.csv"
+
+run version 0 --version
+grep -q '^incision (palpate [0-9.]*)$' version.out || fail "version: $(cat version.out)"
+run zone 0 --resolution 600 --zone 3 --integrator rk4 --coupling tight --out zone --no-pictures
+run mesh 0 --mesh good.obj --unit cm --out mesh --no-pictures
+grep -q '^incision' mesh.err && fail "mesh: said something about a good mesh: $(cat mesh.err)"
+run realtime 0 --resolution 600 --realtime --seconds 1 --out realtime --no-pictures
+
+# --- meshes that are repaired, with a word about it -------------------------------------------------------------------
+{ cat good.obj; echo "v 9 9 9"; } >unused.obj
+repaired unused "1 unused vertex" --mesh unused.obj --unit cm
+# The vertex of the last face's first corner once more, and the last face on the copy.
+awk '{ line[NR] = $0 } /^v / { v[++n] = $0 } END {
+  split(line[NR], f, " ")
+  for (i = 1; i < NR; ++i) print line[i]
+  print v[f[2]]
+  print "f", n + 1, f[3], f[4]
+}' good.obj >duplicate.obj
+repaired duplicate "1 duplicate vertex" --mesh duplicate.obj --unit cm
+{ cat good.obj; echo "f 1 2 2"; } >degenerate.obj
+repaired degenerate "1 degenerate element" --mesh degenerate.obj --unit cm
+
+# --- input that is refused --------------------------------------------------------------------------------------------
+{ cat good.obj; echo "v 0 0 9"; echo "f 1 2 $(($(grep -c '^v ' good.obj) + 1))"; } >fin.obj
+refused fin "3 triangles" --mesh fin.obj --unit cm
+head -c 9000 good.obj >cut_vertices.obj
+refused cut_vertices "cut short\|no triangles" --mesh cut_vertices.obj --unit cm
+head -c "$(($(wc -c <good.obj) - 700))" good.obj >cut_faces.obj
+refused cut_faces "cut short\|border\|hole" --mesh cut_faces.obj --unit cm
+: >empty.obj
+refused empty "the file is empty" --mesh empty.obj
+sed '10s/.*/v 1 nan 0/' good.obj >nan.obj
+refused nan "not a finite number" --mesh nan.obj --unit cm
+refused missing "there is no such file" --mesh missing.stl
+refused kind "not a known kind of mesh file" --mesh "$0"
+
+path() { printf 'time_s,x_m,y_m,z_m\n%s\n' "$1"; }
+path "0,0,0,0.2
+1,0.1,0,0.2" >far.csv
+refused far "never touches" --tool far.csv
+path "0,0,0,0
+1,0,0,0.2" >inside.csv
+refused inside "inside the organ" --mesh good.obj --unit cm --tool inside.csv
+path "0,0,0,0.2
+2,0,0,0.1
+1,0,0,0.02" >backwards.csv
+refused backwards "line 4" --tool backwards.csv
+path "" >nothing.csv
+refused nothing "rows" --tool nothing.csv
+refused no_tool "no_tool.csv" --tool no_tool.csv
+path "0,0,0,0.06
+1,0,0,0.02
+2,0.02,0,0.02
+3,0.02,0,0.06" >stroke.csv
+run tool 0 --mesh good.obj --unit cm --tool stroke.csv --out tool --no-pictures
+grep -q '^cut  *[1-9]' tool.out || fail "tool: the path does not cut: $(cat tool.out)"
+
+echo "a file" >file
+for out in file/below /proc/incision-out; do
+  run folder 2 --resolution 600 --seconds 1 --no-pictures --out "$out"
+  [ "$(wc -l <folder.err)" -eq 1 ] || fail "folder $out: not one line: $(cat folder.err)"
+  grep -q "output folder" folder.err || fail "folder $out: $(cat folder.err)"
+done
+for wrong in "--unit inch" "--integrator magic" "--resolution 3" "--prestrain 2" "--no-such-option"; do
+  # shellcheck disable=SC2086
+  run option 2 $wrong
+  [ "$(wc -l <option.err)" -eq 1 ] || fail "option $wrong: not one line: $(cat option.err)"
+done
+
+# --- no display to draw on --------------------------------------------------------------------------------------------
+mkdir empty_path
+DISPLAY='' PATH="$folder/empty_path" "$incision" --resolution 600 --seconds 1 --out undrawn >undrawn.out 2>undrawn.err
+code=$?
+[ "$code" -eq 0 ] || fail "undrawn: exit code $code"
+[ -s undrawn/session.csv ] || fail "undrawn: no session.csv"
+[ "$(grep -c 'no pictures' undrawn.err)" -eq 1 ] || [ -s undrawn/after.png ] || fail "undrawn: $(cat undrawn.err)"
+
+[ "$failed" -eq 0 ] && echo "incision: all checks passed"
+exit "$failed"
