@@ -44,12 +44,16 @@ TriangleMesh<double> read_organ(Options const& options) {
   auto mesh = palpate::read_mesh<double>(options.mesh, palpate::metres_per(options.unit));
   palpate::RepairReport const report = palpate::repair(mesh, {.wanted = {.closed = true}});
   if (!report.sound()) {
-    // A hole says most: it is what a file that was cut short looks like.
-    auto const hole = std::find_if(report.left.begin(), report.left.end(),
-                                   [](auto const& defect) { return defect.kind == palpate::MeshDefectKind::open_border; });
-    bool const open = hole != report.left.end();
+    // The telling defect first: a fin leaves holes too, and holes are what a file that was cut short looks like.
+    using Kind = palpate::MeshDefectKind;
+    auto worst = report.left.begin();
+    for (Kind const kind : {Kind::open_border, Kind::non_manifold_edge}) {
+      auto const found = std::find_if(report.left.begin(), report.left.end(), [&](auto const& defect) { return defect.kind == kind; });
+      if (found != report.left.end()) worst = found;
+    }
+    bool const open = worst->kind == Kind::open_border;
     auto const others = report.left.size() - 1;
-    throw palpate::InvalidMesh(message(name, ": ", to_string(open ? *hole : report.left.front()), open ? "; was the file cut short?" : "",
+    throw palpate::InvalidMesh(message(name, ": ", to_string(*worst), open ? "; was the file cut short?" : "",
                                        others == 0 ? std::string() : message(" (and ", others, others == 1 ? " more defect)" : " more defects)")));
   }
   if (report.changed()) std::fprintf(stderr, "incision: %s: repaired: %s\n", name.c_str(), to_string(report).c_str());
