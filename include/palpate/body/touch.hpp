@@ -5,8 +5,11 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 
 namespace palpate {
 
@@ -26,12 +29,14 @@ struct SurfaceContact {
 /// Follows a spherical tool tip on a soft body that deforms.
 /// Contact begins when the tip comes from outside onto the surface as it is now; a tip that starts behind the surface touches nothing
 /// until it has been in front of it. From then on the touched point is where the line through the tip along the normal meets
-/// the surface, found by walking from triangle to triangle, so that it never jumps to another part of the body.
+/// the surface, found by walking from triangle to triangle, so that it never jumps to another part of the body. Only where a wound
+/// or a border stops the walk, the surface around the last touched point is searched.
 /// Contact ends when the tip is above the surface, both as it is now and undisturbed.
 ///   depth = r − (tip − home point)·n
 /// Units      m.
 /// Source     spec Z8, indentation depth.
-/// Cost       in contact O(triangles walked over); without contact one search of the body's tree. No allocation.
+/// Cost       in contact O(triangles walked over); without contact, and beside the surface, one search of the body's tree. No
+///            allocation.
 template <RealScalar Scalar>
 class Touch {
  public:
@@ -62,8 +67,13 @@ class Touch {
     return contact_;
   }
 
-  /// Tells that triangles were edited: the walk goes on from this one.
-  void restart_from(int triangle) noexcept { contact_.triangle = triangle; }
+  /// Tells that triangles were edited: finds the touched point anew, from this triangle on.
+  template <class Body>
+  void restart_from(Body& body, int triangle, Vector const& tip) {
+    contact_.triangle = triangle;
+    contact_.barycentric.setConstant(Scalar(1) / 3);
+    follow(body, tip);
+  }
 
   /// Forgets the contact and where the tip was.
   void reset() noexcept { end(); }
@@ -140,42 +150,68 @@ class Touch {
     return (body.positions().col(c[1]) - a).cross(body.positions().col(c[2]) - a);
   }
 
-  /// Walks to the triangle that the line through the tip along the normal meets.
+  /// Where a walk over the surface ended.
+  enum class Walk { there, border, behind };
+
+  /// Finds the triangle that the line through the tip along the normal meets: by walking from the last one; where a wound or a border
+  /// lies in the way, from the surface nearest to the tip, seen at the level of the last touched point.
   template <class Body>
   void follow(Body& body, Vector const& tip) {
+    contact_.off_surface = false;
+    int triangle = contact_.triangle;
+    Vector barycentric = contact_.barycentric;
+    Walk const first = walk(body, tip, triangle, barycentric);
+    if (first != Walk::there) {
+      Vector const& n = contact_.normal;
+      SurfacePoint<Scalar> const nearest = body.nearest_point(tip + (contact_.point - tip).dot(n) * n);
+      int other = nearest.triangle;
+      Vector weights = nearest.barycentric;
+      if (nearest.found() && walk(body, tip, other, weights) == Walk::there)
+        triangle = other, barycentric = weights;
+      else if (first == Walk::border)
+        contact_.off_surface = true;
+      else
+        triangle = contact_.triangle, barycentric = contact_.barycentric;   // seen from behind: stay where the contact was
+    }
+    place(body, triangle, barycentric, tip);
+  }
+
+  /// Walks from `t` towards the line through the tip along the normal. At a border: the nearest point of the last edge.
+  template <class Body>
+  Walk walk(Body const& body, Vector const& tip, int& t, Vector& w) const {
+    constexpr Scalar slack = 64 * std::numeric_limits<Scalar>::epsilon();
     auto const& surface = body.tissue().surface();
     auto const x = body.positions();
     Vector const n = contact_.normal;
-    int t = contact_.triangle;
-    contact_.off_surface = false;
     for (int walked = 0; walked < 1000; ++walked) {
       auto const c = surface.corners(t);
       std::array<Vector, 3> const d{x.col(c[0]) - tip, x.col(c[1]) - tip, x.col(c[2]) - tip};
-      Vector w(n.dot(d[1].cross(d[2])), n.dot(d[2].cross(d[0])), n.dot(d[0].cross(d[1])));
+      w = Vector(n.dot(d[1].cross(d[2])), n.dot(d[2].cross(d[0])), n.dot(d[0].cross(d[1])));
       Scalar const sum = w.sum();
-      if (!(sum > 0)) break;   // seen from behind: stay where the contact was
-      int lowest = 0;
-      w.minCoeff(&lowest);
-      if (w[lowest] >= 0) {
-        place(body, t, w / sum, tip);
-        return;
+      if (!(sum > 0)) return Walk::behind;
+      if (w.minCoeff() >= -slack * sum) {
+        w = w.cwiseMax(Scalar(0));
+        w /= w.sum();
+        return Walk::there;
       }
-      int const next = surface.triangle_with_edge(c[static_cast<std::size_t>((lowest + 2) % 3)], c[static_cast<std::size_t>((lowest + 1) % 3)]);
-      if (next < 0) {   // beyond the border: the nearest point of this edge
-        auto const a = static_cast<std::size_t>((lowest + 1) % 3), b = static_cast<std::size_t>((lowest + 2) % 3);
+      std::array<std::size_t, 3> order{0, 1, 2};   // across the edge that the line is farthest beyond, if there is a triangle
+      std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return w[static_cast<int>(i)] < w[static_cast<int>(j)]; });
+      int next = -1;
+      for (std::size_t const k : order)
+        if (next < 0 && w[static_cast<int>(k)] < 0) next = surface.triangle_with_edge(c[(k + 2) % 3], c[(k + 1) % 3]);
+      if (next < 0) {
+        auto const a = (order[0] + 1) % 3, b = (order[0] + 2) % 3;
         Vector const edge = d[b] - d[a];
         Vector const across = edge - edge.dot(n) * n;
-        Scalar const s = std::min(Scalar(1), std::max(Scalar(0), -d[a].dot(across) / across.squaredNorm()));
+        Scalar const s = std::clamp(-d[a].dot(across) / across.squaredNorm(), Scalar(0), Scalar(1));
         w.setZero();
         w[static_cast<int>(a)] = 1 - s;
         w[static_cast<int>(b)] = s;
-        place(body, t, w, tip);
-        contact_.off_surface = true;
-        return;
+        return Walk::border;
       }
       t = next;
     }
-    place(body, contact_.triangle, contact_.barycentric, tip);
+    return Walk::behind;
   }
 
   template <class Body>

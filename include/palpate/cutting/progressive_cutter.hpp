@@ -74,8 +74,10 @@ class ProgressiveCutter {
       front_.start(body, contact.triangle, contact.barycentric, snap(body));
     } else if (!contact.off_surface) {
       front_.advance(body, contact.triangle, contact.barycentric);
+    } else {
+      return;
     }
-    touch_.restart_from(front_.triangle(body));
+    touch_.restart_from(body, front_.triangle(body), tip);
   }
 
   CuttingPhase state() const noexcept { return state_; }
