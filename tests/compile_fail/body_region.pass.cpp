@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+// A number of rings is not yet a region.
+#include <palpate/palpate.hpp>
+
+void step() {
+  using namespace palpate;
+  SoftBody body(MassSpring<double>(make_grid<double>(3, 3, 0.01), {}), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 2});
+  body.step(1e-3);
+}

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+// A mesh is a shape; what it is made of is missing.
+#include <palpate/palpate.hpp>
+
+void step() {
+  using namespace palpate;
+  auto const skin = make_grid<double>(3, 3, 0.01);
+  SoftBody body(MassSpring<double>(skin, {}), LeapfrogVerlet{}, WholeBody{});
+  body.step(1e-3);
+}
