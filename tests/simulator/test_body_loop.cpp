@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+// Yardsticks: counting by hand, the closed form of a wall (force = stiffness × depth), and bodies that report what they are asked for.
+#include "catch.hpp"
+
+#include "allocation_trap.hpp"
+
+#include <palpate/body/soft_body.hpp>
+#include <palpate/cutting/no_cutter.hpp>
+#include <palpate/cutting/progressive_cutter.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/grid.hpp>
+#include <palpate/region/whole_body.hpp>
+#include <palpate/region/zone_of_influence.hpp>
+#include <palpate/simulator/body_loop.hpp>
+#include <palpate/tissue/mass_spring.hpp>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+template <RealScalar S>
+MassSpring<S> sheet(int n = 21, bool wall = false) {
+  auto const skin = make_grid<S>(n, n, S(0.005));
+  MassSpring<S> tissue(skin, {.mass = {.total = S(0.1)}, .link = {.stiffness = 80, .damping = S(0.02)}, .home = {.stiffness = 8, .damping = S(0.1)}});
+  tissue.nail(boundary_vertices(skin));
+  if (wall)
+    for (int i = 0; i < tissue.size(); ++i) tissue.nail(i);
+  return tissue;
+}
+
+/// A body that keeps the steps it was asked for, states a stable step of the test's choice, and diverges on demand.
+template <RealScalar S>
+struct Witness : SoftBody<MassSpring<S>, LeapfrogVerlet, WholeBody> {
+  using Base = SoftBody<MassSpring<S>, LeapfrogVerlet, WholeBody>;
+  explicit Witness(MassSpring<S> tissue) : Base(std::move(tissue), LeapfrogVerlet{}, WholeBody{}) {}
+
+  StepReport<S> step(S h) {
+    steps.push_back(h);
+    if (diverge_at > 0 && --diverge_at == 0) return {.status = StepStatus::diverged};
+    return Base::step(h);
+  }
+  S stable_step() {
+    ++asked;
+    return stated;
+  }
+
+  std::vector<S> steps;
+  S stated = 1;
+  int asked = 0;
+  int diverge_at = 0;   // this step from now, counted from 1
+};
+
+/// Where the sheet of 21 × 21 is touched.
+template <RealScalar S>
+Vector3<S> over(S z) {
+  return {S(0.0512), S(0.0533), z};
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("a tick is split into the fewest equal steps not above the stable one", "[simulator][body_loop]", float, double) {
+  using S = TestType;
+  struct Case {
+    double tick, stable;
+    int steps;
+  };
+  for (Case const c : {Case{1e-3, 2e-3, 1}, Case{1e-3, 1e-3, 1}, Case{1e-3, 0.99e-3, 2}, Case{1e-3, 5e-4, 2}, Case{1e-3, 4.9e-4, 3}, Case{1e-3, 1e-4, 10},
+                       Case{1e-3, 1e-3 / 3, 3}, Case{2e-3, 1.3e-5, 154}, Case{0.01, 3e-3, 4}, Case{1e-3, std::numeric_limits<double>::infinity(), 1}}) {
+    Witness<S> body(sheet<S>(3));
+    body.stated = static_cast<S>(c.stable);
+    BodyLoop<Witness<S>, NoCutter<S>> loop(std::move(body), NoCutter<S>{}, ContactCoupling{}, 1000);
+    loop.tick(Vector3<S>(0, 0, 1), Vector3<S>::Zero(), static_cast<S>(c.tick));
+    INFO(c.tick << " s in steps of at most " << c.stable << " s");
+    CHECK(static_cast<int>(loop.body().steps.size()) == c.steps);
+    for (S const h : loop.body().steps) CHECK(h == Approx(c.tick / c.steps).epsilon(1e-6));
+    CHECK(loop.counts().steps == static_cast<std::uint64_t>(c.steps));
+    CHECK(loop.counts().most_steps_a_tick == c.steps);
+    CHECK(loop.counts().capped == 0);
+    loop.rest(static_cast<S>(c.tick));
+    CHECK(loop.counts().steps == 2 * static_cast<std::uint64_t>(c.steps));
+    CHECK(loop.counts().ticks == 2);
+  }
+}
+
+TEST_CASE("a tick takes no more steps than it may, and says so", "[simulator][body_loop]") {
+  for (double const stable : {1e-6, 0.0}) {   // 0: the integrator stands no step at all
+    Witness<double> body(sheet<double>(3));
+    body.stated = stable;
+    BodyLoop<Witness<double>, NoCutter<double>> loop(std::move(body), NoCutter<double>{}, ContactCoupling{}, 7);
+    for (int k = 0; k < 3; ++k) loop.tick({0, 0, 1}, {0, 0, 0}, 1e-3);
+    CHECK(loop.body().steps.size() == 21);
+    CHECK(loop.counts().capped == 3);
+    CHECK(loop.counts().most_steps_a_tick == 7);
+  }
+}
+
+TEST_CASE("the stable step is found anew when the tissue was edited, and only then", "[simulator][body_loop]") {
+  Witness<double> start(sheet<double>());
+  start.stated = 1e-4;
+  BodyLoop<Witness<double>, ProgressiveCutter<double>> loop(std::move(start), ProgressiveCutter<double>({.puncture_depth = 0.003, .snap = 2e-4}),
+                                                            ContactCoupling{}, 100);
+  auto& body = loop.body();
+  CHECK(body.asked == 1);
+  int edits = 0;
+  auto revision = body.tissue().revision();
+  auto const advance = [&](Vector3<double> const& tip) {
+    loop.tick(tip, {0, 0, 0}, 1e-3);
+    if (body.tissue().revision() != revision) ++edits;
+    revision = body.tissue().revision();
+  };
+  for (int k = 0; k <= 60; ++k) advance(over(0.002 - 1e-4 * k));
+  CHECK(loop.cutter().state() == CuttingPhase::moving);
+  CHECK(edits == 1);   // the puncture
+  for (int k = 0; k <= 200; ++k) advance(over(-0.004) + Vector3<double>(1e-4 * k, 0, 0));
+  CHECK(edits > 5);
+  CHECK(body.asked == 1 + edits);
+  CHECK(loop.counts().stable_steps == static_cast<std::uint64_t>(1 + edits));
+}
+
+TEST_CASE("what a real cut makes of the stable step is what the body itself says", "[simulator][body_loop]") {
+  using Body = SoftBody<MassSpring<double>, LeapfrogVerlet, WholeBody>;
+  BodyLoop<Body, ProgressiveCutter<double>> loop(Body(sheet<double>()), ProgressiveCutter<double>({.puncture_depth = 0.003, .snap = 5e-4}),
+                                                 ContactCoupling{}, 100);
+  double const before = loop.stable_step();
+  for (int k = 0; k <= 60; ++k) loop.tick(over(0.002 - 1e-4 * k), {0, 0, 0}, 1e-3);
+  for (int k = 0; k <= 300; ++k) loop.tick(over(-0.004) + Vector3<double>(1e-4 * k, 0, 0), {0, 0, 0}, 1e-3);
+  CHECK(loop.stable_step() < before);   // particles of a cut are lighter
+  Body fresh = loop.body();
+  CHECK(fresh.stable_step() == Approx(loop.stable_step()).epsilon(0.03));
+  CHECK(loop.counts().diverged == 0);
+  CHECK(loop.body().positions().allFinite());
+}
+
+TEMPLATE_TEST_CASE("a wall answers stiffness times the mean depth of the tick", "[simulator][body_loop]", float, double) {
+  using S = TestType;
+  Witness<S> body(sheet<S>(21, true));
+  body.stated = S(0.25e-3);   // four steps
+  BodyLoop<Witness<S>, NoCutter<S>> loop(std::move(body), NoCutter<S>{}, ContactCoupling{.stiffness = 500, .damping = 0}, 100);
+  Vector3<S> const zero = Vector3<S>::Zero();
+  CHECK(loop.tick(over(S(0.001)), zero, S(1e-3)).phase == CuttingPhase::no_contact);
+  // The tip moves evenly from +1 mm to −2 mm: 0.25, −0.5, −1.25, −2 mm at the ends of the steps; above the surface it does not pull.
+  LocalModel<S> model = loop.tick(over(S(-0.002)), zero, S(1e-3));
+  CHECK(model.phase == CuttingPhase::indenting);
+  CHECK(model.tissue_force.z() == Approx(500 * (0.0005 + 0.00125 + 0.002) / 4).epsilon(1e-4));
+  CHECK(model.depth(over(S(-0.002))) == Approx(0.002).epsilon(1e-4));
+  CHECK(model.normal == Vector3<S>(0, 0, 1));
+  model = loop.tick(over(S(-0.002)), zero, S(1e-3));
+  CHECK(model.tissue_force.z() == Approx(1.0).epsilon(1e-4));
+  // With a velocity v the spring is where it will be at the end of the step: h k v more.
+  model = loop.tick(over(S(-0.002)), Vector3<S>(0, 0, S(-0.1)), S(1e-3));
+  CHECK(model.tissue_force.z() == Approx(1.0 + 0.25e-3 * 500 * 0.1).epsilon(1e-4));
+  model = loop.tick(over(S(0.001)), zero, S(1e-3));
+  CHECK(model.phase == CuttingPhase::no_contact);
+  CHECK(model.tissue_force.isZero(0));
+}
+
+TEST_CASE("a body is never punctured by a force it has not felt yet", "[simulator][body_loop]") {
+  // A wall of 1000 N/m and a scalpel that needs 2 N: at 2.05 mm it has pressed with 2.05 N, and punctures in the tick after.
+  Witness<double> body(sheet<double>(21, true));
+  BodyLoop<Witness<double>, ProgressiveCutter<double>> loop(
+      std::move(body), ProgressiveCutter<double>({.puncture_depth = 1.0, .puncture_force = 2.0}), ContactCoupling{.stiffness = 1000, .damping = 0}, 1);
+  loop.tick(over(0.001), {0, 0, 0}, 1e-3);
+  int tick = 0;
+  for (; loop.cutter().state() != CuttingPhase::moving && tick < 100; ++tick) loop.tick(over(-1e-4 * tick - 5e-5), {0, 0, 0}, 1e-3);
+  CHECK(tick - 1 == 21);   // tick 20 presses with 2.05 N
+}
+
+TEST_CASE("a diverged step silences the hand until the tool has left and the body moves again", "[simulator][body_loop]") {
+  Witness<double> body(sheet<double>());
+  body.stated = 1e-4;
+  BodyLoop<Witness<double>, NoCutter<double>> loop(std::move(body), NoCutter<double>{}, ContactCoupling{}, 100);
+  CHECK(loop.tick(over(0.001), {0, 0, 0}, 1e-3).sound);
+  CHECK(loop.tick(over(-0.001), {0, 0, 0}, 1e-3).sound);
+  loop.body().steps.clear();
+  loop.body().diverge_at = 4;
+  CHECK_FALSE(loop.tick(over(-0.002), {0, 0, 0}, 1e-3).sound);
+  CHECK(loop.body().steps.size() == 4);   // the rest of the tick is left out
+  CHECK(loop.counts().diverged == 1);
+  CHECK_FALSE(loop.tick(over(-0.002), {0, 0, 0}, 1e-3).sound);   // all is well again, but the tool is still inside
+  CHECK(loop.body().steps.size() == 14);
+  CHECK(loop.tick(over(0.002), {0, 0, 0}, 1e-3).sound);
+  CHECK(loop.tick(over(-0.002), {0, 0, 0}, 1e-3).sound);
+  loop.tick(over(0.002), {0, 0, 0}, 1e-3);
+  loop.body().diverge_at = 1;
+  CHECK_FALSE(loop.tick(over(0.002), {0, 0, 0}, 1e-3).sound);   // without contact as well
+  CHECK(loop.counts().diverged == 2);
+}
+
+TEST_CASE("a body that really diverges ends in no number that is not finite", "[simulator][body_loop]") {
+  using Body = SoftBody<MassSpring<double>, LeapfrogVerlet, WholeBody>;
+  BodyLoop<Body, NoCutter<double>> loop(Body(sheet<double>()), NoCutter<double>{}, ContactCoupling{.stiffness = 1e6}, 1);   // 1 step of 50 ms
+  bool unsound = false;
+  for (int k = 0; k < 400; ++k) {
+    LocalModel<double> const model = loop.tick(over(0.002 - 2e-5 * k), {0, 0, -4e-4}, 0.05);
+    CHECK(model.tissue_force.allFinite());
+    CHECK(model.home_point.allFinite());
+    unsound = unsound || !model.sound;
+  }
+  CHECK(loop.counts().capped > 0);
+  CHECK(loop.counts().diverged > 0);
+  CHECK(unsound);
+  CHECK(loop.body().positions().allFinite());
+  CHECK(loop.body().velocities().allFinite());
+}
+
+namespace {
+
+/// The least a cutter can be: no tip radius, no interest in the force.
+struct Needle {
+  template <class Body>
+  void advance(Body& body, Vector3<double> const& tip) {
+    touch.update(body, tip);
+  }
+  SurfaceContact<double> const& contact() const { return touch.contact(); }
+  CuttingPhase state() const { return contact().touching ? CuttingPhase::indenting : CuttingPhase::no_contact; }
+  CutReport const& report() const { return cuts; }
+
+  Touch<double> touch{0.0};
+  CutReport cuts;
+};
+
+}  // namespace
+
+TEST_CASE("a cutter of the least kind is enough", "[simulator][body_loop]") {
+  Witness<double> body(sheet<double>(21, true));
+  BodyLoop<Witness<double>, Needle> loop(std::move(body), Needle{}, ContactCoupling{.stiffness = 100, .damping = 0}, 10);
+  loop.tick(over(0.001), {0, 0, 0}, 1e-3);
+  loop.tick(over(-0.001), {0, 0, 0}, 1e-3);
+  LocalModel<double> const model = loop.tick(over(-0.001), {0, 0, 0}, 1e-3);
+  CHECK(model.tissue_force.z() == Approx(0.1));
+  CHECK(model.tip_radius == 0.0);
+}
+
+TEMPLATE_TEST_CASE("a tick of palpation allocates nothing", "[simulator][body_loop]", float, double) {
+  using S = TestType;
+  REQUIRE(palpate_test::trap_works());
+  auto const run = [](auto region) {
+    using Body = SoftBody<MassSpring<S>, LeapfrogVerlet, decltype(region)>;
+    BodyLoop<Body, NoCutter<S>> loop(Body(sheet<S>(), LeapfrogVerlet{}, region), NoCutter<S>{}, ContactCoupling{}, 100);
+    auto const press = [&](int from, int to) {
+      for (int k = from; k < to; ++k)
+        loop.tick(over(S(0.002) - S(0.006) * std::sin(S(0.01) * S(k))) + Vector3<S>(S(2e-5) * S(k), 0, 0), Vector3<S>::Zero(), S(1e-3));
+    };
+    press(0, 300);
+    palpate_test::AllocationCount const allocations;
+    press(300, 1000);
+    return allocations.count();
+  };
+  CHECK(run(WholeBody{}) == 0);
+  CHECK(run(ZoneOfInfluence{.rings = 4}) == 0);
+}
