@@ -4,11 +4,13 @@
 #include <palpate/core/error.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/cut_front.hpp>
+#include <palpate/tissue/concept.hpp>
 
 #include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 namespace palpate {
