@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Yardsticks: Newton's third law, the closed forms of one particle on a spring, and the statics of a whole body found here by Newton's
-// method on springs written down once more (tests/body/naive_body.hpp has no line of the library).
+// method on springs written down once more (tests/haptics/sheet.hpp).
 #include "catch.hpp"
 
 #include "allocation_trap.hpp"
-#include "body/naive_body.hpp"
 #include "device/message.hpp"
+#include "haptics/sheet.hpp"
 
 #include <palpate/body/soft_body.hpp>
 #include <palpate/cutting/no_cutter.hpp>
@@ -16,7 +16,6 @@
 #include <palpate/integrator/symplectic_euler.hpp>
 #include <palpate/integrator/velocity_verlet.hpp>
 #include <palpate/mesh/boundary.hpp>
-#include <palpate/mesh/edges.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
@@ -31,6 +30,7 @@
 
 using namespace palpate;
 using palpate_test::message_of;
+using palpate_test::Sheet;
 using palpate_test::unsaid;
 
 namespace {
@@ -232,78 +232,6 @@ TEST_CASE("no contact is too stiff and no particle too light, up to the body's o
         }
 }
 
-namespace {
-
-struct Sheet {
-  TriangleMesh<double> skin = make_grid<double>(9, 9, 0.005);
-  double mass = 0.05, link = 60.0, home = 4.0;
-  double link_damping = 0.02, home_damping = 0.05;
-
-  MassSpring<double> tissue() const {
-    MassSpring<double> t(skin, {.mass = {.total = mass, .lumping = Lumping::equal},
-                                .link = {.stiffness = link, .damping = link_damping},
-                                .home = {.stiffness = home, .damping = home_damping}});
-    t.nail(boundary_vertices(skin));
-    return t;
-  }
-
-  /// The equilibrium under a contact spring k on the point of triangle `corners` with weights b, tip at height z below 0: a linear spring
-  /// between the surface point and the tip. Newton's method with a numerical tangent, on the springs of naive_body.hpp.
-  struct Rest {
-    double force, z;   // of the contact [N], of the touched point [m]
-  };
-  Rest equilibrium(std::array<int, 3> corners, Eigen::Vector3d const& b, double tip_z, double k) const {
-    palpate_test::NaiveBody body(skin.points);
-    for (auto const& [i, j] : edges(skin)) body.join(i, j, link, link_damping);
-    std::fill(body.home_stiffness.begin(), body.home_stiffness.end(), home);
-    for (int const i : boundary_vertices(skin)) body.fixed[static_cast<std::size_t>(i)] = 1;
-    std::vector<int> free;
-    for (int i = 0; i < body.size(); ++i)
-      if (body.fixed[static_cast<std::size_t>(i)] == 0) free.push_back(i);
-    auto const n = static_cast<Eigen::Index>(3 * free.size());
-    Eigen::Matrix3Xd x = body.home;
-    Eigen::Matrix3Xd const still = Eigen::Matrix3Xd::Zero(3, x.cols());
-    double force = 0;
-    auto const residual = [&](Eigen::Matrix3Xd const& at) {
-      Eigen::Matrix3Xd f = body.forces(at, still);
-      double z = 0;
-      for (int c = 0; c < 3; ++c) z += b[c] * at(2, corners[static_cast<std::size_t>(c)]);
-      force = std::max(0.0, k * (z - tip_z));
-      for (int c = 0; c < 3; ++c) f(2, corners[static_cast<std::size_t>(c)]) -= b[c] * force;
-      Eigen::VectorXd r(n);
-      for (std::size_t i = 0; i < free.size(); ++i) r.segment<3>(static_cast<Eigen::Index>(3 * i)) = f.col(free[i]);
-      return r;
-    };
-    for (int iteration = 0; iteration < 60; ++iteration) {
-      Eigen::VectorXd const r = residual(x);
-      if (r.norm() < 1e-12) break;
-      Eigen::MatrixXd tangent(n, n);
-      for (Eigen::Index c = 0; c < n; ++c) {
-        Eigen::Matrix3Xd ahead = x, behind = x;
-        ahead(c % 3, free[static_cast<std::size_t>(c / 3)]) += 1e-7;
-        behind(c % 3, free[static_cast<std::size_t>(c / 3)]) -= 1e-7;
-        tangent.col(c) = (residual(ahead) - residual(behind)) / 2e-7;
-      }
-      Eigen::VectorXd const dx = -tangent.partialPivLu().solve(r);
-      double share = 1.0;   // halved until the residual falls
-      for (int halving = 0; halving < 30; ++halving, share /= 2) {
-        Eigen::Matrix3Xd next = x;
-        for (std::size_t i = 0; i < free.size(); ++i) next.col(free[i]) += share * dx.segment<3>(static_cast<Eigen::Index>(3 * i));
-        if (residual(next).norm() < r.norm()) {
-          x = next;
-          break;
-        }
-      }
-    }
-    REQUIRE(residual(x).norm() < 1e-9);
-    double z = 0;
-    for (int c = 0; c < 3; ++c) z += b[c] * x(2, corners[static_cast<std::size_t>(c)]);
-    return {force, z};
-  }
-};
-
-}  // namespace
-
 TEST_CASE("the settled reaction of a sheet is the one Newton's method finds", "[haptics][coupling]") {
   Sheet const sheet;
   SoftBody body(sheet.tissue(), LeapfrogVerlet{}, WholeBody{});
@@ -332,7 +260,7 @@ TEST_CASE("the settled reaction of a sheet is the one Newton's method finds", "[
     INFO("contact " << stiffness << " N/m: " << expected.force << " N");
     CHECK(expected.force > 0.05);
     CHECK(force.z() == Approx(expected.force).epsilon(1e-6));
-    CHECK(z == Approx(expected.z).epsilon(1e-6));
+    CHECK(z == Approx(expected.touched.z()).epsilon(1e-6));
   }
 }
 
