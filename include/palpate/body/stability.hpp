@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/columns.hpp>
 #include <palpate/integrator/measured_stability.hpp>
 #include <palpate/tissue/concept.hpp>
 
@@ -13,7 +14,7 @@ namespace palpate {
 /// Finds the extremes of a body's modes x″ = −M⁻¹K x − M⁻¹C x′, linearised where it is.
 /// Tissue that multiplies its stiffness: power iteration for the largest κ and γ, started from the last answer and raised by 5 %
 /// (it nears its limit from below). Other tissue: Gershgorin's row sums at the rest shape.
-/// Cost       up to 60 products; nothing is allocated while the body keeps its size.
+/// Cost       up to 60 products; nothing is allocated while the body stays within what was reserved.
 /// Source     spec Z4.
 template <TissueModel Tissue>
 class ModalEstimate {
@@ -48,16 +49,23 @@ class ModalEstimate {
     return modes;
   }
 
+  /// Room for a body of this size.
+  void reserve(int particles) {
+    for (auto* columns : {&stiffest_, &most_damped_, &y_}) columns->reserve(particles);
+  }
+
  private:
-  using Columns3 = Matrix3X<Scalar>;
+  using Columns3 = Columns<Scalar, 3>;
 
   /// The largest eigenvalue of M⁻¹A by power iteration, A positive semidefinite.
   template <class Moves, class Product>
-  Scalar largest(Tissue const& tissue, Moves moves, Columns3& d, Product add_product) {
+  Scalar largest(Tissue const& tissue, Moves moves, Columns3& mode, Product add_product) {
     int const n = tissue.size();
-    int const known = static_cast<int>(d.cols());
-    if (known != n) d.conservativeResize(3, n);
-    if (y_.cols() != n) y_.resize(3, n);
+    int const known = mode.size();
+    mode.resize(n);
+    y_.resize(n);
+    auto d = mode.view();
+    auto y = y_.view();
     for (int i = 0; i < n; ++i) {   // a start that has a part of every mode, also of one that an edit put in an old particle's place
       Vector3<Scalar> const some(uneven(3 * i), uneven(3 * i + 1), uneven(3 * i + 2));
       d.col(i) = i < known ? Vector3<Scalar>(d.col(i) + Scalar(0.2) * some) : some;
@@ -70,21 +78,21 @@ class ModalEstimate {
         norm += tissue.mass(i) * d.col(i).squaredNorm();
       }
       if (!(norm > 0)) return 0;
-      y_.setZero();
-      add_product(d, y_);
+      y.setZero();
+      add_product(d, y);
       Scalar const last = value;
-      value = y_.cwiseProduct(d).sum() / norm;
+      value = y.cwiseProduct(d).sum() / norm;
       if (k > 4 && std::abs(value - last) <= Scalar(1e-4) * value) break;
       Scalar size = 0;
       for (int i = 0; i < n; ++i) {
         if (moves(i))
-          y_.col(i) /= tissue.mass(i);
+          y.col(i) /= tissue.mass(i);
         else
-          y_.col(i).setZero();
-        size = std::max(size, y_.col(i).cwiseAbs().maxCoeff());
+          y.col(i).setZero();
+        size = std::max(size, y.col(i).cwiseAbs().maxCoeff());
       }
       if (!(size > 0)) return 0;
-      d = y_ / size;
+      d = y / size;
     }
     return value * Scalar(1.05);
   }
