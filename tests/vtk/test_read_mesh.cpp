@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -257,4 +258,30 @@ TEST_CASE("a coordinate that is not finite is named", "[vtk][read][error]") {
   CHECK(error_of(folder.write("n.ply", with(ply_text, "2 0 0", "nan 0 0"))) != "no error");
   CHECK(error_of(folder.write("n.vtk", with(vtk_text, "2 0 0", "nan 0 0"))) != "no error");
   CHECK(error_of(folder.write("n.stl", with(stl_text, "2 0 0", "nan 0 0"))) != "no error");
+}
+
+// Yardstick: the sanitizers. Whatever the bytes are, there is a mesh whose corners exist, or one line of error.
+TEST_CASE("a damaged file gives an error or a mesh, nothing worse", "[vtk][read][error]") {
+  ScratchFolder const folder;
+  std::minstd_rand random(20061);   // the same numbers with every library
+  auto const below = [&](std::size_t n) { return static_cast<std::size_t>(random()) % n; };
+  int refused = 0, read = 0;
+  for (auto const& [name, bytes] : formats)
+    for (int trial = 0; trial < 150; ++trial) {
+      std::string damaged = *bytes;
+      for (std::size_t hits = 1 + below(4); hits > 0; --hits) damaged[below(damaged.size())] = "09-. \n\xff\0z"[below(9)];
+      CAPTURE(name, trial);
+      try {
+        auto const mesh = read_mesh<double>(folder.write(name, damaged));
+        CHECK(mesh.triangles.minCoeff() >= 0);
+        CHECK(mesh.triangles.maxCoeff() < mesh.points.cols());
+        CHECK(mesh.points.allFinite());
+        ++read;
+      } catch (FileError const& error) {
+        CHECK(std::string(error.what()).find('\n') == std::string::npos);
+        ++refused;
+      }
+    }
+  CHECK(refused > 300);
+  CHECK(read > 100);
 }

@@ -5,16 +5,15 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/vtk/detail/check_legacy.hpp>
-#include <palpate/vtk/detail/check_ply.hpp>
 #include <palpate/vtk/detail/check_stl.hpp>
 #include <palpate/vtk/detail/message_trap.hpp>
 #include <palpate/vtk/detail/scan_obj.hpp>
+#include <palpate/vtk/detail/scan_ply.hpp>
 
 #include <vtkCellArray.h>
 #include <vtkDataSetReader.h>
 #include <vtkDataSetSurfaceFilter.h>
 #include <vtkNew.h>
-#include <vtkPLYReader.h>
 #include <vtkPolyData.h>
 #include <vtkSTLReader.h>
 #include <vtkSmartPointer.h>
@@ -67,14 +66,7 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
     check_stl_complete(bytes, name);
     return output_of(vtkNew<vtkSTLReader>().Get(), file);
   }
-  if (extension == ".ply") {
-    PlyCheck{bytes, name}();
-    vtkNew<vtkPLYReader> reader;
-    reader->ReadFromInputStringOn();
-    reader->SetInputString(bytes + '\n');   // VTK needs the end of the last line
-    reader->Update();
-    return reader->GetOutput();
-  }
+  if (extension == ".ply") return PlyScan(bytes, name)();
   if (extension == ".vtk") {
     LegacyCheck{bytes, name}();
     return read_legacy(file);
@@ -84,6 +76,7 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
 
 /// VTK's filters follow every index: a corner that is no vertex must not reach them.
 inline void check_faces(vtkCellArray* cells, vtkIdType points, std::string const& name) {
+  if (!cells->IsValid()) throw FileError(message(name, ": the list of faces is damaged"));
   for (vtkIdType cell = 0; cell < cells->GetNumberOfCells(); ++cell) {
     vtkIdType size = 0;
     vtkIdType const* corners = nullptr;
@@ -103,7 +96,8 @@ inline void check_faces(vtkCellArray* cells, vtkIdType points, std::string const
 /// doubled ones too (`validate` and `repair` speak about those); only STL, which has no shared vertices, gets equal corners merged.
 /// Throws `FileError` in one line: no such file, empty, cut short, unknown kind, damaged, no triangles, a coordinate that is not finite.
 /// Limits     VTK's messages are caught through its process-wide output window: do not read while another thread uses VTK.
-///            A text file cut exactly between two lines of its last block can not be told from a smaller mesh; it is then not closed.
+///            An OBJ file cut exactly between two faces can not be told from a smaller mesh; it is then not closed. OBJ and PLY are
+///            read here, since VTK tears OBJ surfaces apart and follows damaged PLY files out of bounds; the rest is VTK's reading.
 template <RealScalar Scalar = double>
 TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, double metres_per_unit = 1.0) {
   std::string const name = file.string();

@@ -3,6 +3,7 @@
 
 #include <palpate/vtk/detail/text_scanner.hpp>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -10,8 +11,8 @@
 
 namespace palpate::detail {
 
-/// Throws `FileError` when a list of cells in a legacy VTK file of version 1 … 4 is not as long as it announces: VTK would read
-/// beyond its end. "POLYGONS cells size" is followed by `size` integers, each cell its number of corners and the corners.
+/// Throws `FileError` when a legacy VTK file announces numbers that can not be, or a list of cells (before version 5.1) is not
+/// as long as it announces: VTK would read beyond its end. "POLYGONS cells size" is followed by `size` integers, each cell its number of corners and the corners.
 class LegacyCheck {
  public:
   LegacyCheck(std::string_view bytes, std::string const& name) : bytes_(bytes), name_(name) {}
@@ -21,36 +22,55 @@ class LegacyCheck {
     constexpr std::string_view title = "# vtk DataFile Version ";
     if (!head.starts_with(title)) throw FileError(message(name_, ": a VTK file begins with \"", title, "\""));
     head.remove_prefix(title.size());
-    auto const version = parse_number<double>(take_word(head));
+    std::string_view const number = take_word(head);
+    auto const version = parse_number<double>(number);
+    if (!version || number.find('.') == std::string_view::npos || !(*version >= 1.0 && *version < 6.0))
+      throw FileError(message(name_, ": \"", number, "\" is not a known version of VTK files"));
     take_line(head);
     take_line(head);   // a title
     text_ = take_word(head) == "ASCII";
-    if (version && *version >= 5.0) return;   // offsets and connectivity: VTK checks these itself
-    for (std::string_view const list : {"VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS", "CELLS"}) check(list);
+    counts("POINTS", 1);
+    for (std::string_view const list : {"VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS", "CELLS"})
+      if (auto const found = counts(list, 2); found && *version < 5.1) check(list, *found);   // later: offsets, which VTK checks
   }
 
  private:
-  void check(std::string_view list) const {
+  struct Counts {
+    long long number, size;
+    std::string_view rest;   // what follows their line
+  };
+
+  /// The one or two numbers in the line of a keyword; nothing if there is no such line.
+  std::optional<Counts> counts(std::string_view list, int wanted) const {
     std::string const keyword = "\n" + std::string(list) + " ";
     auto const begin = bytes_.find(keyword);
-    if (begin == std::string_view::npos) return;
+    if (begin == std::string_view::npos) return std::nullopt;
     std::string_view rest = bytes_.substr(begin + keyword.size());
     std::string_view line = take_line(rest);
-    auto const cells = parse_number<long long>(take_word(line)), size = parse_number<long long>(take_word(line));
-    if (!cells || !size || *cells < 0 || *size < 0)
-      throw FileError(message(name_, ": ", list, " announces no numbers; the file was cut short or is damaged"));
+    auto const most = static_cast<long long>(bytes_.size());   // a number of elements takes at least as many bytes
+    std::array<long long, 2> values{};
+    for (int i = 0; i < wanted; ++i) {
+      auto const value = parse_number<long long>(take_word(line));
+      if (!value || *value < 0 || *value > most)
+        throw FileError(message(name_, ": ", list, " announces no fitting numbers; the file was cut short or is damaged"));
+      values[static_cast<std::size_t>(i)] = *value;
+    }
+    return Counts{values[0], values[1], rest};
+  }
+
+  void check(std::string_view list, Counts counts) const {
     long long used = 0;
-    for (long long cell = 0; cell < *cells; ++cell) {
-      auto const corners = take_integer(rest);
-      bool complete = corners && *corners >= 0 && *corners < *size - used;
-      for (long long i = 0; complete && i < *corners; ++i) complete = take_integer(rest).has_value();
+    for (long long cell = 0; cell < counts.number; ++cell) {
+      auto const corners = take_integer(counts.rest);
+      bool complete = corners && *corners >= 0 && *corners < counts.size - used;
+      for (long long i = 0; complete && i < *corners; ++i) complete = take_integer(counts.rest).has_value();
       if (!complete)
-        throw FileError(message(name_, ": ", list, " announces ", *cells, " cells, number ", cell,
+        throw FileError(message(name_, ": ", list, " announces ", counts.number, " cells, number ", cell,
                                 " is not complete; the file was cut short or is damaged"));
       used += *corners + 1;
     }
-    if (used != *size)
-      throw FileError(message(name_, ": ", list, " announces ", *size, " integers and holds ", used, "; the file is damaged"));
+    if (used != counts.size)
+      throw FileError(message(name_, ": ", list, " announces ", counts.size, " integers and holds ", used, "; the file is damaged"));
   }
 
   std::optional<long long> take_integer(std::string_view& rest) const noexcept {
