@@ -42,7 +42,7 @@ class LegacyCheck {
 
   /// The one or two numbers in the line of a keyword; nothing if there is no such line.
   std::optional<Counts> counts(std::string_view list, int wanted) const {
-    std::string const keyword = "\n" + std::string(list) + " ";
+    std::string const keyword = message("\n", list, " ");
     auto const begin = bytes_.find(keyword);
     if (begin == std::string_view::npos) return std::nullopt;
     std::string_view rest = bytes_.substr(begin + keyword.size());
