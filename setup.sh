@@ -26,6 +26,7 @@ libfcl-dev        FCL 0.7
 libccd-dev        libccd 2
 clang-16          clang 16 as clang++-16
 libclang-rt-16-dev  the sanitizers of clang 16
+llvm-16           llvm-symbolizer-16, which names functions in their reports
 ccache            ccache
 '
 
@@ -156,6 +157,11 @@ run_tests() {
   step "gcc: run the tests"
   with_display ctest --preset ci --parallel "$jobs"
 
+  if command -v llvm-symbolizer-16 >/dev/null; then
+    ASAN_SYMBOLIZER_PATH=$(command -v llvm-symbolizer-16)
+    TSAN_SYMBOLIZER_PATH=$ASAN_SYMBOLIZER_PATH
+    export ASAN_SYMBOLIZER_PATH TSAN_SYMBOLIZER_PATH
+  fi
   step "clang 16, warnings are errors, address and undefined-behaviour sanitizers"
   configure asan -D CMAKE_CXX_COMPILER=clang++-16
   cmake --build --preset asan --parallel "$jobs"
