@@ -116,6 +116,7 @@ class SoftBody : public BodyShape<TissueType> {
   void set_gravity(Vector const& gravity) {
     require_finite("gravity", -1, gravity);
     gravity_ = gravity;
+    system_.forget();
     wake();
   }
   Vector gravity() const noexcept { return gravity_; }
@@ -145,6 +146,7 @@ class SoftBody : public BodyShape<TissueType> {
     hold(i);
     state_.position[i] = position;
     state_.velocity[i] = velocity;
+    system_.forget();
     tree_is_fitted_ = false;
   }
   void release(int i) {
@@ -195,11 +197,12 @@ class SoftBody : public BodyShape<TissueType> {
     report.stable_step = known_stable_step_;
     if (h > known_stable_step_) report.status = StepStatus::above_stable_step;
     if (!moving_.empty()) {
-      system_.gather(state_, gravity_, remembers_);
+      system_.gather(state_, forced_, gravity_, remembers_);
       integrator_.step(system_, h);
       report.particle = first_diverged();
       if (report.particle >= 0) {
         report.status = StepStatus::diverged;
+        system_.forget();
         clear_forces();
         return report;
       }
@@ -208,6 +211,8 @@ class SoftBody : public BodyShape<TissueType> {
         remembers_ = true;
         last_step_ = h;
         tree_is_fitted_ = false;
+      } else {
+        system_.forget();
       }
     }
     this->place_temporary();
@@ -422,9 +427,10 @@ class SoftBody : public BodyShape<TissueType> {
   int first_diverged() noexcept {
     auto const x = system_.positions();
     auto const v = system_.velocities();
-    if (x.allFinite() && v.allFinite() && x.cwiseAbs().maxCoeff() < bound_ + offset_) return -1;
+    Scalar const bound = bound_ + offset_;
+    if (x.squaredNorm() < bound * bound && v.squaredNorm() <= std::numeric_limits<Scalar>::max()) return -1;   // no NaN passes either
     for (int i = 0; i < system_.moving(); ++i)
-      if (!x.col(i).allFinite() || !v.col(i).allFinite() || !(x.col(i).cwiseAbs().maxCoeff() < bound_ + offset_))
+      if (!x.col(i).allFinite() || !v.col(i).allFinite() || !(x.col(i).cwiseAbs().maxCoeff() < bound))
         return moving_[static_cast<std::size_t>(i)];
     return -1;
   }

@@ -21,19 +21,14 @@ struct LeapfrogVerlet {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& a = system.scratch(0);
-    auto&& middle_v = system.scratch(1);
+    auto&& a = system.remembered_acceleration();
+    auto&& middle_v = system.scratch(0);
     system.positions() += h / 2 * system.velocities();
-    if (system.remembers()) {
-      middle_v = system.velocities() + h / 2 * system.remembered_acceleration();
-    } else {
-      system.acceleration(system.positions(), system.velocities(), a);
-      middle_v = system.velocities() + h / 2 * a;
-    }
+    if (!system.remembers()) system.acceleration(system.positions(), system.velocities(), a);
+    middle_v = system.velocities() + h / 2 * a;
     system.acceleration(system.positions(), middle_v, a);
     system.velocities() += h * a;
     system.positions() += h / 2 * system.velocities();
-    system.remembered_acceleration() = a;
   }
 
   template <RealScalar Scalar>
