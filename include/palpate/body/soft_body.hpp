@@ -182,6 +182,7 @@ class SoftBody : public BodyShape<TissueType> {
     if constexpr (requires { tissue_.links().size(); }) links = std::max(links, tissue_.links().size());   // a volume has more
     system_.reserve(particle_count, links);
     selection_.reserve(particle_count);
+    modal_estimate_.reserve(particle_count);
     for (auto* list : {&touched_, &forced_, &loaded_, &held_, &moving_, &next_}) list->reserve(2 * static_cast<std::size_t>(particle_count));
   }
 
