@@ -125,6 +125,7 @@ class SoftBody : public BodyShape<TissueType> {
     this->check(i);
     tissue_.nail(i);
     state_.velocity[i].setZero();
+    chosen_for_ = {};
   }
   /// Holds a particle where it is; drag() then moves it, release() lets it go with the velocity it was dragged with.
   void hold(int i) {
@@ -439,15 +440,13 @@ class SoftBody : public BodyShape<TissueType> {
   /// Dynamic relaxation: fictitious masses equal to the row bounds of the stiffness, so that a step of 1 is stable; velocities are
   /// dropped whenever the kinetic energy has passed a peak.
   void relax(Scalar tolerance) {
-    moving_.clear();
+    std::vector<int> free;
     for (int i = 0; i < size(); ++i)
-      if (is_free(i)) moving_.push_back(i);
-    chosen_for_ = {};
-    if (moving_.empty()) return;
+      if (is_free(i)) free.push_back(i);
     typename Tissue::Assembly assembly;
-    tissue_.assemble(moving_, assembly);
+    tissue_.assemble(free, assembly);
     auto const particles = assembly.particles();
-    int const n = static_cast<int>(moving_.size());
+    int const n = static_cast<int>(free.size());
     Matrix3X<Scalar> x(3, static_cast<Eigen::Index>(particles.size()));
     for (std::size_t k = 0; k < particles.size(); ++k) x.col(static_cast<Eigen::Index>(k)) = state_.position[particles[k]];
     Matrix3X<Scalar> v = Matrix3X<Scalar>::Zero(3, x.cols()), still = v, force = v;
@@ -458,12 +457,26 @@ class SoftBody : public BodyShape<TissueType> {
       Scalar const last_energy = energy;
       energy = residual = 0;
       for (int i = 0; i < n; ++i) {
-        int const p = moving_[static_cast<std::size_t>(i)];
+        int const p = free[static_cast<std::size_t>(i)];
         Scalar const stiffness = tissue_.stiffness_bound(p);
         Vector const a = (force.col(i) + tissue_.mass(p) * gravity_) / stiffness;
-        residual = std::max(residual, a.norm());
+        if (Scalar const imbalance = a.norm(); !(imbalance <= residual)) residual = imbalance;   // NaN shows
         v.col(i) += a;
         energy += stiffness * v.col(i).squaredNorm();
+      }
+      if (!std::isfinite(residual)) break;
+      if (residual <= tolerance * mean_edge_) {
+        for (int i = 0; i < n; ++i) {
+          int const p = free[static_cast<std::size_t>(i)];
+          state_.position[p] = x.col(i);
+          state_.velocity[p].setZero();
+          state_.remembered[p].setZero();
+        }
+        moving_.clear();
+        chosen_for_ = {};
+        tree_is_fitted_ = false;
+        awake_ = false;
+        return;
       }
       if (energy < last_energy) {
         v.setZero();
@@ -471,21 +484,7 @@ class SoftBody : public BodyShape<TissueType> {
       } else {
         x.leftCols(n) += v.leftCols(n);
       }
-      if (!(residual >= 0) || !std::isfinite(residual)) break;
-      if (residual <= tolerance * mean_edge_) {
-        for (int i = 0; i < n; ++i) {
-          int const p = moving_[static_cast<std::size_t>(i)];
-          state_.position[p] = x.col(i);
-          state_.velocity[p].setZero();
-          state_.remembered[p].setZero();
-        }
-        moving_.clear();
-        tree_is_fitted_ = false;
-        awake_ = false;
-        return;
-      }
     }
-    moving_.clear();
     throw Error(detail::message("the body does not settle: the largest imbalance is ", residual / mean_edge_,
                                 " of a mean edge; lower link_prestrain or gravity, or raise the home stiffness"));
   }
