@@ -187,3 +187,23 @@ TEST_CASE("a nail driven in later stops its particle") {
   CHECK(body.positions().col(7) == place);
   CHECK(body.velocities().col(7).norm() == 0);
 }
+
+TEST_CASE("settling starts from where the body is, and a body that can not settle stays as it was") {
+  // Without nails and home springs gravity has nothing to hang on.
+  SoftBody body(GridScene{.home = 0.0, .home_damping = 0.0}.tissue(), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 1});
+  body.apply_force(7, {0.0, 0.0, -1.0});
+  body.step(1e-4);
+  SoftBody twin = body;
+  body.set_gravity({0.0, 0.0, -9.81});
+  CHECK_THROWS_WITH(body.settle(), Catch::Contains("the body does not settle: the largest imbalance is") &&
+                                       Catch::Contains("lower link_prestrain or gravity, or raise the home stiffness"));
+  CHECK(body.positions() == twin.positions());
+  CHECK(body.velocities() == twin.velocities());
+  body.set_gravity({0.0, 0.0, 0.0});
+  twin.set_gravity({0.0, 0.0, 0.0});
+  for (int k = 0; k < 10; ++k) {
+    body.step(1e-4);
+    twin.step(1e-4);
+  }
+  CHECK(body.positions() == twin.positions());
+}

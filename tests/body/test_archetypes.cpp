@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+// A soft body asks no more of its policies than their concepts say. Yardstick: the closed form of a particle on its home spring.
+#include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/surface_topology.hpp>
+#include <palpate/region/whole_body.hpp>
+#include <palpate/region/zone_of_influence.hpp>
+#include <palpate/testing/tissue.hpp>
+
+#include "catch.hpp"
+
+#include <cmath>
+#include <span>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+/// The least tissue: particles of 0.1 kg on home springs of 10 N/m and 0.2 N s/m, joined by nothing but their neighbourhood.
+class Beads {
+ public:
+  using Scalar = double;
+
+  class Assembly {
+   public:
+    std::span<int const> particles() const { return particles_; }
+    template <class X, class V, class F>
+    void add_forces(X const& x, V const& v, F& f) const {
+      for (std::size_t k = 0; k < particles_.size(); ++k) {
+        auto const i = static_cast<Eigen::Index>(k);
+        f.col(i) -= 10.0 * (x.col(i) - rest_[k]) + 0.2 * v.col(i);
+      }
+    }
+
+   private:
+    friend Beads;
+    std::vector<int> particles_;
+    std::vector<Vector3<double>> rest_;
+  };
+
+  explicit Beads(TriangleMesh<double> const& mesh) : points_(mesh.points), surface_(static_cast<int>(mesh.points.cols()), mesh.triangles) {}
+
+  int size() const { return static_cast<int>(points_.cols()); }
+  Vector3<double> rest_position(int i) const { return points_.col(i); }
+  double mass(int) const { return 0.1; }
+  bool nailed(int i) const { return i == 0; }
+  template <class Visit>
+  void for_each_neighbour(int i, Visit visit) const {
+    if (i > 0) visit(i - 1);
+    if (i + 1 < size()) visit(i + 1);
+  }
+  SurfaceTopology const& surface() const { return surface_; }
+  void assemble(std::span<int const> moving, Assembly& assembly) const {
+    assembly.particles_.assign(moving.begin(), moving.end());
+    assembly.rest_.clear();
+    for (int const i : moving) assembly.rest_.push_back(rest_position(i));
+  }
+  template <class X, class V>
+  Vector3<double> internal_force(int i, X const& x, V const& v) const {
+    return -10.0 * (x.col(i) - points_.col(i)) - 0.2 * v.col(i);
+  }
+  double stiffness_bound(int) const { return 10.0; }
+  double damping_bound(int) const { return 0.2; }
+
+ private:
+  Matrix3X<double> points_;
+  SurfaceTopology surface_;
+};
+static_assert(TissueModel<Beads> && !CuttableTissue<Beads> && !HasPotentialEnergy<Beads> && !MultipliesStiffness<Beads>);
+
+/// The least integrator.
+struct Drift {
+  template <class System>
+  void step(System& system, typename System::Scalar h) const {
+    system.velocities() += h * system.acceleration(system.positions(), system.velocities());
+    system.positions() += h * system.velocities();
+  }
+};
+static_assert(Integrator<Drift> && !StatesStableStep<Drift>);
+
+/// The least region that follows the touch: what is touched, nothing else.
+struct TouchedOnly {
+  static constexpr bool follows_touch = true;
+  double relaxation = 1e-6;
+  template <class Graph>
+  void select(Graph const&, std::span<int const> touched, Selection& selection) const {
+    for (int const i : touched) selection.add(i);
+  }
+};
+static_assert(Region<TouchedOnly>);
+
+/// x(t) of 0.1 x″ + 0.2 x′ + 10 x = F from rest.
+double pushed(double force, double t) {
+  double const w = std::sqrt(99.0);   // ω² − (γ/2)² = 100 − 1
+  return force / 10.0 * (1.0 - std::exp(-t) * (std::cos(w * t) + std::sin(w * t) / w));
+}
+
+}  // namespace
+
+TEST_CASE("the least tissue obeys the laws that any tissue obeys") {
+  CHECK(testing::to_text(testing::check_tissue(Beads(make_grid<double>(4, 3, 0.01)))) == "");
+}
+
+TEST_CASE("a body of the least policies moves as the closed form says") {
+  SoftBody body(Beads(make_grid<double>(4, 3, 0.01)), Drift{}, TouchedOnly{});
+  CHECK(body.stable_step() > 0.01);
+  CHECK(body.stable_step() < 0.25);   // 2/ω without damping
+  for (int k = 0; k < 10000; ++k) {
+    body.apply_force(5, {0.0, 0.0, -0.02});
+    body.apply_force(0, {0.0, 0.0, -0.02});   // nailed
+    CHECK(body.step(1e-4).moving == 1);
+  }
+  CHECK(body.displacement(5).z() == Approx(pushed(-0.02, 1.0)).epsilon(2e-3));
+  CHECK(body.displacement(0).norm() == 0);
+  CHECK(body.reaction(0).z() == Approx(0.02));
+  CHECK(body.nearest_vertex({0.011, 0.011, 0.0}) == 5);
+  int moving = 1;
+  for (int k = 0; k < 200000 && moving > 0; ++k) moving = body.step(1e-4).moving;
+  CHECK(moving == 0);
+  CHECK(body.displacement(5).norm() < 1e-6);
+}
+
+TEMPLATE_TEST_CASE("shipped integrators and regions work with the least tissue", "", WholeBody, ZoneOfInfluence) {
+  SoftBody body(Beads(make_grid<double>(4, 3, 0.01)), LeapfrogVerlet{}, TestType{});
+  auto const saved = body.save();
+  for (int k = 0; k < 1000; ++k) {
+    body.apply_force(5, {0.0, 0.0, -0.02});
+    body.step(1e-3);
+  }
+  CHECK(body.displacement(5).z() == Approx(pushed(-0.02, 1.0)).epsilon(1e-4));
+  CHECK(body.displacement(6).norm() == 0);
+  body.restore(saved);
+  CHECK(body.displacement(5).norm() == 0);
+  body.set_gravity({0.0, 0.0, -10.0});
+  body.settle();
+  CHECK(body.displacement(7).z() == Approx(-0.1).epsilon(1e-6));
+}
