@@ -212,6 +212,7 @@ class BodyShape {
   void reserve(int particles, int triangles) {
     state_.reserve(particles);
     tree_.reserve(triangles);
+    disturbed_.reserve(4 * static_cast<std::size_t>(particles));
     if constexpr (requires { tissue_.reserve(particles, triangles); }) tissue_.reserve(particles, triangles);
   }
 

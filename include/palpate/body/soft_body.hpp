@@ -71,6 +71,7 @@ class SoftBody : public BodyShape<TissueType> {
     offset_ = positions().cwiseAbs().maxCoeff();
     mean_edge_ = mean_edge_length(this->rest_mesh());
     reserve(size(), tissue_.surface().triangle_count());
+    home_revision_ = revision();
     if constexpr (requires { tissue_.link_prestrain(); })
       if (tissue_.link_prestrain() > 0) settle();
   }
@@ -241,6 +242,7 @@ class SoftBody : public BodyShape<TissueType> {
     relax(tolerance);
     state_.home.view() = state_.position.view();
     home_gravity_ = gravity_;
+    home_revision_ = revision();
     this->set_normals();
   }
 
@@ -252,7 +254,7 @@ class SoftBody : public BodyShape<TissueType> {
     held_.clear(), forced_.clear(), moving_.clear();
     chosen_for_ = {};
     remembers_ = tree_is_fitted_ = false;
-    awake_ = gravity_ != home_gravity_;
+    awake_ = gravity_ != home_gravity_ || revision() != home_revision_;   // else the home shape is in balance
     time_ = last_step_ = 0;
     this->place_temporary();
   }
@@ -263,19 +265,20 @@ class SoftBody : public BodyShape<TissueType> {
     ParticleState<Scalar> particles;
     std::vector<int> held, forced, moving;
     Vector gravity, home_gravity;
+    std::size_t home_revision;
     bool remembers, awake;
     Scalar time, last_step;
   };
   /// Throws while a cut is in progress: lift the tool first.
   State save() const {
     if (temporary_) throw InvalidArgument("a body can not be saved while a cut is in progress; lift the tool first");
-    return {tissue_, state_, held_, forced_, moving_, gravity_, home_gravity_, remembers_, awake_, time_, last_step_};
+    return {tissue_, state_, held_, forced_, moving_, gravity_, home_gravity_, home_revision_, remembers_, awake_, time_, last_step_};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
     state_ = saved.particles;
     held_ = saved.held, forced_ = saved.forced, moving_ = saved.moving;
-    gravity_ = saved.gravity, home_gravity_ = saved.home_gravity;
+    gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
     remembers_ = saved.remembers, awake_ = saved.awake, time_ = saved.time, last_step_ = saved.last_step;
     loaded_.clear();
     for (int i = 0; i < size(); ++i)
@@ -497,7 +500,8 @@ class SoftBody : public BodyShape<TissueType> {
   std::vector<int> touched_, forced_, loaded_, held_, moving_, next_;
   Choice chosen_for_;
   Vector gravity_ = Vector::Zero();
-  Vector home_gravity_ = Vector::Zero();   // with which the home shape is in equilibrium
+  Vector home_gravity_ = Vector::Zero();   // with this, and tissue of this revision, the home shape is in equilibrium
+  std::size_t home_revision_ = 0;
   Scalar bound_ = 0;       // m, a particle farther out has diverged
   Scalar offset_ = 0;      // m, distance of the body from the origin
   Scalar mean_edge_ = 0;   // m
