@@ -143,7 +143,6 @@ TEST_CASE("a temporary particle follows its triangle and passes forces on to its
 }
 
 TEST_CASE("a slit in a stretched sheet opens by itself, in a zone too, and far from any touch") {
-  Random random(Seed{25});
   auto const skin = make_grid<double>(9, 9, 0.01);
   auto const opening = [&](auto region, double& settled) {
     MassSpring<double> tissue(skin, {.mass = {.total = 0.3}, .link = {.stiffness = 80.0, .damping = 0.2}, .home = {.stiffness = 1.0, .damping = 0.05}, .link_prestrain = 0.1});
