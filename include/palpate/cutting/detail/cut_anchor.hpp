@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/cutting/concept.hpp>
+#include <palpate/cutting/detail/rest_walk.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace palpate::detail {
+
+/// The last permanent particle of a cut, and the edits around it that open it and hand it on.
+///
+/// A cut edge separates the triangles on its sides. The triangles around a particle form fans; where cut edges and a border leave more
+/// than one, the particle falls into one copy per fan. While the blade is in a triangle at the anchor, the *host*, the anchor is *open*
+/// if its fan can be parted along the way into the host: then it has a left and a right copy, and between edits the host hangs on the
+/// left one.
+/// Source  spec Z8: one copy per connected fan.
+class CutAnchor {
+ public:
+  /// Begins a cut; the edits are counted from zero.
+  void begin() {
+    report = {};
+    lips_.clear();
+    came_from_ = left_ = right_ = -1;
+  }
+  void place(int particle) noexcept { left_ = right_ = particle; }
+
+  int left() const noexcept { return left_; }
+  int right() const noexcept { return right_; }
+  bool is_open() const noexcept { return left_ != right_; }
+  bool is(int particle) const noexcept { return particle == left_ || particle == right_; }
+  /// Pairs of particles that were one.
+  std::vector<std::array<int, 2>> const& lips() const noexcept { return lips_; }
+
+  template <class Body>
+  std::size_t corner_in(Body const& body, int t) const noexcept {
+    int const k = body.tissue().surface().corner_of(t, left_);
+    return static_cast<std::size_t>(k >= 0 ? k : body.tissue().surface().corner_of(t, right_));
+  }
+
+  /// Whether the blade may not pass from the host over its edge to `corner`: the path came along it, or the anchor's fan ends there.
+  bool ends_at(int corner, bool to_the_left) const noexcept {
+    return corner == came_from_ || (is_open() && corner == (to_the_left ? left_end_ : right_end_));
+  }
+
+  template <class Body>
+  int insert_in_triangle(Body& body, int t, VectorOf<Body> const& w) {
+    report.particles_added += 1;
+    report.triangles_added += 2;
+    return body.insert_in_triangle(t, w);
+  }
+
+  template <class Body>
+  int insert_on_edge(Body& body, int a, int b, typename Body::Scalar s) {
+    auto const& surface = body.tissue().surface();
+    report.particles_added += 1;
+    report.triangles_added += (surface.triangle_with_edge(a, b) >= 0 ? 1 : 0) + (surface.triangle_with_edge(b, a) >= 0 ? 1 : 0);
+    return body.insert_on_edge(a, b, s);
+  }
+
+  /// Puts a particle on the host's edge b → c, which faces the anchor; the right half goes to the right copy of the anchor.
+  template <class Body>
+  int insert_facing(Body& body, int b, int c, typename Body::Scalar s) {
+    int const n = insert_on_edge(body, b, c, s);
+    if (is_open()) hang(body, body.tissue().surface().triangle_with_edge(b, n), right_);
+    return n;
+  }
+
+  /// Hangs a triangle on one copy of the anchor.
+  template <class Body>
+  void hang(Body& body, int t, int copy) {
+    int const other = copy == left_ ? right_ : left_;
+    if (other != copy && body.tissue().surface().corner_of(t, other) >= 0) body.change_corner(t, other, copy);
+  }
+
+  /// Divides the host around a particle inside it, put there by `insert(w)`, and opens the anchor up to that: what lies to the right
+  /// of the line from the anchor to the particle hangs on the right copy, the rest on the left one.
+  template <class Body, class Insert>
+  void divide(Body& body, int host, VectorOf<Body> const& w, Insert insert) {
+    auto const& surface = body.tissue().surface();
+    bool const opens = !is_open() && fan_to_the_right(body, host);
+    if (opens) {
+      right_ = body.split_particle(left_, {});
+      lips_.push_back({left_, right_});
+      report.particles_added += 1;
+    }
+    int const end = insert(w);
+    if (!is_open()) return;
+    if (opens)
+      for (int const t : fan_) body.change_corner(t, left_, right_);
+    hang(body, std::max(surface.triangle_with_edge(end, left_), surface.triangle_with_edge(end, right_)), right_);
+    hang(body, std::max(surface.triangle_with_edge(left_, end), surface.triangle_with_edge(right_, end)), left_);
+    if (opens) body.balance_copies(left_, right_);
+  }
+
+  /// Makes the edge from the anchor to `next` a cut, and `next` the anchor.
+  template <class Body>
+  void join(Body& body, int next) {
+    bool open = is_open();
+    int const anchor = left_;
+    if (open)
+      body.balance_copies(left_, right_);
+    else
+      open = separate(body, anchor, came_from_, next);
+    came_from_ = open ? -1 : anchor;
+    place(next);
+    if (separate(body, next, came_from_, -1)) came_from_ = -1;
+  }
+
+  /// Cuts the edge from the anchor to a corner of the host; the corner is the next anchor. False when there is nothing to cut: the edge
+  /// is a border, a lip, or the way the path came.
+  template <class Body>
+  bool cut_to(Body& body, int host, int corner) {
+    bool cuts = true;
+    if (is_open()) {   // the host hangs on the left copy; if it lies to the right of the edge, it changes sides
+      auto const& surface = body.tissue().surface();
+      if (surface.triangle_with_edge(corner, left_) == host) hang(body, host, right_);
+      cuts = !surface.triangles_at(left_).empty() && !surface.triangles_at(right_).empty();
+      if (!cuts) close(body);
+    }
+    join(body, corner);
+    return cuts;
+  }
+
+  /// Cuts the edge from the anchor to a corner of the host as far as s, counted from the start of the edge in the host, and makes that
+  /// point the anchor. Where the edge is a lip already, the anchor closes instead.
+  template <class Body>
+  void cut_towards(Body& body, int host, int corner, typename Body::Scalar s) {
+    auto const& surface = body.tissue().surface();
+    bool const is_right = surface.corners(host)[(corner_in(body, host) + 1) % 3] == corner;   // edge and way lead from the anchor on
+    int const copy = is_right ? right_ : left_;
+    if (is_open()) {
+      hang(body, host, copy);
+      bool const is_lip = is_right ? surface.triangle_with_edge(corner, copy) < 0 : surface.triangle_with_edge(copy, corner) < 0;
+      if (is_lip) {
+        close(body);
+        return;
+      }
+    }
+    int const n = is_right ? insert_on_edge(body, copy, corner, s) : insert_on_edge(body, corner, copy, s);
+    if (is_open()) hang(body, is_right ? surface.triangle_with_edge(copy, n) : surface.triangle_with_edge(n, copy), is_right ? left_ : right_);
+    join(body, n);
+  }
+
+  /// Nothing is cut at the anchor after all: its copies become one again. The copy is the last particle: nothing was added since.
+  template <class Body>
+  void close(Body& body) {
+    if (!is_open()) return;
+    place(std::min(left_, right_));
+    body.merge_last_particle(left_);
+    report.particles_added -= 1;
+    lips_.pop_back();
+  }
+
+  CutReport report;   ///< of the cut so far
+
+ private:
+  /// Collects the triangles around the anchor to the right of the host, up to a border or the cut edge; false if there is neither.
+  /// Finds where the fan ends to the right and to the left.
+  template <class Body>
+  bool fan_to_the_right(Body const& body, int host) {
+    auto const& surface = body.tissue().surface();
+    fan_.clear();
+    for (int t = host;;) {
+      right_end_ = surface.corners(t)[static_cast<std::size_t>((surface.corner_of(t, left_) + 1) % 3)];
+      if (right_end_ == came_from_) break;
+      t = surface.triangle_with_edge(right_end_, left_);
+      if (t < 0) break;
+      if (t == host) return false;
+      fan_.push_back(t);
+    }
+    for (int t = host; t >= 0;) {
+      left_end_ = surface.corners(t)[static_cast<std::size_t>((surface.corner_of(t, left_) + 2) % 3)];
+      t = left_end_ == came_from_ ? -1 : surface.triangle_with_edge(left_, left_end_);
+    }
+    return true;
+  }
+
+  /// Splits a particle into one copy per connected fan of triangles; the edges to `cut_a` and `cut_b` do not connect.
+  template <class Body>
+  bool separate(Body& body, int particle, int cut_a, int cut_b) {
+    auto const& surface = body.tissue().surface();
+    bool split = false;
+    while (true) {
+      fan_.clear();
+      auto const around = surface.triangles_at(particle);
+      if (around.empty()) return split;
+      fan_.push_back(around.front());
+      for (std::size_t i = 0; i < fan_.size(); ++i) {
+        auto const c = surface.corners(fan_[i]);
+        auto const k = static_cast<std::size_t>(surface.corner_of(fan_[i], particle));
+        int const ahead = c[(k + 1) % 3], behind = c[(k + 2) % 3];
+        for (int const t : {ahead == cut_a || ahead == cut_b ? -1 : surface.triangle_with_edge(ahead, particle),
+                            behind == cut_a || behind == cut_b ? -1 : surface.triangle_with_edge(particle, behind)})
+          if (t >= 0 && std::find(fan_.begin(), fan_.end(), t) == fan_.end()) fan_.push_back(t);
+      }
+      if (fan_.size() == around.size()) return split;
+      lips_.push_back({particle, body.split_particle(particle, fan_)});
+      report.particles_added += 1;
+      split = true;
+    }
+  }
+
+  std::vector<std::array<int, 2>> lips_;
+  std::vector<int> fan_;
+  int left_ = -1;        // the copy to the left of the path ahead; the same as right_ while it is one
+  int right_ = -1;
+  int left_end_ = -1;    // while it is open: where its fan of triangles ends
+  int right_end_ = -1;
+  int came_from_ = -1;   // the other end of the last cut edge, if that edge is still closed
+};
+
+}  // namespace palpate::detail

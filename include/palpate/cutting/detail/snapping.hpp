@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+#include <palpate/cutting/detail/rest_walk.hpp>
+
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+
+namespace palpate::detail {
+
+enum class SpotKind { interior, edge, vertex };
+
+/// What a point of a triangle snaps to: the vertex at `corner`, or the edge that faces `corner`, at s from the next corner on.
+template <RealScalar Scalar>
+struct Spot {
+  SpotKind kind = SpotKind::interior;
+  std::size_t corner = 0;
+  Scalar s = 0;
+};
+
+/// Weights of the point of the triangle that a point beside it goes to; none of them stays below about `least`.
+template <RealScalar Scalar>
+Vector3<Scalar> clamped(Vector3<Scalar> const& w, Scalar least = 0) {
+  Vector3<Scalar> const raised = w.cwiseMax(least);
+  return raised / raised.sum();
+}
+
+/// When a point of a cut is taken for a vertex or put on an edge: nearer than a given length in the undeformed shape.
+template <RealScalar Scalar>
+class Snapping {
+ public:
+  explicit Snapping(Scalar distance = 0) noexcept : distance_(distance) {}
+
+  /// How near [m] to the end of something of this length [m].
+  Scalar near(Scalar length) const noexcept { return std::max(distance_, least_share * length); }
+
+  /// The point of a triangle with weights w: at a vertex, else at an edge, else inside.
+  template <class Body>
+  Spot<Scalar> spot_of(Body const& body, int t, Vector3<Scalar> const& w) const {
+    auto const c = body.tissue().surface().corners(t);
+    Vector3<Scalar> const point = rest_point(body, t, w);
+    Spot<Scalar> spot;
+    Scalar nearest = -1;
+    for (std::size_t k = 0; k < 3; ++k) {
+      Scalar const distance = (body.tissue().rest_position(c[k]) - point).norm();
+      Scalar const size = std::max(rest_length(body, c[k], c[(k + 1) % 3]), rest_length(body, c[k], c[(k + 2) % 3]));
+      if (distance <= near(size) && (nearest < 0 || distance < nearest)) nearest = distance, spot = {SpotKind::vertex, k, Scalar(0)};
+    }
+    if (spot.kind == SpotKind::vertex) return spot;
+    for (std::size_t k = 0; k < 3; ++k) {
+      Scalar const height = rest_height(body, t, k), distance = height * w[static_cast<int>(k)];
+      if (!(distance <= near(height)) || (nearest >= 0 && distance >= nearest)) continue;
+      Scalar const ahead = w[static_cast<int>((k + 1) % 3)], behind = w[static_cast<int>((k + 2) % 3)];
+      nearest = distance, spot = {SpotKind::edge, k, behind / (ahead + behind)};
+    }
+    return spot.kind == SpotKind::edge ? on_edge(body, c, spot) : spot;
+  }
+
+ private:
+  /// Shares of an edge below which a point is not told from its end: smaller triangles have no reliable area.
+  static constexpr Scalar least_share = std::same_as<Scalar, float> ? Scalar(5e-3) : Scalar(1e-4);
+
+  /// The foot on an edge may be nearer to a corner than the point was: there it moves off, or is the corner.
+  template <class Body>
+  Spot<Scalar> on_edge(Body const& body, std::array<int, 3> const& c, Spot<Scalar> spot) const {
+    std::size_t const from = (spot.corner + 1) % 3, to = (spot.corner + 2) % 3;
+    if (std::min(spot.s, 1 - spot.s) <= least_share) return {SpotKind::vertex, spot.s <= Scalar(0.5) ? from : to, Scalar(0)};
+    Scalar const least = distance_ / (2 * rest_length(body, c[from], c[to]));
+    spot.s = std::clamp(spot.s, std::min(Scalar(0.5), least), std::max(Scalar(0.5), 1 - least));
+    return spot;
+  }
+
+  Scalar distance_;
+};
+
+}  // namespace palpate::detail

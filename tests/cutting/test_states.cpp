@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// Yardsticks: the thresholds and states that spec Z8 names, and the sheet's topology counted by hand.
+#include "drawn_strokes.hpp"
+
+#include "catch.hpp"
+
+#include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/components.hpp>
+#include <palpate/mesh/grid.hpp>
+
+#include <limits>
+
+using namespace palpate;
+
+namespace {
+
+using Grid = SoftBody<MassSpring<double>, LeapfrogVerlet, WholeBody>;
+
+/// A grid of 1 cm squares, each with one diagonal from lower left to upper right.
+Grid grid(int n) { return Grid(make_tissue(make_grid<double>(n, n, 0.01))); }
+
+/// Presses straight down at the first point, draws through the others in small ticks, lifts. Millimetres on the grid.
+void stroke(Grid& body, ProgressiveCutter<double>& cutter, std::vector<std::array<double, 2>> const& points) {
+  auto const tip = [](std::array<double, 2> const& p, double z) { return Vector3<double>(p[0] * 1e-3, p[1] * 1e-3, z); };
+  Points<double> tips{tip(points.front(), 0.004), tip(points.front(), -0.003)};
+  Points<double> path;
+  for (auto const& p : points) path.push_back(tip(p, -0.003));
+  for (auto const& t : sampled(path, 3e-4)) tips.push_back(t);
+  tips.push_back(tip(points.back(), 0.004));
+  testing::CutInvariants const before(body);
+  CHECK(violations_along(body, cutter, tips, before, [](Grid&) {}) == "");
+  CHECK(cutter.state() == CuttingPhase::no_contact);
+}
+
+ProgressiveCutter<double> scalpel() { return ProgressiveCutter<double>({.puncture_depth = 0.002, .snap = 5e-4}); }
+
+}  // namespace
+
+TEST_CASE("below the threshold nothing is created") {
+  auto body = grid(4);
+  auto cutter = scalpel();
+  for (double z : {0.004, 0.0, -0.001, -0.0019, -0.001, 0.001}) cutter.advance(body, {0.0133, 0.0117, z});
+  CHECK(body.size() == 16);
+  CHECK(body.triangles().cols() == 18);
+  CHECK(cutter.state() == CuttingPhase::no_contact);
+}
+
+TEST_CASE("from border to border the sheet falls in two") {
+  auto body = grid(5);
+  auto cutter = scalpel();
+  stroke(body, cutter, {{13, 16}, {-3, 16.5}});   // from inside over the left border
+  CHECK(connected_components(body.mesh()).size() == 1);
+  auto second = scalpel();
+  stroke(body, second, {{13, 16}, {43, 15.5}});   // from the same place over the right one
+  CHECK(connected_components(body.mesh()).size() == 2);
+}
+
+TEST_CASE("a report is of the current or last cut") {
+  auto body = grid(6);
+  auto cutter = scalpel();
+  stroke(body, cutter, {{16, 12}, {36, 12.5}});
+  CHECK(cutter.report().edge_edge > 0);
+  cutter.advance(body, {0.0162, 0.0331, 0.004});
+  cutter.advance(body, {0.0162, 0.0331, -0.001});
+  CHECK(cutter.report().edge_edge > 0);   // still the last one: not punctured yet
+  cutter.advance(body, {0.0162, 0.0331, -0.0025});
+  CHECK(cutter.report().edge_edge == 0);
+  CHECK(cutter.report().particles_added == 1);
+}
+
+TEST_CASE("puncture by force, and no threshold afterwards") {
+  auto body = grid(4);
+  ProgressiveCutter<double> cutter({.puncture_depth = 0.5, .puncture_force = 1.0, .snap = 5e-4});
+  cutter.advance(body, {0.016, 0.012, 0.004});
+  cutter.advance(body, {0.016, 0.012, -0.001}, 0.99);
+  CHECK(cutter.state() == CuttingPhase::indenting);
+  cutter.advance(body, {0.016, 0.012, -0.001}, 1.0);
+  CHECK(cutter.state() == CuttingPhase::moving);
+  cutter.advance(body, {0.017, 0.013, -1e-4});
+  CHECK(cutter.state() == CuttingPhase::moving);
+}
+
+TEST_CASE("a tip that is not finite, and options without meaning, are refused in words") {
+  auto body = grid(4);
+  auto cutter = scalpel();
+  double const nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_AS(cutter.advance(body, {nan, 0.0, 0.0}), InvalidArgument);
+  CHECK_THROWS_AS(ProgressiveCutter<double>({.puncture_depth = -1.0}), InvalidArgument);
+  CHECK_THROWS_AS(ProgressiveCutter<double>({.snap = nan}), InvalidArgument);
+  CHECK(body.size() == 16);
+}
+
+TEST_CASE("the pre-tensioned wound is open behind the blade while it moves") {
+  auto const skin = make_grid<double>(11, 11, 0.01);
+  auto tissue = make_tissue(skin, 0.1);
+  tissue.nail(boundary_vertices(skin));
+  Grid body(std::move(tissue));
+  auto cutter = scalpel();
+  Points<double> tips{Vector3<double>(0.023, 0.052, 0.004), Vector3<double>(0.023, 0.052, -0.003)};
+  for (auto const& t : sampled<double>({Vector3<double>(0.023, 0.052, -0.003), Vector3<double>(0.075, 0.053, -0.003)}, 5e-5)) tips.push_back(t);
+  for (auto const& tip : tips) {
+    cutter.advance(body, tip);
+    double const h = body.stable_step();
+    for (double t = 0; t < 1e-3; t += h) body.step(std::min(h, 1e-3));
+  }
+  CHECK(cutter.state() == CuttingPhase::moving);
+  REQUIRE(cutter.lips().size() > 4);
+  double gap = 0;
+  for (auto const& [left, right] : cutter.lips()) gap = std::max(gap, (body.positions().col(left) - body.positions().col(right)).norm());
+  CHECK(gap > 1e-3);
+}
