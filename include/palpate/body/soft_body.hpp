@@ -3,7 +3,9 @@
 
 #include <palpate/body/body_shape.hpp>
 #include <palpate/body/body_system.hpp>
+#include <palpate/body/dynamic_relaxation.hpp>
 #include <palpate/body/stability.hpp>
+#include <palpate/body/step_report.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/region/concept.hpp>
@@ -20,22 +22,6 @@
 #include <vector>
 
 namespace palpate {
-
-enum class StepStatus {
-  ok,
-  above_stable_step,   ///< the step was taken; it is longer than stable_step()
-  diverged,            ///< the step was not taken: the result was not finite or left all bounds
-};
-
-/// What a step did.
-template <RealScalar Scalar>
-struct StepReport {
-  StepStatus status = StepStatus::ok;
-  int moving = 0;              ///< particles computed
-  int particle = -1;           ///< the first that diverged, or −1
-  Scalar stable_step = 0;      ///< s, as last found by stable_step()
-  explicit operator bool() const noexcept { return status != StepStatus::diverged; }
-};
 
 /// A soft body: tissue, how it moves and which particles are computed, with its state.
 ///
@@ -235,11 +221,24 @@ class SoftBody : public BodyShape<TissueType> {
   }
 
   /// Moves the body to its equilibrium under pre-tension, gravity and what is held, at rest, and makes that the home shape that
-  /// depth is counted from. Dynamic relaxation with kinetic damping, until no force over its particle's stiffness is above
-  /// `tolerance` mean edges; throws Error when that is not reached. Without a tolerance it is 1e-8, or what the digits allow.
+  /// depth is counted from: relax() until no force over its particle's stiffness is above `tolerance` mean edges. Throws Error when
+  /// that is not reached, and leaves the body as it was. Without a tolerance it is 1e-8, or what the digits allow.
   void settle() { settle(std::max(Scalar(1e-8), 16 * std::numeric_limits<Scalar>::epsilon() * offset_ / mean_edge_)); }
   void settle(Scalar tolerance) {
-    relax(tolerance);
+    std::vector<int> free;
+    for (int i = 0; i < size(); ++i)
+      if (is_free(i)) free.push_back(i);
+    auto const found = relax(tissue_, std::span<int const>(free), gravity_, tolerance * mean_edge_, state_.position.view());
+    if (!found.balanced)
+      throw Error(detail::message("the body does not settle: the largest imbalance is ", found.imbalance / mean_edge_,
+                                  " of a mean edge; lower link_prestrain or gravity, or raise the home stiffness"));
+    for (int const i : free) {
+      state_.velocity[i].setZero();
+      state_.remembered[i].setZero();
+    }
+    moving_.clear();
+    chosen_for_ = {};
+    tree_is_fitted_ = awake_ = false;
     state_.home.view() = state_.position.view();
     home_gravity_ = gravity_;
     home_revision_ = revision();
@@ -438,58 +437,6 @@ class SoftBody : public BodyShape<TissueType> {
       if (!x.col(i).allFinite() || !v.col(i).allFinite() || !(x.col(i).cwiseAbs().maxCoeff() < bound))
         return moving_[static_cast<std::size_t>(i)];
     return -1;
-  }
-
-  /// Dynamic relaxation: fictitious masses equal to the row bounds of the stiffness, so that a step of 1 is stable; velocities are
-  /// dropped whenever the kinetic energy has passed a peak.
-  void relax(Scalar tolerance) {
-    std::vector<int> free;
-    for (int i = 0; i < size(); ++i)
-      if (is_free(i)) free.push_back(i);
-    typename Tissue::Assembly assembly;
-    tissue_.assemble(free, assembly);
-    auto const particles = assembly.particles();
-    int const n = static_cast<int>(free.size());
-    Matrix3X<Scalar> x(3, static_cast<Eigen::Index>(particles.size()));
-    for (std::size_t k = 0; k < particles.size(); ++k) x.col(static_cast<Eigen::Index>(k)) = state_.position[particles[k]];
-    Matrix3X<Scalar> v = Matrix3X<Scalar>::Zero(3, x.cols()), still = v, force = v;
-    Scalar energy = 0, residual = 0;
-    for (int iteration = 0; iteration < 100000; ++iteration) {
-      force.setZero();
-      assembly.add_forces(x, still, force);
-      Scalar const last_energy = energy;
-      energy = residual = 0;
-      for (int i = 0; i < n; ++i) {
-        int const p = free[static_cast<std::size_t>(i)];
-        Scalar const stiffness = tissue_.stiffness_bound(p);
-        Vector const a = (force.col(i) + tissue_.mass(p) * gravity_) / stiffness;
-        if (Scalar const imbalance = a.norm(); !(imbalance <= residual)) residual = imbalance;   // NaN shows
-        v.col(i) += a;
-        energy += stiffness * v.col(i).squaredNorm();
-      }
-      if (!std::isfinite(residual)) break;
-      if (residual <= tolerance * mean_edge_) {
-        for (int i = 0; i < n; ++i) {
-          int const p = free[static_cast<std::size_t>(i)];
-          state_.position[p] = x.col(i);
-          state_.velocity[p].setZero();
-          state_.remembered[p].setZero();
-        }
-        moving_.clear();
-        chosen_for_ = {};
-        tree_is_fitted_ = false;
-        awake_ = false;
-        return;
-      }
-      if (energy < last_energy) {
-        v.setZero();
-        energy = 0;
-      } else {
-        x.leftCols(n) += v.leftCols(n);
-      }
-    }
-    throw Error(detail::message("the body does not settle: the largest imbalance is ", residual / mean_edge_,
-                                " of a mean edge; lower link_prestrain or gravity, or raise the home stiffness"));
   }
 
   IntegratorType integrator_;

@@ -28,7 +28,7 @@ struct SurfaceContact {
 
 /// Follows a spherical tool tip on a soft body that deforms.
 /// Contact begins when the tip comes from outside onto the surface as it is now; a tip that starts behind the surface touches nothing
-/// until it has been in front of it. From then on the touched point is where the line through the tip along the normal meets
+/// until it has been in front of it. A tip that passes a thin part within a tick touches the side it came from. From then on the touched point is where the line through the tip along the normal meets
 /// the surface, found by walking from triangle to triangle, so that it never jumps to another part of the body. Only where a wound
 /// or a border stops the walk, the surface around the last touched point is searched.
 /// Contact ends when the tip is above the surface, both as it is now and undisturbed.
@@ -57,13 +57,16 @@ class Touch {
     if (contact_.touching) {
       follow(body, tip);
       if (contact_.off_surface && !keep_beside) end();
-      if (contact_.touching && contact_.depth <= 0 && (tip - contact_.point).dot(contact_.normal) > radius_) {
+      if (contact_.touching && contact_.depth <= 0 && is_above(tip)) {
+        int const left_from = contact_.triangle;
         end();
         outside_ = true;
+        front_ = left_from;
       }
     } else {
       begin(body, tip);
     }
+    last_tip_ = tip;
     return contact_;
   }
 
@@ -82,7 +85,10 @@ class Touch {
   void end() noexcept {
     contact_ = {};
     outside_ = false;
+    front_ = -1;
   }
+
+  bool is_above(Vector const& tip) const noexcept { return (tip - contact_.point).dot(contact_.normal) > radius_; }
 
   template <class Body>
   void begin(Body& body, Vector const& tip) {
@@ -96,15 +102,36 @@ class Touch {
     Scalar const distance = (above < 0 ? -offset.norm() : offset.norm()) - radius_;
     if (beside) {
       outside_ = distance > 0 && above > 0;
+      front_ = nearest.triangle;
       return;
+    }
+    bool const has_front = front_ >= 0 && front_ < body.tissue().surface().triangle_count();
+    if (outside_ && has_front && facet_normal(body, front_).dot(normal) < 0) {   // now nearest to a side that looks the other way
+      if (begin_in_front(body, tip)) return;
+      if (distance <= 0 && !((last_tip_ - nearest.point).dot(normal) > 0)) return;   // the tip has not come through that side
     }
     if (distance > 0) {
       outside_ = true;
+      front_ = nearest.triangle;
     } else if (outside_) {
       contact_.touching = true;
       place(body, nearest.triangle, nearest.barycentric, tip);
       if (contact_.depth > 0) follow(body, tip);
     }
+  }
+
+  /// Begins the contact on the side that the tip was in front of, if the tip has passed it.
+  template <class Body>
+  bool begin_in_front(Body& body, Vector const& tip) {
+    int triangle = front_;
+    Vector barycentric = Vector::Constant(Scalar(1) / 3);
+    place(body, triangle, barycentric, tip);
+    if (walk(body, tip, triangle, barycentric) == Walk::there) {
+      place(body, triangle, barycentric, tip);
+      contact_.touching = !is_above(tip);
+    }
+    if (!contact_.touching) contact_ = {};
+    return contact_.touching;
   }
 
   /// The direction that tells outside from inside at a nearest point: the mean of the facet normals there, weighted by angle.
@@ -233,7 +260,9 @@ class Touch {
 
   SurfaceContact<Scalar> contact_;
   Scalar radius_;
+  Vector last_tip_ = Vector::Zero();
   bool outside_ = false;
+  int front_ = -1;   // the triangle that the tip was nearest to when it was outside
 };
 
 }  // namespace palpate
