@@ -30,7 +30,7 @@ namespace palpate {
 ///            A surface-built body has one link per edge of its mesh: a link's weight is the sum of the shares of the triangles
 ///            at the edge, A_T / ΣA_T each at first.
 /// Limits     |d| = 0 has no direction: no force. Only a surface-built body can be cut.
-template <RealScalar S, SpringLaw<S> SpringType = LinearSpring<S>>
+template <RealScalar S, class SpringType = LinearSpring<S>>
 class MassSpring : public MassSpringElements<S, SpringType> {
   using Elements = MassSpringElements<S, SpringType>;
 

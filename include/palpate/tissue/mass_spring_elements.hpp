@@ -22,8 +22,12 @@ namespace palpate {
 /// Invariant  a link of a surface-built body exists where triangles share an edge with a weight above zero.
 /// Source     spec Z8; a temporary particle has neither mass nor springs.
 /// Cost       every edit is O(triangles at the particles it touches).
-template <RealScalar Scalar, SpringLaw<Scalar> Law>
+template <RealScalar Scalar, class Law>
 class MassSpringElements {
+  static_assert(SpringLaw<Law, Scalar>,
+                "MassSpring: the second argument is no SpringLaw of this scalar: it needs tension(elongation, rest_length) const and a "
+                "member damping; LinearSpring<double> is one.");
+
  public:
   using LinkType = Link<Scalar, Law>;
   using Corners = SurfaceTopology::Corners;

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// expect: MassSpring: the second argument is no SpringLaw of this scalar: it needs tension(elongation, rest_length) const
+// A law that forgot its damper.
+#include <palpate/palpate.hpp>
+
+struct Cubic {
+  double stiffness = 80.0;
+  double cubic = 1e6;
+  double tension(double elongation, double) const { return elongation * (stiffness + cubic * elongation * elongation); }
+};
+
+void build() {
+  using namespace palpate;
+  MassSpring<double, Cubic> const tissue(make_grid<double>(3, 3, 0.01), {});
+  SoftBody body(tissue, LeapfrogVerlet{}, WholeBody{});
+  body.step(1e-3);
+}
