@@ -15,7 +15,7 @@ namespace palpate {
 struct BodyCounts {
   std::uint64_t ticks = 0;
   std::uint64_t steps = 0;           ///< body steps; more than ticks where a tick was split
-  std::uint64_t capped = 0;          ///< ticks that wanted more steps than allowed
+  std::uint64_t capped = 0;          ///< ticks that wanted more steps than allowed; the rest of the tick is left out
   std::uint64_t stable_steps = 0;    ///< how often the stable step was found anew
   std::uint64_t diverged = 0;        ///< steps refused because they diverged; the rest of the tick is left out
   int most_steps_a_tick = 0;
@@ -24,6 +24,8 @@ struct BodyCounts {
 /// The body's side of a simulation: contact → cut → step, once a tick.
 /// A tick is split into the fewest equal steps not above the body's stable step, which is found anew after every cut. While the tool
 /// indents, the touched point is coupled to the tip in each of these steps; the tip moves evenly through the tick.
+/// Where that would be more steps than allowed, those allowed are taken, each a stable one: the body then lags behind the hand, it
+/// does not diverge.
 /// After a step that diverged the local model says so, until the tip is out of the tissue and the body moves again.
 template <class BodyType, class CutterType>
 class BodyLoop {
@@ -50,10 +52,10 @@ class BodyLoop {
       cutter_.advance(body_, tip);
     bool const presses = cutter_.state() == CuttingPhase::indenting;
     Vector reaction = Vector::Zero();
-    step(h, [&](int i, int steps) {
+    step(h, [&](int i, int steps, Scalar each) {
       if (!presses) return;
       Vector const now = from + (tip - from) * (Scalar(i) / Scalar(steps));
-      reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, tip_radius(), h / Scalar(steps)) / Scalar(steps);
+      reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, tip_radius(), each) / Scalar(steps);
     });
     pressed_ = reaction.norm();
 
@@ -72,7 +74,7 @@ class BodyLoop {
 
   /// A tick without a tool.
   void rest(Scalar h) {
-    step(h, [](int, int) {});
+    step(h, [](int, int, Scalar) {});
   }
 
   BodyType& body() noexcept { return body_; }
@@ -90,18 +92,22 @@ class BodyLoop {
       return body_.topology_revision();
   }
 
-  /// The steps of one tick; `before(i, steps)` is called before each of them, i from 1 to steps.
+  /// The steps of one tick; `before(i, steps, each)` is called before each of them, i from 1 to steps, each so many seconds.
   template <class Before>
   void step(Scalar h, Before before) {
     if (revision() != stable_for_) find_stable_step();
     int const wanted = wanted_steps(h);
     int const steps = std::min(wanted, most_steps_);
-    if (wanted > most_steps_) ++counts_.capped;
+    Scalar each = h / Scalar(steps);
+    if (wanted > most_steps_) {
+      ++counts_.capped;
+      if (stable_step_ > 0) each = std::min(each, stable_step_);
+    }
     if (cutter_.state() == CuttingPhase::no_contact) sound_ = true;
     int taken = 0;
     while (taken < steps) {
-      before(++taken, steps);
-      if (body_.step(h / Scalar(steps))) continue;
+      before(++taken, steps, each);
+      if (body_.step(each)) continue;
       ++counts_.diverged;
       sound_ = false;
       break;

@@ -24,7 +24,7 @@ namespace palpate {
 
 struct SimulatorOptions {
   ContactCoupling coupling = {};
-  int most_body_steps = 100;      ///< a tick is split into no more body steps than this
+  int most_body_steps = 100;      ///< a tick is split into no more body steps than this; where it needs more, the body lags behind
   double body_rate = 500.0;       ///< Hz, of the body's thread in real time; in lock-step the body is ticked with the servo
   double snapshot_rate = 60.0;    ///< Hz of simulated time, how often a snapshot is published for drawing
 };
@@ -46,6 +46,7 @@ struct SimulatorStatistics {
 ///                seeds give the same bytes.
 /// run_realtime   the same parts on two threads: the servo at the device's rate on a local model, the body at its own rate.
 ///                Between them are a triple buffer for the tool's pose and one for the local model; nothing waits, nothing locks.
+///                Ticks are counted, not the clock: where the servo came too late for some, the run ends that much later.
 /// Units          s, Hz, m, N.
 /// Errors         InvalidArgument for a duration or rate that makes no sense. An exception in the body's thread ends the run with
 ///                a force of zero and is thrown again by run_realtime.
@@ -106,7 +107,11 @@ class Simulator {
     servo_.begin_session();
     double const rate = servo_.rate();
     auto const ticks = tick_count(seconds, rate);
-    Exchange between{.started_at = static_cast<double>(tick_) / rate, .ticks = ticks, .pacer = Pacer(rate)};
+    double const started_at = static_cast<double>(tick_) / rate;
+    Exchange between{.started_at = started_at,
+                     .ticks = ticks,
+                     .pacer = Pacer(rate),
+                     .poses = TripleBuffer<Pose>(Pose{servo_.tip(), Vector3<Scalar>::Zero(), started_at})};
     Recording recording(ticks);
     aim(statistics_.servo, rate);
     aim(statistics_.body, options_.body_rate);
@@ -200,7 +205,7 @@ class Simulator {
       auto const slot = between.pacer.wait();
       auto const started = std::chrono::steady_clock::now();
       double const time = between.started_at + static_cast<double>(between.done) / rate;
-      servo_.read(h);
+      servo_.read(h * static_cast<Scalar>(1 + slot.skipped));
       if (servo_.placed()) {
         between.poses.back() = {servo_.tip(), servo_.velocity(), time};
         between.poses.publish();
