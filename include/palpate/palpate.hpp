@@ -37,7 +37,9 @@
 
 // tissue: what the body is made of
 #include <palpate/tissue/concept.hpp>
+#include <palpate/tissue/cubic_spring.hpp>
 #include <palpate/tissue/linear_spring.hpp>
+#include <palpate/tissue/locking_spring.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/saturating_spring.hpp>
 #include <palpate/tissue/spring_law.hpp>

@@ -5,6 +5,8 @@
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/testing/tissue.hpp>
+#include <palpate/tissue/cubic_spring.hpp>
+#include <palpate/tissue/locking_spring.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/saturating_spring.hpp>
 
@@ -110,6 +112,15 @@ TEMPLATE_TEST_CASE("mass-spring tissue obeys the laws of its family", "", float,
   CHECK(broken(MassSpring<S>(block, linear), {.isolated = true}) == "");
   CHECK(broken(MassSpring<S, SaturatingSpring<S>>(grid, soft), {.isolated = true}) == "");
   CHECK(broken(MassSpring<S, SaturatingSpring<S>>(block, soft), {.isolated = true}) == "");
+  // Noise of 0.1 edges carries some of these links past their guard, and all of them along the bend.
+  MassSpringOptions<S, LockingSpring<S>> locking{
+      .mass = {.total = S(0.1)}, .link = {.stiffness = S(50), .largest_tension = S(0.05), .damping = S(0.1), .guard = S(0.8)}};
+  MassSpringOptions<S, CubicSpring<S>> cubic{
+      .mass = {.total = S(0.1)}, .link = {.stiffness = S(50), .quadratic = S(2e3), .cubic = S(1e6), .damping = S(0.1)}};
+  CHECK(broken(MassSpring<S, LockingSpring<S>>(grid, locking), {.isolated = true}) == "");
+  CHECK(broken(MassSpring<S, LockingSpring<S>>(block, locking), {.isolated = true}) == "");
+  CHECK(broken(MassSpring<S, CubicSpring<S>>(grid, cubic), {.isolated = true}) == "");
+  CHECK(broken(MassSpring<S, CubicSpring<S>>(block, cubic), {.isolated = true}) == "");
   linear.home = {.stiffness = S(5), .damping = S(0.05)};
   soft.home = linear.home;
   CHECK(broken(MassSpring<S>(ball, linear)) == "");
@@ -215,6 +226,10 @@ TEST_CASE("wrong options are refused with the value and the remedy") {
   CHECK_THROWS_WITH(T(skin, {.link_prestrain = 1.0}), "link_prestrain is 1; it must be at least 0 and below 1");
   CHECK_THROWS_WITH(T(skin, {.link_prestrain = -0.1}), "link_prestrain is -0.1; it must be at least 0 and below 1");
   CHECK_THROWS_AS((MassSpring<double, SaturatingSpring<double>>(skin, {.link = {.stiffness = 1.0, .largest_tension = 0.0}})), InvalidArgument);
+  CHECK_THROWS_WITH((MassSpring<double, CubicSpring<double>>(skin, {.link = {.stiffness = 1.0, .quadratic = 2.0}})),
+                    "the spring law gives way on a link of 1 m: its tension must grow with the elongation, from -1 m on; check its coefficients");
+  CHECK_THROWS_AS((MassSpring<double, LockingSpring<double>>(skin, {.link = {.guard = 1.0}})), InvalidArgument);
+  CHECK_THROWS_AS((MassSpring<double, SaturatingSpring<double>>(skin, {.link = {.largest_tension = -1.0}})), InvalidArgument);
 
   T tissue(skin, {});
   std::size_t const revision = tissue.revision();

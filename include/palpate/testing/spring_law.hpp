@@ -12,7 +12,9 @@ namespace palpate::testing {
 
 /// Checks a spring law on elongations −reach … reach of a link of the given rest length:
 ///   T(0) = 0, T is finite and continuous, T grows near 0, the damping is finite and not negative,
-///   tangent_stiffness = dT/dδ and energy = ∫T dδ where the law states them.
+///   tangent_stiffness = dT/dδ (central differences over 1e-5 of the reach, float 3e-3; to 1e-5 of the slope, float 2e-2) and
+///   energy = ∫T dδ (Simpson's rule; to 1e-6 of T_max · reach, float 1e-4) where the law states them,
+///   and T grows from −rest_length to the reach where the law says that it is monotone.
 /// Units      rest_length, reach [m]. `reach` is half the rest length if none is given; a law with a pole ends before it.
 template <RealScalar Scalar, SpringLaw<Scalar> Law>
 Violations check_spring_law(Law const& law, Scalar rest_length, Scalar reach = 0) {
@@ -60,6 +62,17 @@ Violations check_spring_law(Law const& law, Scalar rest_length, Scalar reach = 0
       if (std::abs(at(k)) < 2 * step) continue;   // a law may have a kink in its slope at rest
       if (!(std::abs(stated - measured) <= scale * (single ? Scalar(2e-2) : Scalar(1e-5)) + std::abs(measured) * (single ? Scalar(2e-2) : Scalar(1e-5))))
         found.push_back(message("tangent_stiffness(", at(k), ", ", rest_length, ") is ", stated, " N/m; the tension grows by ", measured));
+    }
+  }
+  if constexpr (StatesMonotony<Law, Scalar>) {
+    bool grows = law.monotone(rest_length);   // one that says no promises nothing
+    for (int k = 0; k < 4 * grid && grows; ++k) {
+      auto const place = [&](int m) { return -rest_length + (reach + rest_length) * Scalar(m) / Scalar(4 * grid); };
+      Scalar const low = tension(place(k)), high = tension(place(k + 1));
+      grows = high > low;
+      if (!grows)
+        found.push_back(message("tension goes from ", low, " to ", high, " N as the elongation grows from ", place(k), " to ", place(k + 1),
+                                " m, but monotone(", rest_length, ") is true"));
     }
   }
   if constexpr (StatesEnergy<Law, Scalar>) {

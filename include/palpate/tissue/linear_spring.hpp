@@ -16,6 +16,7 @@ struct LinearSpring {
   Scalar tension(Scalar elongation, Scalar /*rest_length*/) const noexcept { return stiffness * elongation; }
   Scalar tangent_stiffness(Scalar /*elongation*/, Scalar /*rest_length*/) const noexcept { return stiffness; }
   Scalar energy(Scalar elongation, Scalar /*rest_length*/) const noexcept { return stiffness / 2 * elongation * elongation; }
+  bool monotone(Scalar /*rest_length*/) const noexcept { return stiffness > 0; }
 };
 
 static_assert(SpringLaw<LinearSpring<double>, double> && StatesStiffness<LinearSpring<double>, double>);

@@ -54,7 +54,8 @@ void require_positive(std::string_view what, Scalar value, std::string_view unit
     throw InvalidArgument(message(what, " is ", value, " ", unit, "; it must be finite and positive"));
 }
 
-/// Throws unless the law is usable on a link of this rest length: no tension at rest, a positive stiffness there, damping ≥ 0.
+/// Throws unless the law is usable on a link of this rest length: no tension at rest, a positive stiffness there, damping ≥ 0,
+/// and monotone if it says whether it is.
 template <RealScalar Scalar, SpringLaw<Scalar> Law>
 void require_valid_law(Law const& law, Scalar rest_length) {
   require_non_negative("link damping", static_cast<Scalar>(law.damping), "N s/m");
@@ -64,6 +65,10 @@ void require_valid_law(Law const& law, Scalar rest_length) {
   Scalar const stiffness = tangent_stiffness_of(law, Scalar(0), rest_length);
   if (!(stiffness > 0) || !std::isfinite(stiffness))
     throw InvalidArgument(message("the link stiffness is ", stiffness, " N/m at rest; it must be finite and positive"));
+  if constexpr (StatesMonotony<Law, Scalar>)
+    if (!law.monotone(rest_length))
+      throw InvalidArgument(message("the spring law gives way on a link of ", rest_length, " m: its tension must grow with the "
+                                    "elongation, from -", rest_length, " m on; check its coefficients"));
 }
 
 }  // namespace detail

@@ -12,6 +12,8 @@ namespace palpate {
 /// A law is an aggregate of coefficients; MassSpring checks them and keeps one per link.
 /// What the syntax can not say, and `testing/` checks: T(0, L) = 0, T is continuous, and T grows with δ near 0.
 /// Optional: `tangent_stiffness(δ, L)` = dT/dδ [N/m] and `energy(δ, L)` = ∫T dδ [J]; without them they are found numerically.
+/// Optional: `monotone(L)`, whether T grows with δ wherever a link of rest length L can be, from δ = −L on. MassSpring refuses a law
+/// that says no: where the tension falls a link has no stable length.
 template <class Law, class Scalar>
 concept SpringLaw = RealScalar<Scalar> && std::copyable<Law> &&
                     requires(Law const& law, Scalar elongation, Scalar rest_length) {
@@ -29,6 +31,12 @@ concept StatesStiffness = SpringLaw<Law, Scalar> && requires(Law const& law, Sca
 template <class Law, class Scalar>
 concept StatesEnergy = SpringLaw<Law, Scalar> && requires(Law const& law, Scalar elongation, Scalar rest_length) {
   { law.energy(elongation, rest_length) } -> std::convertible_to<Scalar>;
+};
+
+/// A law that states whether its tension grows with the elongation from −L on.
+template <class Law, class Scalar>
+concept StatesMonotony = SpringLaw<Law, Scalar> && requires(Law const& law, Scalar rest_length) {
+  { law.monotone(rest_length) } -> std::convertible_to<bool>;
 };
 
 /// dT/dδ [N/m]: the law's own, or a central difference over 1e-4 (float: 1e-2) of the rest length.
