@@ -46,10 +46,13 @@
 
 // integrator: how it moves
 #include <palpate/integrator/concept.hpp>
+#include <palpate/integrator/dormand_prince.hpp>
 #include <palpate/integrator/explicit_euler.hpp>
+#include <palpate/integrator/explicit_midpoint.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/integrator/measured_stability.hpp>
 #include <palpate/integrator/runge_kutta_4.hpp>
+#include <palpate/integrator/stoermer_verlet.hpp>
 #include <palpate/integrator/symplectic_euler.hpp>
 #include <palpate/integrator/velocity_verlet.hpp>
 

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 // After the first step a body does not allocate. Yardstick: the count of the allocation trap.
 #include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/dormand_prince.hpp>
 #include <palpate/integrator/explicit_euler.hpp>
+#include <palpate/integrator/explicit_midpoint.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/integrator/runge_kutta_4.hpp>
+#include <palpate/integrator/stoermer_verlet.hpp>
 #include <palpate/integrator/symplectic_euler.hpp>
 #include <palpate/integrator/velocity_verlet.hpp>
 #include <palpate/mesh/block.hpp>
@@ -47,8 +50,10 @@ long allocations_of(Body& body) {
 }  // namespace
 
 TEMPLATE_PRODUCT_TEST_CASE("stepping allocates nothing after the first step", "", std::pair,
-                           ((ExplicitEuler, WholeBody), (SymplecticEuler, WholeBody), (LeapfrogVerlet, WholeBody), (VelocityVerlet, WholeBody),
-                            (RungeKutta4, WholeBody), (LeapfrogVerlet, ZoneOfInfluence), (RungeKutta4, ZoneOfInfluence))) {
+                           ((ExplicitEuler, WholeBody), (SymplecticEuler, WholeBody), (StoermerVerlet, WholeBody), (LeapfrogVerlet, WholeBody),
+                            (VelocityVerlet, WholeBody), (ExplicitMidpoint, WholeBody), (RungeKutta4, WholeBody), (DormandPrince, WholeBody),
+                            (StoermerVerlet, ZoneOfInfluence), (LeapfrogVerlet, ZoneOfInfluence), (ExplicitMidpoint, ZoneOfInfluence),
+                            (RungeKutta4, ZoneOfInfluence), (DormandPrince, ZoneOfInfluence))) {
   REQUIRE(palpate_test::trap_works());
   using I = typename TestType::first_type;
   using R = typename TestType::second_type;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Yardsticks: the closed forms of one damped particle, and an extrapolated midpoint reference that uses none of these integrators.
+#include <palpate/integrator/dormand_prince.hpp>
 #include <palpate/integrator/explicit_euler.hpp>
+#include <palpate/integrator/explicit_midpoint.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/integrator/runge_kutta_4.hpp>
+#include <palpate/integrator/stoermer_verlet.hpp>
 #include <palpate/integrator/symplectic_euler.hpp>
 #include <palpate/integrator/velocity_verlet.hpp>
 #include <palpate/testing/integrator.hpp>
@@ -87,9 +90,49 @@ struct HomeSprings {
 
   Matrix x, v, memory;
   Eigen::Matrix<S, 5, 1> damping;
-  Matrix unused[8];
+  Matrix unused[12];
   bool any_step = false;
 };
+
+/// TwoParticles after a time, by Gragg's midpoint rule with 2, 4, … 12 parts, extrapolated to order 12.
+std::array<Matrix3X<double>, 2> exact_after(double time) {
+  constexpr int rows = 6;
+  Matrix3X<double> table_x[rows], table_v[rows];
+  testing::TwoParticles start;
+  for (int row = 0; row < rows; ++row) {
+    int const parts = 2 * (row + 1);
+    double const h = time / parts;
+    Matrix3X<double> last_x = start.positions(), last_v = start.velocities();
+    Matrix3X<double> x = last_x + h * last_v, v = last_v + h * start.acceleration(last_x, last_v);
+    for (int k = 1; k < parts; ++k) {
+      Matrix3X<double> const next_x = last_x + 2 * h * v, next_v = last_v + 2 * h * start.acceleration(x, v);
+      last_x = x, last_v = v;
+      x = next_x, v = next_v;
+    }
+    table_x[row] = (last_x + x + h * v) / 2;
+    table_v[row] = (last_v + v + h * start.acceleration(x, v)) / 2;
+    for (int k = row - 1; k >= 0; --k) {
+      double const ratio = std::pow(static_cast<double>(row + 1) / (k + 1), 2) - 1;
+      table_x[k] = (table_x[k + 1] + (table_x[k + 1] - table_x[k]) / ratio).eval();
+      table_v[k] = (table_v[k + 1] + (table_v[k + 1] - table_v[k]) / ratio).eval();
+    }
+  }
+  return {table_x[0], table_v[0]};
+}
+
+/// log₂ of the ratio of the errors of one step of h and of h/2 on TwoParticles, of positions and of velocities.
+template <class I>
+std::array<double, 2> local_orders(I const& integrator, double h) {
+  double error[2][2];
+  for (int half = 0; half < 2; ++half, h /= 2) {
+    testing::TwoParticles system;
+    auto const [x, v] = exact_after(h);
+    system.advance(integrator, h);
+    error[half][0] = (system.positions() - x).norm();
+    error[half][1] = (system.velocities() - v).norm();
+  }
+  return {std::log2(error[0][0] / error[1][0]), std::log2(error[0][1] / error[1][1])};
+}
 
 /// Impulse response of m x″ + d x′ + k x = 0, x(0) = 0, x′(0) = 0.5, ω = 4.
 double impulse_response(double ratio, double t) {
@@ -101,16 +144,53 @@ double impulse_response(double ratio, double t) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("every integrator obeys the laws of its family", "", ExplicitEuler, SymplecticEuler, LeapfrogVerlet, VelocityVerlet,
-                   RungeKutta4, Midpoint) {
+TEMPLATE_TEST_CASE("every integrator obeys the laws of its family", "", ExplicitEuler, SymplecticEuler, StoermerVerlet, LeapfrogVerlet,
+                   VelocityVerlet, ExplicitMidpoint, RungeKutta4, DormandPrince, Midpoint) {
   CHECK(testing::to_text(testing::check_integrator(TestType{})) == "");
 }
 
-TEMPLATE_TEST_CASE("the measured order is the stated one, damped and from the first step on", "", ExplicitEuler, SymplecticEuler,
-                   LeapfrogVerlet, VelocityVerlet, RungeKutta4) {
+TEMPLATE_TEST_CASE("the measured global order is the stated one, damped and from the first step on", "", ExplicitEuler, SymplecticEuler,
+                   StoermerVerlet, LeapfrogVerlet, VelocityVerlet, ExplicitMidpoint, RungeKutta4) {
   double const order = testing::measured_order(TestType{});
   CHECK(order > TestType::order - 0.1);
   CHECK(order < TestType::order + 0.1);
+}
+
+TEMPLATE_TEST_CASE_SIG("the measured local order, of positions and of velocities", "", ((class I, int X, int V), I, X, V),
+                       (ExplicitEuler, 2, 2), (SymplecticEuler, 2, 2), (StoermerVerlet, 3, 2), (LeapfrogVerlet, 3, 3), (VelocityVerlet, 3, 3),
+                       (ExplicitMidpoint, 3, 3), (RungeKutta4, 5, 5)) {
+  // One step from exact values, its memory empty: global errors are one order lower. Störmer's first velocity step is Euler's.
+  std::array<double, 2> const order = local_orders(I{}, 1.0 / 64);
+  CHECK(order[0] == Approx(X).margin(0.15));
+  CHECK(order[1] == Approx(V).margin(0.15));
+}
+
+TEST_CASE("the formula behind Dormand and Prince's steps has order 5, local error 6") {
+  DormandPrince const loose{.relative = 1e9};   // every step is one inner step
+  CHECK(testing::measured_order(loose, 1.0 / 64) == Approx(5.0).margin(0.2));
+  std::array<double, 2> const order = local_orders(loose, 1.0 / 16);
+  CHECK(order[0] > 5.8);
+  CHECK(order[1] > 5.8);
+}
+
+TEST_CASE("Dormand and Prince's steps meet their tolerance whatever the step asked for") {
+  Matrix3X<double> const exact = testing::TwoParticles::reference_positions();
+  for (double const relative : {1e-4, 1e-6, 1e-8, 1e-10})
+    for (int const steps : {1, 7, 100}) {
+      testing::TwoParticles system;
+      for (int k = 0; k < steps; ++k) system.advance(DormandPrince{.relative = relative}, 1.0 / steps);
+      CAPTURE(relative, steps);
+      CHECK((system.positions() - exact).norm() < 20 * relative + 1e-12);
+    }
+}
+
+TEST_CASE("Dormand and Prince's step gives up with a position that is not a number") {
+  testing::TwoParticles few, poles;
+  few.advance(DormandPrince{.relative = 1e-12, .most_inner_steps = 3}, 1.0);
+  CHECK(!few.positions().allFinite());
+  poles.velocities().setConstant(std::numeric_limits<double>::infinity());
+  poles.advance(DormandPrince{}, 1.0);
+  CHECK(!poles.positions().allFinite());
 }
 
 TEST_CASE("the laws catch integrators that break them") {
@@ -120,15 +200,21 @@ TEST_CASE("the laws catch integrators that break them") {
 }
 
 TEMPLATE_PRODUCT_TEST_CASE("one particle on its home spring follows the closed forms, from overdamped to undamped", "", std::pair,
-                           ((ExplicitEuler, double), (SymplecticEuler, double), (LeapfrogVerlet, double), (VelocityVerlet, double),
-                            (RungeKutta4, double), (LeapfrogVerlet, float), (VelocityVerlet, float), (RungeKutta4, float))) {
+                           ((ExplicitEuler, double), (SymplecticEuler, double), (StoermerVerlet, double), (LeapfrogVerlet, double),
+                            (VelocityVerlet, double), (ExplicitMidpoint, double), (RungeKutta4, double), (DormandPrince, double),
+                            (StoermerVerlet, float), (LeapfrogVerlet, float), (VelocityVerlet, float), (ExplicitMidpoint, float),
+                            (RungeKutta4, float), (DormandPrince, float))) {
   using I = typename TestType::first_type;
   using S = typename TestType::second_type;
   std::array<double, 5> const ratios{2.0, 1.0, 0.5, 0.1, 0.0};
   double const h = std::same_as<S, float> ? 1.0 / 128 : 1.0 / 1024;
   HomeSprings<S> particles(ratios);
-  // Global error C h^order with C ≈ ω^order t/2 or less for these motions of amplitude 1/8.
-  double const tolerance = std::max(std::same_as<S, float> ? 1e-6 : 1e-13, 0.5 * std::pow(4 * h, I::order));
+  // Global error C h^order with C ≈ ω^order t/2 or less for these motions of amplitude 1/8; an adaptive method's is its tolerance.
+  double tolerance = std::same_as<S, float> ? 1e-6 : 1e-13;
+  if constexpr (requires { I::order; })
+    tolerance = std::max(tolerance, 0.5 * std::pow(4 * h, I::order));
+  else
+    tolerance = std::max(tolerance, I{}.relative);
   int const steps = static_cast<int>(2.0 / h);
   for (int n = 1; n <= steps; ++n) {
     I{}.step(particles, S(h));

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
 // Yardsticks: the known amplification factors of each method on λ² + γλ + κ = 0, and the definition of stability.
 #include <palpate/integrator/explicit_euler.hpp>
+#include <palpate/integrator/explicit_midpoint.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/integrator/measured_stability.hpp>
 #include <palpate/integrator/runge_kutta_4.hpp>
+#include <palpate/integrator/stoermer_verlet.hpp>
 #include <palpate/integrator/symplectic_euler.hpp>
 #include <palpate/integrator/velocity_verlet.hpp>
 
 #include "catch.hpp"
+
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +37,14 @@ double one_step(R growth, double stiffness, double damping, double h) {
   return std::max(std::abs(growth(h * (-damping + root) / 2.0)), std::abs(growth(h * (-damping - root) / 2.0)));
 }
 
-struct Midpoint {
+/// The largest modulus of the roots of 2λ³ + (2q + 3g − 4) λ² + (2 − 4g) λ + g, q = h²κ, g = hγ.
+double stoermer_root(double q, double g) {
+  Eigen::Matrix3d companion;
+  companion << -(q + 1.5 * g - 2), -(1 - 2 * g), -g / 2, 1, 0, 0, 0, 1, 0;
+  return companion.eigenvalues().cwiseAbs().maxCoeff();
+}
+
+struct Midpoint {   // of a user, states no stable step
   template <class System>
   void step(System& system, typename System::Scalar h) const {
     using Matrix = typename System::Matrix;
@@ -69,22 +80,26 @@ TEST_CASE("the measured amplification is the known one of Euler's and Runge and 
         CHECK(amplification(RungeKutta4{}, stiffness, damping, h) ==
               Approx(one_step([](Complex z) { return 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))); }, stiffness, damping, h))
                   .epsilon(1e-9));
+        CHECK(amplification(ExplicitMidpoint{}, stiffness, damping, h) == Approx(amplification(Midpoint{}, stiffness, damping, h)).epsilon(1e-12));
+        CHECK(amplification(StoermerVerlet{}, stiffness, damping, h) == Approx(stoermer_root(h * h * stiffness, h * damping)).epsilon(1e-6));
         // v⁺ = (1 − hγ) v − hκ x, x⁺ = x + h v⁺: trace 2 − hγ − h²κ, determinant 1 − hγ.
         CHECK(amplification(SymplecticEuler{}, stiffness, damping, h) ==
               Approx(larger_root(2 - h * damping - h * h * stiffness, 1 - h * damping)).epsilon(1e-9));
       }
   // Undamped leapfrog and velocity Verlet neither grow nor decay below hω = 2.
   for (double const h : {0.1, 1.0, 1.99}) {
+    CHECK(amplification(StoermerVerlet{}, 1.0, 0.0, h) == Approx(1.0).margin(1e-11));
     CHECK(amplification(LeapfrogVerlet{}, 1.0, 0.0, h) == Approx(1.0).margin(1e-11));
     CHECK(amplification(VelocityVerlet{}, 1.0, 0.0, h) == Approx(1.0).margin(1e-11));
   }
+  CHECK(amplification(StoermerVerlet{}, 1.0, 0.0, 2.01) > 1.1);
   CHECK(amplification(LeapfrogVerlet{}, 1.0, 0.0, 2.01) > 1.1);
   CHECK(amplification(VelocityVerlet{}, 1.0, 0.0, 2.01) > 1.1);
 }
 
-TEMPLATE_TEST_CASE("a stated stable step is stable, and little more is not", "", ExplicitEuler, SymplecticEuler, LeapfrogVerlet,
-                   VelocityVerlet, RungeKutta4) {
-  // Euler's steps and leapfrog's are sharp. Runge and Kutta's holds for the narrowest place of a region that reaches 9 % farther
+TEMPLATE_TEST_CASE("a stated stable step is stable, and little more is not", "", ExplicitEuler, SymplecticEuler, StoermerVerlet,
+                   LeapfrogVerlet, VelocityVerlet, ExplicitMidpoint, RungeKutta4) {
+  // Euler's steps, the midpoint rule's, Störmer's and leapfrog's are sharp. Runge and Kutta's holds for the narrowest place of a region that reaches 9 % farther
   // elsewhere; velocity Verlet's for modes of any damping at once: for one alone h²κ ≤ 4 − 2hγ + (hγ)² would do, up to √3/1.24 more.
   double const beyond = std::same_as<TestType, RungeKutta4> ? 1.1 : std::same_as<TestType, VelocityVerlet> ? 1.42 : 1.005;
   for (double const stiffness : {1e-2, 1.0, 3e4})
@@ -105,15 +120,21 @@ TEST_CASE("without stiffness and damping any step is stable") {
   double const infinite = std::numeric_limits<double>::infinity();
   CHECK(ExplicitEuler{}.stable_step(free) == infinite);
   CHECK(SymplecticEuler{}.stable_step(free) == infinite);
+  CHECK(StoermerVerlet{}.stable_step(free) == infinite);
+  CHECK(ExplicitMidpoint{}.stable_step(free) == infinite);
   CHECK(LeapfrogVerlet{}.stable_step(free) == infinite);
   CHECK(VelocityVerlet{}.stable_step(free) == infinite);
   CHECK(RungeKutta4{}.stable_step(free) == infinite);
   CHECK(measured_stable_step(Midpoint{}, free) == infinite);
 }
 
-TEST_CASE("explicit Euler has no stable step without damping, stated or measured") {
-  CHECK(ExplicitEuler{}.stable_step(ModalBounds<double>{100.0, 0.0, 0.0}) == 0.0);
-  CHECK(measured_stable_step(ExplicitEuler{}, ModalBounds<double>{100.0, 0.0, 0.0}) == 0.0);
+TEMPLATE_TEST_CASE("Euler's and the midpoint rule have no stable step without damping, stated or measured", "", ExplicitEuler, ExplicitMidpoint) {
+  CHECK(TestType{}.stable_step(ModalBounds<double>{100.0, 0.0, 0.0}) == 0.0);
+  CHECK(TestType{}.stable_step(ModalBounds<double>{100.0, 5.0, 0.0}) == 0.0);   // some mode may be undamped
+  if (std::same_as<TestType, ExplicitEuler>) CHECK(measured_stable_step(TestType{}, ModalBounds<double>{100.0, 0.0, 0.0}) == 0.0);
+  for (double const h : {1e-1, 1e-2, 1e-3})
+    CHECK(amplification(TestType{}, 100.0, 0.0, h) ==
+          Approx(std::same_as<TestType, ExplicitEuler> ? std::sqrt(1 + 100 * h * h) : std::sqrt(1 + std::pow(10 * h, 4) / 4)).epsilon(1e-12));
 }
 
 TEST_CASE("the measured stable step is the known one") {

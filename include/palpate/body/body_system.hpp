@@ -27,7 +27,11 @@ class BodySystem {
   auto remembered_acceleration() noexcept { return memory_.view(); }
   bool remembers() const noexcept { return remembers_; }
 
-  auto scratch(int k) noexcept { return scratch_[static_cast<std::size_t>(k)].view(); }
+  auto scratch(int k) noexcept {   // sized on demand: most integrators use few
+    auto& columns = scratch_[static_cast<std::size_t>(k)];
+    if (columns.size() != moving_) columns.resize(moving_);
+    return columns.view();
+  }
 
   template <class X, class V>
   Matrix acceleration(Eigen::MatrixBase<X> const& x, Eigen::MatrixBase<V> const& v) {
@@ -56,7 +60,6 @@ class BodySystem {
     int const all = static_cast<int>(assembly_.particles().size());
     for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_}) columns->resize(all);
     for (auto* columns : {&memory_, &applied_, &inverse_mass_}) columns->resize(moving_);
-    for (auto& columns : scratch_) columns.resize(moving_);
     in_order_ = moving_ == tissue.size();
     for (int k = 0; k < moving_; ++k) {
       int const p = moving[static_cast<std::size_t>(k)];
@@ -143,7 +146,7 @@ class BodySystem {
   bool in_order_ = false;                                    // the moving set is all particles in the body's order
   Columns<Scalar, 3> x_, v_, border_x_, border_v_, force_;   // moving set, then border
   Columns<Scalar, 3> memory_, applied_, inverse_mass_;       // moving set; applied and inverse mass as accelerations, three rows
-  std::array<Columns<Scalar, 3>, 8> scratch_;
+  std::array<Columns<Scalar, 3>, 12> scratch_;
   std::vector<int> place_;    // particle of the body → column, −1 outside the moving set
   std::vector<int> pushed_;   // columns that a force was applied to in the last step
 };

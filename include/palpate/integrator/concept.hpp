@@ -11,7 +11,7 @@ namespace palpate {
 ///   positions(), velocities()     assignable 3 × n expressions at the current time [m], [m/s]
 ///   acceleration(x, v)            M⁻¹ f(x, v) [m/s²], a value: two results can live together
 ///   acceleration(x, v, out)       the same into a matrix of the caller's, without allocation
-///   scratch(k), k < 8             an assignable 3 × n of undefined contents, so that a step need not allocate
+///   scratch(k), k < 12            an assignable 3 × n of undefined contents, so that a step need not allocate
 ///   remembered_acceleration()     assignable 3 × n: what the integrator left there at its last step; it travels with its
 ///                                 particle through cuts and is zero for a particle that has just begun to move
 ///   remembers()                   false before the first step, after reset() and when the integrator left nothing

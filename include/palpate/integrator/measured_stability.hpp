@@ -54,7 +54,7 @@ class OscillatorSystem {
  private:
   Scalar stiffness_, damping_;
   Matrix x_, v_, memory_, fallback_;
-  Matrix scratch_[8];
+  Matrix scratch_[12];
 };
 
 }  // namespace detail

@@ -73,7 +73,7 @@ class TwoParticles {
 
  private:
   Matrix x_, v_, memory_;
-  Matrix scratch_[8];
+  Matrix scratch_[12];
   bool remembers_ = false;
 };
 
