@@ -41,8 +41,10 @@
 #include <palpate/tissue/linear_spring.hpp>
 #include <palpate/tissue/locking_spring.hpp>
 #include <palpate/tissue/mass_spring.hpp>
+#include <palpate/tissue/maximum_elongation.hpp>
 #include <palpate/tissue/saturating_spring.hpp>
 #include <palpate/tissue/spring_law.hpp>
+#include <palpate/tissue/supported.hpp>
 
 // integrator: how it moves
 #include <palpate/integrator/concept.hpp>

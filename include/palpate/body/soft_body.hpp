@@ -210,6 +210,24 @@ class SoftBody : public BodyShape<TissueType> {
     return report;
   }
 
+  /// Applies a constraint on positions, such as MaximumElongation, to the particles that the last step moved; it reports what it found.
+  /// What it moves gets the velocity that goes with it, Δx/h of that step. Others count as fixed. Allocates nothing.
+  template <class Constraint>
+  auto correct(Constraint const& constraint) noexcept {
+    Scalar const per_second = last_step_ > 0 ? 1 / last_step_ : Scalar(0);
+    auto const report = constraint.correct(
+        tissue_, std::span<int const>(moving_),
+        [&](int i) { return i < size() && selection_.contains(i) && is_free(i) ? 1 / tissue_.mass(i) : Scalar(0); }, positions(),
+        [&](int i, Vector const& shift) {
+          state_.position[i] += shift;
+          state_.velocity[i] += per_second * shift;
+        });
+    system_.forget();
+    tree_is_fitted_ = false;
+    this->place_temporary();
+    return report;
+  }
+
   /// The largest step [s] that the integrator stands where the body is now, damping included; see ModalEstimate. 0: none.
   Scalar stable_step() {
     known_stable_step_ = palpate::stable_step(integrator_, modal_bounds());

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+// Support springs. Yardsticks: their formula in a plain loop, the tissue law battery, sums before a cut, and volumes by the divergence theorem.
+#include <palpate/body/soft_body.hpp>
+#include <palpate/core/random.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/edges.hpp>
+#include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/measures.hpp>
+#include <palpate/mesh/sphere.hpp>
+#include <palpate/region/whole_body.hpp>
+#include <palpate/region/zone_of_influence.hpp>
+#include <palpate/testing/tissue.hpp>
+#include <palpate/tissue/mass_spring.hpp>
+#include <palpate/tissue/saturating_spring.hpp>
+#include <palpate/tissue/supported.hpp>
+
+#include "body/random_edits.hpp"
+#include "catch.hpp"
+
+#include <cmath>
+#include <utility>
+
+using namespace palpate;
+
+namespace {
+
+template <class S>
+MassSpring<S> ball(S stiffness, S home) {
+  return {make_sphere<S>(S(0.05), 8), {.mass = {.total = S(0.3)}, .link = {.stiffness = stiffness, .damping = S(0.1)}, .home = {.stiffness = home, .damping = S(0.05)}}};
+}
+
+}  // namespace
+
+static_assert(CuttableTissue<Supported<MassSpring<double>>> && HasPotentialEnergy<Supported<MassSpring<float>>> &&
+              MultipliesStiffness<Supported<MassSpring<double>>>);
+
+TEMPLATE_TEST_CASE("supported tissue obeys the laws of its family", "", float, double) {
+  using S = TestType;
+  auto const broken = [](auto const& tissue) { return testing::to_text(testing::check_tissue(tissue)); };
+  CHECK(broken(Supported(ball<S>(S(50), S(0)), LinearSpring<S>{.stiffness = S(20), .damping = S(0.1)})) == "");
+  CHECK(broken(Supported(ball<S>(S(50), S(3)), SaturatingSpring<S>{.stiffness = S(20), .largest_tension = S(0.1), .damping = S(0.1)})) == "");
+  MassSpring<S> const block(make_block<S>(4, 4, 4, S(0.01)), {.link = {.stiffness = S(50)}});
+  CHECK(broken(Supported(block, LinearSpring<S>{.stiffness = S(20)})) == "");
+  MassSpring<S> const skin(make_grid<S>(5, 5, S(0.01)), {.link = {.stiffness = S(50)}});
+  CHECK(broken(Supported(skin, LinearSpring<S>{.stiffness = S(20)}, {S(0.02), S(0.02), S(-0.05)})) == "");
+  CHECK_THROWS_WITH(Supported(skin, LinearSpring<S>{}), "particle 12 rests at the centre of the support springs; give a centre inside the body");
+  CHECK_THROWS_AS(Supported(skin, LinearSpring<S>{}, Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN())), InvalidArgument);
+  CHECK_THROWS_AS(Supported(ball<S>(S(50), S(0)), LinearSpring<S>{.stiffness = S(-1)}), InvalidArgument);
+}
+
+TEST_CASE("support springs pull along the line to the centre, in proportion to mass") {
+  auto plain = ball<double>(50.0, 3.0);
+  plain.set_mass(4, 0.02);
+  Vector3<double> const centre(0.001, -0.002, 0.003);
+  Supported const tissue(plain, LinearSpring<double>{.stiffness = 20.0, .damping = 0.3}, centre);
+  Random random(Seed{3});
+  Matrix3X<double> x = plain.rest_positions(), v = x;
+  for (Eigen::Index k = 0; k < x.size(); ++k) {
+    x.data()[k] += random.uniform(-0.004, 0.004);
+    v.data()[k] = random.uniform(-0.1, 0.1);
+  }
+  double const mean = plain.total_mass() / plain.size();
+  testing::detail::WholeTissue whole(tissue);
+  Matrix3X<double> const forces = whole.forces(x, v);
+  double energy = plain.potential_energy(x);
+  for (int i = 0; i < plain.size(); ++i) {
+    Vector3<double> const d = x.col(i) - centre, n = d.normalized();
+    double const stretch = d.norm() - (plain.rest_position(i) - centre).norm(), share = plain.mass(i) / mean;
+    Vector3<double> const expected = plain.internal_force(i, x, v) - share * (20.0 * stretch + 0.3 * n.dot(v.col(i))) * n;
+    CHECK((tissue.internal_force(i, x, v) - expected).norm() < 1e-14);
+    CHECK((forces.col(i) - expected).norm() < 1e-13);
+    energy += share * 10.0 * stretch * stretch;
+  }
+  CHECK(tissue.potential_energy(x) == Approx(energy).epsilon(1e-13));
+  Matrix3X<double> at_centre = x;
+  at_centre.col(0) = centre;
+  CHECK(whole.forces(at_centre, v).allFinite());
+}
+
+TEST_CASE("inside a volume nothing is supported") {
+  Supported const block(MassSpring<double>(make_block<double>(3, 3, 5, 0.01), {}), LinearSpring<double>{});
+  int inside = 0;
+  for (int i = 0; i < block.size(); ++i) inside += block.support_weight(i) == 0 ? 1 : 0;
+  CHECK(inside == 3);   // 3 × 3 × 5 points less the shell
+}
+
+TEST_CASE("cuts keep links on edges and the support of the whole") {
+  Random random(Seed{21});
+  Supported tissue(ball<double>(50.0, 3.0), LinearSpring<double>{.stiffness = 20.0});
+  auto const total = [&] {
+    double sum = 0;
+    for (int i = 0; i < tissue.size(); ++i) sum += tissue.support_weight(i);
+    return sum;
+  };
+  int const before = tissue.size();
+  REQUIRE(total() == Approx(before));
+  for (int k = 0; k < 60; ++k) {
+    if (k % 4 != 3)
+      palpate_test::random_insertion(tissue, tissue.surface(), random);
+    else
+      palpate_test::random_split(tissue, tissue.surface(), random);
+    REQUIRE(total() == Approx(before).epsilon(1e-12));
+  }
+  CHECK(tissue.size() == before + 60);
+  TriangleMesh<double> const mesh{tissue.rest_positions(), tissue.surface().triangles()};
+  CHECK(tissue.links().size() == static_cast<int>(edges(mesh).size()));
+  CHECK(testing::to_text(testing::check_tissue(tissue)) == "");
+  int const n = tissue.insert_temporary(0, {0.2, 0.5, 0.3});
+  CHECK(tissue.support_weight(n) == 0);
+  CHECK(total() == Approx(before).epsilon(1e-12));
+}
+
+TEST_CASE("a supported body moves in a zone and is cut like any other") {
+  SoftBody body(Supported(ball<double>(50.0, 3.0), LinearSpring<double>{.stiffness = 20.0, .damping = 0.05}), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 1});
+  SoftBody whole(Supported(ball<double>(50.0, 3.0), LinearSpring<double>{.stiffness = 20.0, .damping = 0.05}), LeapfrogVerlet{}, WholeBody{});
+  int const pole = body.nearest_vertex({0.0, 0.0, 1.0});
+  int const n = body.insert_in_triangle(0, {0.3, 0.3, 0.4});
+  CHECK(body.tissue().support_weight(n) > 0);
+  for (int k = 0; k < 20; ++k) {
+    body.apply_force(pole, {0.0, 0.0, -0.1});
+    whole.apply_force(pole, {0.0, 0.0, -0.1});
+    CHECK(body.step(1e-4).moving < body.size() / 4);
+    REQUIRE(whole.step(1e-4));
+  }
+  CHECK(body.displacement(pole).z() == Approx(whole.displacement(pole).z()).epsilon(1e-3));
+}
+
+TEST_CASE("support springs lessen the change of volume at equal depth") {
+  // Pressed in at one pole, or squeezed between two.
+  auto const loss = [](auto tissue, bool squeeze) {
+    SoftBody body(std::move(tissue), LeapfrogVerlet{}, WholeBody{});
+    double const before = volume(body.mesh());
+    for (double const side : {1.0, -1.0}) {
+      if (side < 0 && !squeeze) continue;
+      int const pole = body.nearest_vertex({0.0, 0.0, side});
+      body.drag(pole, body.positions().col(pole) - Vector3<double>(0.0, 0.0, 0.015 * side));
+    }
+    body.settle(1e-7);
+    return (before - volume(body.mesh())) / before;
+  };
+  auto const supported = [](double stiffness) { return Supported(ball<double>(50.0, 3.0), LinearSpring<double>{.stiffness = stiffness}); };
+  for (bool const squeeze : {false, true}) {
+    double const plain = loss(ball<double>(50.0, 3.0), squeeze);
+    double const some = loss(supported(20.0), squeeze), more = loss(supported(100.0), squeeze);
+    CAPTURE(squeeze, plain, some, more);
+    CHECK(plain > 0.01);
+    CHECK(some < 0.5 * plain);
+    CHECK(more < 0.5 * some);
+    CHECK(more > 0);
+  }
+}
