@@ -8,6 +8,7 @@ namespace palpate {
 enum class StepStatus {
   ok,
   above_stable_step,   ///< the step was taken; it is longer than stable_step()
+  behind,              ///< advance() took as many stable steps as allowed, which is less than the duration asked for
   diverged,            ///< the step was not taken: the result was not finite or left all bounds
 };
 
@@ -16,8 +17,10 @@ template <RealScalar Scalar>
 struct StepReport {
   StepStatus status = StepStatus::ok;
   int moving = 0;              ///< particles computed
+  int steps = 1;               ///< taken by advance(); one that diverged counts
   int particle = -1;           ///< the first that diverged, or −1
-  Scalar stable_step = 0;      ///< s, as last found by stable_step()
+  Scalar value = 0;            ///< what it came to: its first coordinate [m] or velocity [m/s] that is not finite or out of bounds
+  Scalar stable_step = 0;      ///< s, as last found by stable_step(); after divergence what is stable at the state that was kept
   explicit operator bool() const noexcept { return status != StepStatus::diverged; }
 };
 

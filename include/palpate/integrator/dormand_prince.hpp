@@ -108,6 +108,8 @@ struct DormandPrince {
         Eigen::Index worst = 0;
         for (Eigen::Index i = 1; i < x.cols(); ++i)
           if (!(largest(change_x.col(i)) <= largest(change_x.col(worst)))) worst = i;
+        system.positions() = x;
+        system.velocities() = v;
         system.positions().col(worst).setConstant(std::numeric_limits<Scalar>::quiet_NaN());
         return;
       }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/substeps.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/haptics/contact_coupling.hpp>
 #include <palpate/haptics/local_model.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 
 namespace palpate {
@@ -96,13 +96,8 @@ class BodyLoop {
   template <class Before>
   void step(Scalar h, Before before) {
     if (revision() != stable_for_) find_stable_step();
-    int const wanted = wanted_steps(h);
-    int const steps = std::min(wanted, most_steps_);
-    Scalar each = h / Scalar(steps);
-    if (wanted > most_steps_) {
-      ++counts_.capped;
-      if (stable_step_ > 0) each = std::min(each, stable_step_);
-    }
+    auto const [steps, each, capped] = split_duration(h, stable_step_, most_steps_);
+    if (capped) ++counts_.capped;
     if (cutter_.state() == CuttingPhase::no_contact) sound_ = true;
     int taken = 0;
     while (taken < steps) {
@@ -115,13 +110,6 @@ class BodyLoop {
     ++counts_.ticks;
     counts_.steps += static_cast<std::uint64_t>(taken);
     counts_.most_steps_a_tick = std::max(counts_.most_steps_a_tick, taken);
-  }
-
-  /// The fewest equal steps not above the stable one; a hair above counts as not above.
-  int wanted_steps(Scalar h) const noexcept {
-    constexpr Scalar most = Scalar(1e9);
-    Scalar const least = stable_step_ > 0 ? std::ceil(h / stable_step_ * (1 - Scalar(1e-6))) : most;
-    return std::max(1, static_cast<int>(std::min(most, least)));
   }
 
   void find_stable_step() {

@@ -43,6 +43,12 @@ concept BoundsItsRows = requires(T const& tissue, int i) {
   { tissue.damping_bound(i) } -> std::convertible_to<typename T::Scalar>;
 };
 
+/// Also states the bound of its stiffness at other positions [N/m]: Σ_j ‖K_ij(x)‖, tangent and pre-tension counted.
+template <class T>
+concept BoundsItsRowsAt = BoundsItsRows<T> && requires(T const& tissue, int i, Matrix3X<typename T::Scalar> const& positions) {
+  { tissue.stiffness_bound(i, positions) } -> std::convertible_to<typename T::Scalar>;
+};
+
 /// Answers the force of all its elements on one particle at (x, v) [N]; x and v are asked for a column at a time.
 template <class T>
 concept AnswersForOne = requires(T const& tissue, int i, Matrix3X<typename T::Scalar> const& columns) {

@@ -209,6 +209,21 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     return sum;
   }
 
+  /// The same at positions x: k_i + 2 Σ_j w_ij max(|T′|, |T|/|d_ij|), each link with its tangent and its tension there.
+  template <class X>
+  Scalar stiffness_bound(int i, X const& x) const noexcept {
+    Scalar sum = home_[at(i)].stiffness;
+    for (int const l : links_.at(i)) {
+      LinkType const& link = links_[l];
+      Scalar const length = (x.col(link.a) - x.col(link.b)).norm();
+      Scalar const elongation = length - link.rest_length;
+      Scalar const along = std::abs(tangent_stiffness_of(link.law, elongation, link.rest_length));
+      Scalar const across = length > 0 ? std::abs(static_cast<Scalar>(link.law.tension(elongation, link.rest_length))) / length : Scalar(0);
+      sum += 2 * link.weight * std::max(along, across);
+    }
+    return sum;
+  }
+
   /// The same for the damping: c_i + 2 Σ_j w_ij c_ij [N·s/m].
   Scalar damping_bound(int i) const noexcept {
     Scalar sum = home_[at(i)].damping;
