@@ -63,7 +63,17 @@
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 
+// statics: where a body comes to rest
+#include <palpate/statics/concept.hpp>
+#include <palpate/statics/dynamic_relaxation.hpp>
+#include <palpate/statics/linear_solver.hpp>
+#include <palpate/statics/local_relaxation.hpp>
+#include <palpate/statics/newton_raphson.hpp>
+#include <palpate/statics/tangent_matrix.hpp>
+
 // body: tissue, integrator and region, with state; where a tool touches it
+#include <palpate/body/damping.hpp>
+#include <palpate/body/modal_view.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/body/touch.hpp>
 

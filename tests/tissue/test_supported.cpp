@@ -33,7 +33,7 @@ MassSpring<S> ball(S stiffness, S home) {
 }  // namespace
 
 static_assert(CuttableTissue<Supported<MassSpring<double>>> && HasPotentialEnergy<Supported<MassSpring<float>>> &&
-              MultipliesStiffness<Supported<MassSpring<double>>>);
+              MultipliesStiffness<Supported<MassSpring<double>>> && BoundsItsRowsAt<Supported<MassSpring<float>>>);
 
 TEMPLATE_TEST_CASE("supported tissue obeys the laws of its family", "", float, double) {
   using S = TestType;
@@ -73,6 +73,14 @@ TEST_CASE("support springs pull along the line to the centre, in proportion to m
     energy += share * 10.0 * stretch * stretch;
   }
   CHECK(tissue.potential_energy(x) == Approx(energy).epsilon(1e-13));
+  // Row bounds at x: no unit displacements give more.
+  for (int trial = 0; trial < 20; ++trial) {
+    Matrix3X<double> step(3, plain.size()), y = Matrix3X<double>::Zero(3, plain.size());
+    for (Eigen::Index k = 0; k < step.size(); ++k) step.data()[k] = random.uniform(-1.0, 1.0);
+    step.colwise().normalize();
+    tissue.add_stiffness_product(x, step, y);
+    for (int i = 0; i < plain.size(); ++i) REQUIRE(y.col(i).norm() <= tissue.stiffness_bound(i, x) * (1 + 1e-12));
+  }
   Matrix3X<double> at_centre = x;
   at_centre.col(0) = centre;
   CHECK(whole.forces(at_centre, v).allFinite());

@@ -3,13 +3,13 @@
 
 #include <palpate/body/body_shape.hpp>
 #include <palpate/body/body_system.hpp>
-#include <palpate/body/dynamic_relaxation.hpp>
 #include <palpate/body/stability.hpp>
 #include <palpate/body/step_report.hpp>
 #include <palpate/body/substeps.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/region/concept.hpp>
+#include <palpate/statics/dynamic_relaxation.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -239,28 +239,40 @@ class SoftBody : public BodyShape<TissueType> {
   }
 
   /// Moves the body to its equilibrium under pre-tension, gravity and what is held, at rest, and makes that the home shape that
-  /// depth is counted from: relax() until no force over its particle's stiffness is above `tolerance` mean edges. Throws Error when
-  /// that is not reached, and leaves the body as it was. Without a tolerance it is 1e-8, or what the digits allow.
-  void settle() { settle(std::max(Scalar(1e-8), 16 * std::numeric_limits<Scalar>::epsilon() * offset_ / mean_edge_)); }
-  void settle(Scalar tolerance) {
-    std::vector<int> free;
-    for (int i = 0; i < size(); ++i)
-      if (is_free(i)) free.push_back(i);
-    auto const found = relax(tissue_, std::span<int const>(free), gravity_, tolerance * mean_edge_, state_.position.view());
-    if (!found.balanced)
-      throw Error(detail::message("the body does not settle: the largest imbalance is ", found.imbalance / mean_edge_,
-                                  " of a mean edge; lower link_prestrain or gravity, or raise the home stiffness"));
-    for (int const i : free) {
-      state_.velocity[i].setZero();
-      state_.remembered[i].setZero();
-    }
+  /// depth is counted from. Balance is when no force over its particle's stiffness is above `tolerance` mean edges; 0: 1e-8, or what the
+  /// digits allow. Throws Error when the solver does not get there, and leaves the body as it was.
+  void settle() { settle(DynamicRelaxation{}); }
+  void settle(Scalar tolerance) { settle(DynamicRelaxation{}, tolerance); }
+  template <EquilibriumSolver<Tissue> Solver>
+  Equilibrium<Scalar> settle(Solver const& solver, Scalar tolerance = 0) {
+    auto const found = find_balance(solver, tolerance, false, true);
+    require_balance(found, "the body does not settle", "lower link_prestrain or gravity, or raise the home stiffness");
     moving_.clear();
-    chosen_for_ = {};
-    tree_is_fitted_ = awake_ = false;
+    awake_ = false;
     state_.home.view() = state_.position.view();
     home_gravity_ = gravity_;
     home_revision_ = revision();
     this->set_normals();
+    return found;
+  }
+
+  /// Moves the body to where it would come to rest if the forces applied so far stayed: at rest, and the forces are consumed as by a step.
+  /// The home shape stays, so a later step without the forces begins the way back to it. Tolerance and errors as for settle().
+  template <EquilibriumSolver<Tissue> Solver = DynamicRelaxation>
+  Equilibrium<Scalar> solve_statics(Solver const& solver = {}, Scalar tolerance = 0) {
+    auto const found = find_balance(solver, tolerance, true, true);
+    require_balance(found, "no equilibrium was found", "lower the forces, nail the body or raise the home stiffness, or give the solver more iterations");
+    take_as_stepped();
+    return found;
+  }
+
+  /// The same, with what the solver reached in its budget, in balance or not: a static step of a simulation that shows every one.
+  /// A solver that leaves the finite numbers leaves the body where it was.
+  template <EquilibriumSolver<Tissue> Solver>
+  Equilibrium<Scalar> relax(Solver const& solver, Scalar tolerance = 0) {
+    auto const found = find_balance(solver, tolerance, true, false);
+    take_as_stepped();
+    return found;
   }
 
   /// Back to the home shape at rest: no forces, nothing held, time 0. Cuts and nails stay; restore(save()) undoes those as well.
@@ -382,6 +394,48 @@ class SoftBody : public BodyShape<TissueType> {
   }
 
   void wake() noexcept { awake_ = true; }
+
+  /// Asks a solver for the positions of the free particles and takes them, all at rest; with `only_balance`, only when they are balanced.
+  template <class Solver>
+  Equilibrium<Scalar> find_balance(Solver const& solver, Scalar tolerance, bool with_forces, bool only_balance) {
+    if (!(tolerance >= 0) || !std::isfinite(tolerance))
+      throw InvalidArgument(detail::message("a tolerance of ", tolerance, " mean edges; it must be finite and not negative"));
+    if (!(tolerance > 0)) tolerance = std::max(Scalar(1e-8), 16 * std::numeric_limits<Scalar>::epsilon() * offset_ / mean_edge_);
+    std::vector<int> free, touched(held_);
+    for (int i = 0; i < size(); ++i)
+      if (is_free(i)) free.push_back(i);
+    StaticProblem<Tissue> problem{tissue_, free, gravity_, Matrix3X<Scalar>(3, 0), tolerance * mean_edge_, {}};
+    if (with_forces) {
+      problem.applied = state_.applied.view();
+      for (int const i : forced_)
+        if (i < size()) touched.push_back(i);
+    }
+    problem.touched = touched;
+    Matrix3X<Scalar> x = positions();
+    auto const found = solver.solve(problem, x);
+    if (only_balance && !found.converged) return found;
+    for (int const i : free) {
+      state_.position[i] = x.col(i);
+      state_.velocity[i].setZero();
+      state_.remembered[i].setZero();
+    }
+    system_.forget();
+    chosen_for_ = {};
+    tree_is_fitted_ = false;
+    this->place_temporary();
+    return found;
+  }
+
+  void require_balance(Equilibrium<Scalar> const& found, std::string_view what, std::string_view remedy) const {
+    if (found.converged) return;
+    throw Error(detail::message(what, ": the largest imbalance is ", found.imbalance / mean_edge_, " of a mean edge after ", found.iterations,
+                                " iterations; ", remedy));
+  }
+
+  void take_as_stepped() noexcept {
+    clear_forces();
+    wake();
+  }
 
   /// What edits of the surface leave to do: the particles they changed, and those beside them, move on; the rest is kept.
   void follow_edits() {

@@ -113,6 +113,15 @@ class Supported : public Tissue {
   Scalar stiffness_bound(int i) const noexcept {
     return Tissue::stiffness_bound(i) + support_weight(i) * tangent_stiffness_of(law_, Scalar(0), support_length(i));
   }
+  /// The same at positions x.
+  template <class X>
+    requires BoundsItsRowsAt<Tissue>
+  Scalar stiffness_bound(int i, X const& x) const noexcept {
+    Scalar const length = (x.col(i) - centre_).norm(), rest_length = support_length(i), elongation = length - rest_length;
+    Scalar const along = std::abs(tangent_stiffness_of(law_, elongation, rest_length));
+    Scalar const across = length > 0 ? std::abs(static_cast<Scalar>(law_.tension(elongation, rest_length))) / length : Scalar(0);
+    return Tissue::stiffness_bound(i, x) + support_weight(i) * std::max(along, across);
+  }
   Scalar damping_bound(int i) const noexcept {
     return Tissue::damping_bound(i) + support_weight(i) * static_cast<Scalar>(law_.damping);
   }

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/statics/detail/net_forces.hpp>
+
+#include <cmath>
+
+namespace palpate {
+
+/// Lets the free particles swing with fictitious masses until they are in balance. The masses are the row bounds of the stiffness, so that
+/// a step of 1 is stable; velocities are dropped whenever the kinetic energy has passed a peak (kinetic damping), and the masses are
+/// taken anew there for tissue that hardens and states its bounds at x.
+///   v ← v + F/k,   x ← x + v
+/// Needs nothing but forces and row bounds, so it serves every tissue. The default of settle().
+/// Source     the dynamic relaxation of form-finding; the masses are Gershgorin's bound, see BoundsItsRows.
+/// Cost       O(iterations · elements); iterations grow with the square root of the condition number. Allocates.
+/// Limits     a law that hardens much beyond its slope at rest, in tissue that does not state its bounds at x, may swing on for ever.
+struct DynamicRelaxation {
+  int iterations = 100000;   ///< at most
+
+  template <TissueModel Tissue, RealScalar Scalar = typename Tissue::Scalar>
+  Equilibrium<Scalar> solve(StaticProblem<Tissue> const& problem, Matrix3X<Scalar>& positions) const {
+    detail::NetForces<Tissue> net(problem);
+    int const n = net.count();
+    Matrix3X<Scalar> x = positions, v = Matrix3X<Scalar>::Zero(3, n);
+    Matrix<Scalar, 1, Dynamic> mass(n);
+    auto const weigh = [&] {
+      for (int k = 0; k < n; ++k) mass[k] = detail::stiffness_at(problem.tissue, net.particle(k), x);
+    };
+    weigh();
+    Equilibrium<Scalar> result;
+    Scalar energy = 0;
+    for (;; ++result.iterations) {
+      auto const force = net.at(x);
+      net.measure(force, result);
+      if (!std::isfinite(result.imbalance)) return result;
+      if (result.converged || result.iterations >= iterations) break;
+      Scalar const last_energy = energy;
+      energy = 0;
+      for (int k = 0; k < n; ++k) {
+        if (!(mass[k] > 0)) continue;   // nothing holds it, and nothing is to move it
+        v.col(k) += force.col(k) / mass[k];
+        energy += mass[k] * v.col(k).squaredNorm();
+      }
+      if (energy < last_energy) {
+        v.setZero();
+        energy = 0;
+        weigh();
+      } else {
+        for (int k = 0; k < n; ++k) x.col(net.particle(k)) += v.col(k);
+      }
+    }
+    positions = x;
+    return result;
+  }
+};
+
+}  // namespace palpate

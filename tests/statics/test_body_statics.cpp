@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+// A body asked for its equilibrium. Yardsticks: the same body stepped until it rests, closed forms, and what it was before.
+#include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/measures.hpp>
+#include <palpate/mesh/sphere.hpp>
+#include <palpate/region/whole_body.hpp>
+#include <palpate/region/zone_of_influence.hpp>
+#include <palpate/tissue/mass_spring.hpp>
+#include <palpate/tissue/supported.hpp>
+
+#include "catch.hpp"
+#include "statics/solvers.hpp"
+
+#include <cmath>
+#include <utility>
+
+using namespace palpate;
+using palpate_test::for_each_solver;
+
+namespace {
+
+template <class S>
+MassSpring<S> skin() {
+  MassSpring<S> tissue(make_grid<S>(8, 7, S(0.01)), {.mass = {.total = S(0.05)}, .link = {.stiffness = S(50), .damping = S(0.05)},
+                                                     .home = {.stiffness = S(4), .damping = S(0.05)}});
+  tissue.nail(0);
+  return tissue;
+}
+
+template <class Body>
+void load(Body& body) {
+  using S = typename Body::Scalar;
+  body.apply_force(27, {S(0.02), S(0), S(-0.1)});
+  body.apply_force(0, {S(1), S(0), S(0)});   // on the nail
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("every solver finds where stepping comes to rest", "", float, double) {
+  using S = TestType;
+  SoftBody stepped(skin<S>(), LeapfrogVerlet{}, WholeBody{});
+  stepped.set_gravity({S(0), S(0), S(-2)});
+  stepped.drag(40, stepped.positions().col(40) + Vector3<S>(S(0.001), S(0), S(0.003)));
+  for (int k = 0; k < 12000; ++k) {
+    load(stepped);
+    REQUIRE(stepped.step(S(2e-4)));
+  }
+  REQUIRE(stepped.kinetic_energy() < S(1e-10));
+  for_each_solver([&](char const* name, auto const& solver) {
+    CAPTURE(name);
+    SoftBody body(skin<S>(), LeapfrogVerlet{}, WholeBody{});
+    body.set_gravity({S(0), S(0), S(-2)});
+    body.drag(40, body.positions().col(40) + Vector3<S>(S(0.001), S(0), S(0.003)));
+    load(body);
+    auto const found = body.solve_statics(solver, std::same_as<S, float> ? S(2e-6) : S(1e-10));
+    CHECK(found.converged);
+    CHECK(double((body.positions() - stepped.positions()).cwiseAbs().maxCoeff()) < (std::same_as<S, float> ? 1e-5 : 3e-8));
+    CHECK(body.velocities().isZero(0));
+    CHECK(body.time() == 0);
+    // The forces count as those of a step: they are felt at nail and hand, and are gone.
+    for (int const i : {0, 40}) CHECK(double((body.reaction(i) - stepped.reaction(i)).norm()) < (std::same_as<S, float> ? 2e-3 : 1e-5));
+    CHECK(body.home_position(27) == body.tissue().rest_position(27));
+  });
+}
+
+TEST_CASE("a body that was solved goes on in time, in a zone too") {
+  SoftBody body(skin<double>(), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 1});
+  load(body);
+  body.solve_statics(NewtonRaphson<>{}, 1e-9);
+  auto const deformed = body.positions().eval();
+  REQUIRE(body.displacement(27).z() < -1e-3);
+  REQUIRE(std::abs(body.displacement(30).z()) > 1e-6);   // far outside the zone
+  for (int k = 0; k < 200; ++k) {
+    load(body);
+    REQUIRE(body.step(2e-4));
+  }
+  CHECK((body.positions() - deformed).cwiseAbs().maxCoeff() < 1e-7);   // under the same force it stays
+  for (int k = 0; k < 20000 && body.step(2e-4).moving > 0; ++k) {}
+  CHECK(body.step(2e-4).moving == 0);
+  CHECK((body.positions() - body.rest_mesh().points).cwiseAbs().maxCoeff() < 1e-5);   // without it, it comes home
+}
+
+TEST_CASE("settle takes any solver and makes the balance its home, without the applied forces") {
+  for_each_solver([&](char const* name, auto const& solver) {
+    CAPTURE(name);
+    SoftBody body(skin<double>(), LeapfrogVerlet{}, WholeBody{}), plain(skin<double>(), LeapfrogVerlet{}, WholeBody{});
+    for (auto* each : {&body, &plain}) each->set_gravity({0.0, 0.0, -9.81});
+    load(body);
+    plain.settle(1e-10);
+    CHECK(body.settle(solver, 1e-10).converged);
+    CHECK((body.positions() - plain.positions()).cwiseAbs().maxCoeff() < 1e-10);
+    CHECK(body.home_position(27) == body.positions().col(27));
+  });
+}
+
+TEST_CASE("without a balance the body stays as it was and says so") {
+  // Nothing holds it against gravity.
+  for_each_solver([&](char const* name, auto solver) {
+    CAPTURE(name);
+    SoftBody body(MassSpring<double>(make_grid<double>(4, 4, 0.01), {.link = {.stiffness = 50.0}}), LeapfrogVerlet{}, WholeBody{});
+    if constexpr (requires { solver.sweeps; }) solver.sweeps = 500;
+    if constexpr (requires { solver.iterations; }) solver.iterations = 50;
+    body.apply_force(7, {0.0, 0.0, -1.0});
+    body.step(1e-4);
+    auto const x = body.positions().eval(), v = body.velocities().eval();
+    body.set_gravity({0.0, 0.0, -9.81});
+    body.apply_force(7, {0.0, 0.0, -1.0});
+    CHECK_THROWS_WITH(body.solve_statics(solver), Catch::Contains("no equilibrium was found: the largest imbalance is ") &&
+                                                      Catch::Contains(" iterations; lower the forces, nail the body or raise the home stiffness"));
+    CHECK_THROWS_WITH(body.settle(solver), Catch::Contains("the body does not settle"));
+    CHECK(body.positions() == x);
+    CHECK(body.velocities() == v);
+  });
+  SoftBody body(skin<double>(), LeapfrogVerlet{}, WholeBody{});
+  CHECK_THROWS_WITH(body.settle(DynamicRelaxation{}, -1.0), "a tolerance of -1 mean edges; it must be finite and not negative");
+  CHECK_THROWS_WITH(body.settle(LocalRelaxation{.relaxation = 2.0}), "the relaxation factor is 2; it must be above 0 and below 2");
+  CHECK_THROWS_WITH(body.settle(NewtonRaphson<>{.damping = 0.0}), "the damping of Newton's step is 0; it must be above 0 and at most 1");
+  load(body);
+  CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<TangentOverRelaxation>{.inner = {.omega = 2.0}}, 1e-12),
+                    "omega is 2; over-relaxation needs 0 < omega < 2");
+}
+
+TEST_CASE("relax takes what a budget gives, step by step towards the balance") {
+  SoftBody body(skin<double>(), LeapfrogVerlet{}, WholeBody{}), solved(skin<double>(), LeapfrogVerlet{}, WholeBody{});
+  load(solved);
+  solved.solve_statics();
+  double error = (body.positions() - solved.positions()).norm();
+  int frames = 0;
+  for (; frames < 400 && error > 1e-7; ++frames) {
+    load(body);
+    auto const found = body.relax(LocalRelaxation{.sweeps = 5});
+    CHECK(found.iterations <= 5);
+    double const now = (body.positions() - solved.positions()).norm();
+    REQUIRE(now < error);
+    error = now;
+  }
+  CHECK(frames > 3);
+  CHECK(error <= 1e-7);
+  load(body);
+  auto const timed = body.relax(LocalRelaxation{.relaxation = 0.01, .seconds = 0.0});   // no time at all: one look
+  CHECK(timed.iterations <= 1);
+}
+
+TEST_CASE("support springs lessen the loss of volume under equal forces") {
+  auto const loss = [](auto tissue) {
+    SoftBody body(std::move(tissue), LeapfrogVerlet{}, WholeBody{});
+    double const before = volume(body.mesh());
+    for (int i = 0; i < body.size(); ++i)
+      if (std::abs(body.positions()(2, i)) > 0.03) body.apply_force(i, {0.0, 0.0, body.positions()(2, i) > 0 ? -0.02 : 0.02});
+    body.solve_statics(NewtonRaphson<>{});
+    return (before - volume(body.mesh())) / before;
+  };
+  MassSpring<double> const ball(make_sphere<double>(0.05, 8), {.link = {.stiffness = 50.0}, .home = {.stiffness = 2.0}});
+  double const plain = loss(ball), some = loss(Supported(ball, LinearSpring<double>{.stiffness = 4.0}));
+  double const more = loss(Supported(ball, LinearSpring<double>{.stiffness = 20.0}));
+  CAPTURE(plain, some, more);
+  CHECK(plain > 0.02);
+  CHECK(some < 0.7 * plain);
+  CHECK(more < 0.5 * some);
+  CHECK(more > 0);
+}
