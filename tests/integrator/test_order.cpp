@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 using namespace palpate;
@@ -43,6 +44,34 @@ struct PlainLeapfrog {   // forgets that damping belongs into the middle of the 
     typename System::Matrix const a = system.acceleration(system.positions(), system.velocities());
     system.velocities() += h * a;
     system.positions() += h / 2 * system.velocities();
+  }
+};
+
+struct PlainStoermer {   // damping by the velocity of the step before, v = (x − x₋)/h: half a step late
+  static constexpr int order = 2;
+
+  template <class System>
+  void step(System& system, typename System::Scalar h) const {
+    typename System::Matrix const a = system.acceleration(system.positions(), system.velocities());
+    if (system.remembers())
+      system.velocities() += h * a;
+    else
+      system.velocities() += h / 2 * a;   // (x₁ − x₀)/h
+    system.positions() += h * system.velocities();
+    system.remembered_acceleration() = a;
+  }
+};
+
+struct PlainVelocityVerlet {   // damping at the end of the step by the velocity of its start
+  static constexpr int order = 2;
+
+  template <class System>
+  void step(System& system, typename System::Scalar h) const {
+    using Matrix = typename System::Matrix;
+    Matrix const a = system.acceleration(system.positions(), system.velocities());
+    system.positions() += h * system.velocities() + h * h / 2 * a;
+    Matrix const later = system.acceleration(system.positions(), system.velocities());
+    system.velocities() += h / 2 * (a + later);
   }
 };
 
@@ -134,6 +163,20 @@ std::array<double, 2> local_orders(I const& integrator, double h) {
   return {std::log2(error[0][0] / error[1][0]), std::log2(error[0][1] / error[1][1])};
 }
 
+/// Distance of TwoParticles from where they should be after a second with 64 steps.
+template <class I>
+double global_error(I const& integrator) {
+  testing::TwoParticles system;
+  for (int k = 0; k < 64; ++k) system.advance(integrator, 1.0 / 64);
+  return (system.positions() - testing::TwoParticles::reference_positions()).norm();
+}
+
+template <class I>
+void print_orders(char const* name) {
+  std::array<double, 2> const local = local_orders(I{}, 1.0 / 64);
+  std::printf("| %s | %.2f | %.2f | %.2f | %.1e |\n", name, local[0], local[1], testing::measured_order(I{}), global_error(I{}));
+}
+
 /// Impulse response of m x″ + d x′ + k x = 0, x(0) = 0, x′(0) = 0.5, ω = 4.
 double impulse_response(double ratio, double t) {
   double const decay = std::exp(-ratio * 4.0 * t);
@@ -191,6 +234,23 @@ TEST_CASE("Dormand and Prince's step gives up with a position that is not a numb
   poles.velocities().setConstant(std::numeric_limits<double>::infinity());
   poles.advance(DormandPrince{}, 1.0);
   CHECK(!poles.positions().allFinite());
+}
+
+TEST_CASE("damping at the wrong time level costs the Verlet forms an order, and digits") {
+  CHECK(testing::measured_order(PlainLeapfrog{}) == Approx(1.0).margin(0.1));
+  CHECK(testing::measured_order(PlainStoermer{}) == Approx(1.0).margin(0.1));
+  CHECK(testing::measured_order(PlainVelocityVerlet{}) == Approx(1.0).margin(0.1));
+  // Errors after a second with 64 steps.
+  CHECK(global_error(PlainLeapfrog{}) > 10 * global_error(LeapfrogVerlet{}));
+  CHECK(global_error(PlainStoermer{}) > 10 * global_error(StoermerVerlet{}));
+  CHECK(global_error(PlainVelocityVerlet{}) > 10 * global_error(VelocityVerlet{}));
+}
+
+TEST_CASE("the table of orders and errors in docs/integrators.md", "[.table]") {
+  print_orders<ExplicitEuler>("ExplicitEuler"), print_orders<SymplecticEuler>("SymplecticEuler"), print_orders<StoermerVerlet>("StoermerVerlet");
+  print_orders<LeapfrogVerlet>("LeapfrogVerlet"), print_orders<VelocityVerlet>("VelocityVerlet"), print_orders<ExplicitMidpoint>("ExplicitMidpoint");
+  print_orders<RungeKutta4>("RungeKutta4"), print_orders<PlainStoermer>("plain Stoermer"), print_orders<PlainLeapfrog>("plain leapfrog");
+  print_orders<PlainVelocityVerlet>("plain velocity Verlet");
 }
 
 TEST_CASE("the laws catch integrators that break them") {
