@@ -157,6 +157,21 @@ TEST_CASE("a particle alone on its home spring has exactly the ratio asked for")
   }
 }
 
+TEST_CASE("what damping costs leapfrog's stable step is what the manual says") {
+  double const undamped = SoftBody(GridScene{.link_damping = 0.0, .home_damping = 0.0}.tissue(), LeapfrogVerlet{}, WholeBody{}).stable_step();
+  for (double const ratio : {0.1, 0.5, 1.0})
+    for (auto const goal : {DampingGoal::at_most, DampingGoal::at_least}) {
+      auto tissue = GridScene{}.tissue();
+      auto const proposal = damping_for(tissue, ratio, goal);
+      set_damping(tissue, proposal);
+      double const most = proposal.most_ratio;
+      double const factor = undamped / SoftBody(tissue, LeapfrogVerlet{}, WholeBody{}).stable_step();
+      CAPTURE(ratio, most);
+      CHECK(factor < 1.03 * (std::sqrt(1 + 4 * most * most) + 2 * most));   // γ is raised by 5 % like κ
+      CHECK(factor > 0.85 * (std::sqrt(1 + 4 * most * most) + 2 * most));
+    }
+}
+
 TEST_CASE("a body damped critically at least does not swing") {
   auto tissue = Scene{.uneven = true}.tissue();
   set_damping(tissue, damping_for(tissue, 1.0, DampingGoal::at_least));

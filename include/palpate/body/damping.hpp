@@ -32,7 +32,7 @@ struct DampingProposal {
 ///            share σ² of its ω² from home springs, Σ c_i u_i² ≤ 2ζσ, so γ ≤ 2ζ (σ + (ω² − σ²)/(Ω + s)) ≤ 2ζω: slow and fast modes have
 ///            almost ζ, those between less, down to `least_ratio`. Leapfrog's stable step is √(1 + 4ζ²) + 2ζ times smaller.
 /// at_least   c_i = α m_i, c_ij = β T′_ij(0) with (α − β s²) β = ζ²: γ ≥ (α − β s²) + β ω² ≥ 2ζω for every ω, also without home
-///            springs. The price: the fastest modes have up to `most_ratio`, and the stable step shrinks by about twice that.
+///            springs. The price: the slowest and the fastest modes have up to `most_ratio`, and the stable step shrinks accordingly.
 /// Guarantee  for the body linearised at its rest shape without pre-tension, Ω as ModalEstimate finds it. −Re λ/|λ| of every
 ///            eigenvalue of the damped body lies between least_ratio and most_ratio.
 /// Units      ζ without, β [s], α [1/s].

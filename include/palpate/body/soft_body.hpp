@@ -188,7 +188,8 @@ class SoftBody : public BodyShape<TissueType> {
   /// Advances by a duration [s] in the fewest equal steps not above stable_step(), which is found anew after an edit of the tissue.
   /// Forces applied before act through all of them. Where that would be more than `substeps.most` steps, those are taken, each a
   /// stable one: the body falls behind, as the report and time() tell, it does not diverge. Where no step is stable, the duration is
-  /// split into `substeps.most` and the report says above_stable_step.
+  /// split into `substeps.most` and the report says above_stable_step. What has to happen between the steps, like correct(), needs a loop
+  /// of one's own: split_duration() says how many.
   StepReport<Scalar> advance(Scalar duration, Substeps const& substeps = {}) {
     require_duration("a duration", duration);
     if (substeps.most < 1) throw InvalidArgument(detail::message("at most ", substeps.most, " substeps; it must be at least 1"));
