@@ -23,7 +23,7 @@ concept TangentSolver = requires(Solver const& solver, TangentMatrix<Scalar> con
 /// Conjugate gradients, preconditioned with the diagonal blocks. Until |f − K p| ≤ tolerance |f| in the preconditioner's norm.
 /// Cost       one product an iteration; iterations grow with the root of the condition number. Allocates.
 struct TangentConjugateGradients {
-  double tolerance = 1e-8;
+  double tolerance = 1e-4;
   int iterations = 10000;
 
   template <RealScalar Scalar>
@@ -66,7 +66,7 @@ struct TangentConjugateGradients {
 /// Cost       one product a sweep; sweeps grow with the condition number (ω = 1), or its root (the best ω, near 2 for large bodies). Allocates.
 struct TangentOverRelaxation {
   double omega = 1.7;
-  double tolerance = 1e-9;
+  double tolerance = 1e-5;
   int sweeps = 20000;
 
   template <RealScalar Scalar>
