@@ -48,8 +48,6 @@ struct PlainLeapfrog {   // forgets that damping belongs into the middle of the 
 };
 
 struct PlainStoermer {   // damping by the velocity of the step before, v = (x − x₋)/h: half a step late
-  static constexpr int order = 2;
-
   template <class System>
   void step(System& system, typename System::Scalar h) const {
     typename System::Matrix const a = system.acceleration(system.positions(), system.velocities());
@@ -63,8 +61,6 @@ struct PlainStoermer {   // damping by the velocity of the step before, v = (x �
 };
 
 struct PlainVelocityVerlet {   // damping at the end of the step by the velocity of its start
-  static constexpr int order = 2;
-
   template <class System>
   void step(System& system, typename System::Scalar h) const {
     using Matrix = typename System::Matrix;
