@@ -9,7 +9,9 @@
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/maximum_elongation.hpp>
+#include <palpate/tissue/supported.hpp>
 
+#include "allocation_trap.hpp"
 #include "catch.hpp"
 
 #include <algorithm>
@@ -170,4 +172,23 @@ TEST_CASE("in a zone only what moves is corrected, and a body that never stepped
   CHECK(body.displacement(112).z() < -1e-3);
   CHECK((body.positions().col(0) - rest.col(0)).norm() == 0);
   CHECK(largest_strain(body.tissue(), body.positions()) < 0.052);
+}
+
+TEST_CASE("a correction does not allocate, and supported tissue does not after its first step") {
+  REQUIRE(palpate_test::trap_works());
+  SoftBody body(Supported(MassSpring<double>(make_grid<double>(15, 15, 0.01), {.link = {.stiffness = 5.0, .damping = 0.01}, .home = {.stiffness = 0.1}}),
+                          LinearSpring<double>{.stiffness = 0.1}, {0.07, 0.07, -0.1}),
+                LeapfrogVerlet{}, WholeBody{});
+  auto const tick = [&] {
+    body.apply_force(112, {0.0, 0.0, -1.0});
+    body.step(1e-3);
+    return body.correct(MaximumElongation{.limit = 0.02});
+  };
+  tick();
+  palpate_test::AllocationCount const allocations;
+  int sweeps = 0;
+  for (int k = 0; k < 20; ++k) sweeps += tick().sweeps;
+  long const count = allocations.count();
+  CHECK(count == 0);
+  CHECK(sweeps > 20);
 }

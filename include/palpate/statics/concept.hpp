@@ -44,7 +44,8 @@ struct Equilibrium {
 
 /// Finds the positions where springs, gravity and applied forces balance on every free particle: F(x) + f = 0.
 /// What the syntax can not say, and tests check: only columns of free particles change; `positions` is where the search starts and,
-/// when it is finite, where it ended, converged or not; what is stable against small pushes is found, not a saddle.
+/// when it is finite, where it ended, converged or not; what is stable against small pushes is found, not a saddle, unless the start is
+/// as symmetric as the saddle.
 template <class Solver, class Tissue>
 concept EquilibriumSolver =
     TissueModel<Tissue> && requires(Solver const& solver, StaticProblem<Tissue> const& problem, Matrix3X<typename Tissue::Scalar>& positions) {
