@@ -496,6 +496,46 @@ TEMPLATE_TEST_CASE("a tip that went into a thin plate from the top does not come
   }
 }
 
+// The yardstick is the undisturbed plate and sheet: which side and which place the tip came to is known before they are folded.
+TEMPLATE_TEST_CASE("tissue turned over under the tip does not hand the contact to another part", "[body][touch]", float, double) {
+  using S = TestType;
+  SECTION("a plate turned over: the underside now lies on top and looks up") {
+    auto body = body_of(slab<S>(S(0.002)));
+    Touch<S> touch;
+    touch.update(body, at<S>(0.0512, 0.0533, 0.001));
+    REQUIRE(touch.update(body, at<S>(0.0512, 0.0533, -0.0005)).touching);
+    for (int i = 0; i < body.size(); ++i) {
+      Vector3<S> const home = body.home_position(i);
+      body.drag(i, Vector3<S>(S(0.1024) - home.x(), home.y(), S(-0.002) - home.z()));
+    }
+    for (int tick = 0; tick < 20; ++tick) {
+      auto const& contact = touch.update(body, at<S>(0.0512, 0.0533, -0.0005));
+      REQUIRE(contact.touching);
+      REQUIRE(contact.normal.z() > S(0.999));
+      REQUIRE(contact.home_point.z() > -rounding<S>);
+      REQUIRE(contact.depth == Approx(0.0005).margin(double(10 * rounding<S>)));
+    }
+    for (int i = 0; i < body.size(); ++i) body.drag(i, body.home_position(i));
+    CHECK_FALSE(touch.update(body, at<S>(0.0512, 0.0533, 0.0001)).touching);
+  }
+  SECTION("a sheet whose far end is folded over the touched place, which looks down") {
+    auto body = body_of(sheet<S>());
+    Touch<S> touch;
+    touch.update(body, at<S>(0.0212, 0.0533, 0.001));
+    REQUIRE(touch.update(body, at<S>(0.0212, 0.0533, -0.001)).touching);
+    for (int i = 0; i < body.size(); ++i) {
+      Vector3<S> x = body.home_position(i);
+      if (x.x() < S(0.046))
+        x = at<S>(0.0424 - double(x.x()), double(x.y()), -0.002);   // turned about the tip's line
+      else
+        x.x() -= S(0.05);                                           // moved, the right way up
+      body.drag(i, x);
+    }
+    auto const& contact = touch.update(body, at<S>(0.0212, 0.0533, -0.001));
+    if (contact.touching) CHECK(contact.home_point.x() < S(0.046));
+  }
+}
+
 TEMPLATE_TEST_CASE("in a gap between two walls the tip touches the one it goes into", "[body][touch]", float, double) {
   using S = TestType;
   auto const lower = sheet<S>();

@@ -30,7 +30,8 @@ struct SurfaceContact {
 /// Contact begins when the tip comes from outside onto the surface as it is now; a tip that starts behind the surface touches nothing
 /// until it has been in front of it. A tip that passes a thin part within a tick touches the side it came from. From then on the touched point is where the line through the tip along the normal meets
 /// the surface, found by walking from triangle to triangle, so that it never jumps to another part of the body. Only where a wound
-/// or a border stops the walk, the surface around the last touched point is searched.
+/// or a border stops the walk, or tissue that is turned over, the surface around the last touched point is searched. What is found
+/// has to be near it in the undisturbed body too, and look the same way; else the contact stays where it was.
 /// Contact ends when the tip is above the surface, both as it is now and undisturbed.
 ///   depth = r − (tip − home point)·n
 /// Units      m.
@@ -115,6 +116,7 @@ class Touch {
       front_ = nearest.triangle;
     } else if (outside_) {
       contact_.touching = true;
+      tip_on_surface_ = tip;
       place(body, nearest.triangle, nearest.barycentric, tip);
       if (contact_.depth > 0) follow(body, tip);
     }
@@ -129,6 +131,7 @@ class Touch {
     if (walk(body, tip, triangle, barycentric) == Walk::there) {
       place(body, triangle, barycentric, tip);
       contact_.touching = !is_above(tip);
+      tip_on_surface_ = tip;
     }
     if (!contact_.touching) contact_ = {};
     return contact_.touching;
@@ -181,26 +184,55 @@ class Touch {
   enum class Walk { there, border, behind };
 
   /// Finds the triangle that the line through the tip along the normal meets: by walking from the last one; where a wound or a border
-  /// lies in the way, from the surface nearest to the tip, seen at the level of the last touched point.
+  /// lies in the way, from the surface nearest to the tip, seen at the level of the last touched point. A triangle that belongs to another
+  /// part of the body is not taken: from above a border the tip is then beside the surface, else the contact stays where it was.
   template <class Body>
   void follow(Body& body, Vector const& tip) {
     contact_.off_surface = false;
     int triangle = contact_.triangle;
     Vector barycentric = contact_.barycentric;
-    Walk const first = walk(body, tip, triangle, barycentric);
+    bool stays = false;
+    Vector const& n = contact_.normal;
+    Walk first = walk(body, tip, triangle, barycentric);
+    if (first == Walk::there && !looks_as_before(body, triangle, barycentric)) first = Walk::behind;
     if (first != Walk::there) {
-      Vector const& n = contact_.normal;
       SurfacePoint<Scalar> const nearest = body.nearest_point(tip + (contact_.point - tip).dot(n) * n);
       int other = nearest.triangle;
       Vector weights = nearest.barycentric;
-      if (nearest.found() && walk(body, tip, other, weights) == Walk::there)
+      if (nearest.found() && walk(body, tip, other, weights) == Walk::there && looks_as_before(body, other, weights) &&
+          is_near(body, other, weights, tip))
         triangle = other, barycentric = weights;
       else if (first == Walk::border)
         contact_.off_surface = true;
       else
-        triangle = contact_.triangle, barycentric = contact_.barycentric;   // seen from behind: stay where the contact was
+        triangle = contact_.triangle, barycentric = contact_.barycentric, stays = true;   // seen from behind: stay where the contact was
     }
+    if (!contact_.off_surface && !stays) tip_on_surface_ = tip;
     place(body, triangle, barycentric, tip);
+  }
+
+  /// Whether the undisturbed surface at a point looks to the side where the contact is.
+  template <class Body>
+  bool looks_as_before(Body const& body, int t, Vector const& w) const {
+    auto const c = body.tissue().surface().corners(t);
+    Vector normal = Vector::Zero();
+    for (std::size_t k = 0; k < 3; ++k) normal += w[static_cast<int>(k)] * body.home_normal(c[k]);
+    return normal.dot(contact_.normal) > 0;
+  }
+
+  /// Whether a point is, in the undisturbed body, no farther from the last touched point than the tip has gone since it was on it: within
+  /// twice that, for tissue that is pushed together, and an edge of both triangles.
+  template <class Body>
+  bool is_near(Body const& body, int t, Vector const& w, Vector const& tip) const {
+    auto const c = body.tissue().surface().corners(t), last = body.tissue().surface().corners(contact_.triangle);
+    Vector home = Vector::Zero();
+    Scalar edge = 0, edge_before = 0;   // squared
+    for (std::size_t k = 0; k < 3; ++k) {
+      home += w[static_cast<int>(k)] * body.home_position(c[k]);
+      edge = std::max(edge, (body.home_position(c[k]) - body.home_position(c[(k + 1) % 3])).squaredNorm());
+      edge_before = std::max(edge_before, (body.home_position(last[k]) - body.home_position(last[(k + 1) % 3])).squaredNorm());
+    }
+    return (home - contact_.home_point).norm() <= 2 * (tip - tip_on_surface_).norm() + std::sqrt(edge) + std::sqrt(edge_before);
   }
 
   /// Walks from `t` towards the line through the tip along the normal. At a border: the nearest point of the last edge.
@@ -261,6 +293,7 @@ class Touch {
   SurfaceContact<Scalar> contact_;
   Scalar radius_;
   Vector last_tip_ = Vector::Zero();
+  Vector tip_on_surface_ = Vector::Zero();   // where the tip was when the touched point was last under it
   bool outside_ = false;
   int front_ = -1;   // the triangle that the tip was nearest to when it was outside
 };
