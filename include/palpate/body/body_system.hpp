@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/columns.hpp>
+#include <palpate/core/padded_columns.hpp>
 #include <palpate/integrator/concept.hpp>
 #include <palpate/tissue/concept.hpp>
 
 #include <array>
+#include <concepts>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -14,20 +16,21 @@ namespace palpate {
 
 /// The moving particles of a body as an integrator sees them (concept `System`): columns 0 … n−1, with the particles that hold the
 /// border of the moving set behind them. The columns stay from step to step; they are gathered again only after a change from outside.
-/// Cost       acceleration is O(elements of the moving set); nothing is allocated once the largest set has been seen. Without a border
-///            x and v are used where they are.
+/// Layout     a fourth row of zeros stands under each column, so that it is one or two registers; wide() shows it.
+/// Cost       acceleration is O(elements of the moving set); nothing is allocated once the largest set has been seen. What this class
+///            handed out is used where it is; another x or v is copied first.
 template <TissueModel Tissue>
 class BodySystem {
  public:
   using Scalar = typename Tissue::Scalar;
   using Matrix = Matrix3X<Scalar>;
 
-  auto positions() noexcept { return x_.view().leftCols(moving_); }
-  auto velocities() noexcept { return v_.view().leftCols(moving_); }
-  auto remembered_acceleration() noexcept { return memory_.view(); }
+  NarrowView<Scalar> positions() noexcept { return x_.view(moving_); }
+  NarrowView<Scalar> velocities() noexcept { return v_.view(moving_); }
+  NarrowView<Scalar> remembered_acceleration() noexcept { return memory_.view(); }
   bool remembers() const noexcept { return remembers_; }
 
-  auto scratch(int k) noexcept {   // sized on demand: most integrators use few
+  NarrowView<Scalar> scratch(int k) noexcept {   // sized on demand: most integrators use few
     auto& columns = scratch_[static_cast<std::size_t>(k)];
     if (columns.size() != moving_) columns.resize(moving_);
     return columns.view();
@@ -42,10 +45,18 @@ class BodySystem {
 
   template <class X, class V, class Out>
   void acceleration(Eigen::MatrixBase<X> const& x, Eigen::MatrixBase<V> const& v, Out&& out) {
-    auto force = force_.view();
-    force.setZero();
-    assembly_.add_forces(with_border(x.derived(), x_, border_x_), with_border(v.derived(), v_, border_v_), force);
-    out = force.leftCols(moving_).cwiseProduct(inverse_mass_.view()) + applied_.view();
+    auto const at = with_border(x.derived(), x_, border_x_);
+    auto const speed = with_border(v.derived(), v_, border_v_);
+    auto&& result = wide(out);
+    if constexpr (requires { assembly_.accelerate(at, speed, inverse_mass_.data(), applied_.wide(), force_.wide(), result); }) {
+      assembly_.accelerate(at, speed, inverse_mass_.data(), applied_.wide(), force_.wide(), result);
+    } else {
+      auto force = force_.view();
+      assembly_.add_forces(narrow(at), narrow(speed), force);
+      for (int i = 0; i < moving_; ++i)
+        result.col(i).template head<3>() = inverse_mass_[static_cast<std::size_t>(i)] * force.col(i) + applied_[i];
+      force_.set_zero();
+    }
   }
 
   int moving() const noexcept { return moving_; }
@@ -59,13 +70,14 @@ class BodySystem {
     moving_ = static_cast<int>(moving.size());
     int const all = static_cast<int>(assembly_.particles().size());
     for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_}) columns->resize(all);
-    for (auto* columns : {&memory_, &applied_, &inverse_mass_}) columns->resize(moving_);
+    for (auto* columns : {&memory_, &applied_}) columns->resize(moving_);
+    inverse_mass_.resize(static_cast<std::size_t>(moving_));
     in_order_ = moving_ == tissue.size();
     for (int k = 0; k < moving_; ++k) {
       int const p = moving[static_cast<std::size_t>(k)];
       in_order_ = in_order_ && p == k;
       place_[static_cast<std::size_t>(p)] = k;
-      inverse_mass_[k].setConstant(1 / tissue.mass(p));
+      inverse_mass_[static_cast<std::size_t>(k)] = 1 / tissue.mass(p);
     }
     pushed_.clear();
     is_gathered_ = false;
@@ -73,7 +85,8 @@ class BodySystem {
 
   /// Room for sets up to this size, so that choosing them does not allocate.
   void reserve(int particles, int links) {
-    for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_, &memory_, &applied_, &inverse_mass_}) columns->reserve(particles);
+    for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_, &memory_, &applied_}) columns->reserve(particles);
+    inverse_mass_.reserve(static_cast<std::size_t>(particles));
     for (auto& columns : scratch_) columns.reserve(particles);
     place_.reserve(static_cast<std::size_t>(particles)), pushed_.reserve(2 * static_cast<std::size_t>(particles));
     if constexpr (requires { assembly_.reserve(particles, links); }) assembly_.reserve(particles, links);
@@ -87,6 +100,7 @@ class BodySystem {
   void gather(State const& state, std::span<int const> forced, Vector3<Scalar> const& gravity, bool remembers) {
     remembers_ = remembers;
     if (!is_gathered_) {
+      for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &memory_, &applied_}) columns->set_zero();   // a step that diverged leaves none
       auto const particles = assembly_.particles();
       for (int k = 0; k < x_.size(); ++k) {
         int const p = particles[static_cast<std::size_t>(k)];
@@ -103,7 +117,7 @@ class BodySystem {
     for (int const p : forced) {
       int const k = place_[static_cast<std::size_t>(p)];
       if (k < 0) continue;
-      applied_[k] = state.applied[p].cwiseProduct(inverse_mass_[k]) + gravity;
+      applied_[k] = inverse_mass_[static_cast<std::size_t>(k)] * state.applied[p] + gravity;
       pushed_.push_back(k);
     }
   }
@@ -112,9 +126,9 @@ class BodySystem {
   template <class State>
   void scatter(State& state) const {
     if (in_order_) {
-      state.position.view() = x_.view();
-      state.velocity.view() = v_.view();
-      state.remembered.view() = memory_.view();
+      state.position.wide() = x_.wide();
+      state.velocity.wide() = v_.wide();
+      state.remembered.wide() = memory_.wide();
       return;
     }
     for (int i = 0; i < moving_; ++i) {
@@ -125,18 +139,27 @@ class BodySystem {
     }
   }
 
+  /// Whether every moving particle is within `bound` [m] of the origin and has a finite velocity; may say no where it is close.
+  bool is_within(Scalar bound) const noexcept {
+    auto const x = x_.wide().leftCols(moving_);
+    auto const v = v_.wide().leftCols(moving_);
+    return x.squaredNorm() < bound * bound && v.squaredNorm() <= std::numeric_limits<Scalar>::max();   // no NaN passes either
+  }
+
  private:
-  using Map = Eigen::Map<Matrix const>;
+  using Narrow = typename PaddedColumns<Scalar>::ConstView;
+  static Narrow narrow(WideView<Scalar> const& columns) noexcept { return Narrow(columns.data(), 3, columns.cols()); }
 
   /// x and behind it the border: where both lie so in memory already, or copied into `buffer`, which holds the border.
   template <class X>
-  Map with_border(X const& x, Columns<Scalar, 3> const& own, Columns<Scalar, 3>& buffer) const {
-    if constexpr (requires { x.data(); x.outerStride(); }) {
-      bool const is_whole = own.size() == moving_ && x.outerStride() == 3;
-      if (is_whole || x.data() == own.view().data()) return Map(x.data(), 3, own.size());
-    }
-    buffer.view().leftCols(moving_) = x;
-    return Map(buffer.view().data(), 3, buffer.size());
+  WideView<Scalar> with_border(X const& x, PaddedColumns<Scalar>& own, PaddedColumns<Scalar>& buffer) const {
+    if constexpr (std::same_as<X, NarrowView<Scalar>> || std::same_as<X, WideView<Scalar>>)
+      if (own.size() == moving_ || x.data() == own.wide().data()) return WideView<Scalar>(const_cast<Scalar*>(x.data()), 4, own.size());
+    if constexpr (int{X::RowsAtCompileTime} == 4)
+      buffer.wide().leftCols(moving_) = x;
+    else
+      buffer.view(moving_) = x;
+    return buffer.wide();
   }
 
   typename Tissue::Assembly assembly_;
@@ -144,9 +167,10 @@ class BodySystem {
   bool remembers_ = false;
   bool is_gathered_ = false;
   bool in_order_ = false;                                    // the moving set is all particles in the body's order
-  Columns<Scalar, 3> x_, v_, border_x_, border_v_, force_;   // moving set, then border
-  Columns<Scalar, 3> memory_, applied_, inverse_mass_;       // moving set; applied and inverse mass as accelerations, three rows
-  std::array<Columns<Scalar, 3>, 12> scratch_;
+  PaddedColumns<Scalar> x_, v_, border_x_, border_v_, force_;   // moving set, then border; force_ is zero between calls
+  PaddedColumns<Scalar> memory_, applied_;                      // moving set; applied forces and gravity as accelerations
+  std::array<PaddedColumns<Scalar>, 12> scratch_;
+  std::vector<Scalar> inverse_mass_;   // 1/kg, moving set
   std::vector<int> place_;    // particle of the body → column, −1 outside the moving set
   std::vector<int> pushed_;   // columns that a force was applied to in the last step
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/columns.hpp>
+#include <palpate/core/padded_columns.hpp>
 
 #include <array>
 #include <cstddef>
@@ -13,13 +13,13 @@ namespace palpate {
 /// Shapes     3 × n each, one column per particle, in the order of the mesh.
 template <RealScalar Scalar>
 struct ParticleState {
-  Columns<Scalar, 3> position;     // m
-  Columns<Scalar, 3> velocity;     // m/s
-  Columns<Scalar, 3> remembered;   // m/s², the integrator's memory
-  Columns<Scalar, 3> home;         // m, the undisturbed shape: depth is counted from there
-  Columns<Scalar, 3> normal;       // smooth outward unit normal of the undisturbed shape
-  Columns<Scalar, 3> applied;      // N, for the next step
-  Columns<Scalar, 3> load;         // N, applied during the last step
+  PaddedColumns<Scalar> position;     // m
+  PaddedColumns<Scalar> velocity;     // m/s
+  PaddedColumns<Scalar> remembered;   // m/s², the integrator's memory
+  PaddedColumns<Scalar> home;         // m, the undisturbed shape: depth is counted from there
+  PaddedColumns<Scalar> normal;       // smooth outward unit normal of the undisturbed shape
+  PaddedColumns<Scalar> applied;      // N, for the next step
+  PaddedColumns<Scalar> load;         // N, applied during the last step
   std::vector<char> held;          // 1 while something outside decides the position
 
   int size() const noexcept { return position.size(); }
@@ -27,7 +27,7 @@ struct ParticleState {
   void resize(int particles) {
     for (auto* columns : all()) {
       columns->resize(particles);
-      columns->view().setZero();
+      columns->set_zero();
     }
     held.assign(static_cast<std::size_t>(particles), 0);
   }
@@ -71,7 +71,7 @@ struct ParticleState {
   }
 
  private:
-  std::array<Columns<Scalar, 3>*, 7> all() noexcept {
+  std::array<PaddedColumns<Scalar>*, 7> all() noexcept {
     return {&position, &velocity, &remembered, &home, &normal, &applied, &load};
   }
 };

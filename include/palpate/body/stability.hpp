@@ -72,6 +72,20 @@ class ModalEstimate {
     return modes;
   }
 
+  /// The largest κ and γ seen along the last fastest modes, where the body is now: not above its true ones, not raised, and one product
+  /// each. The least damping is not looked for.
+  template <class X, class Moves>
+  ModalBounds<Scalar> follow(Tissue const& tissue, X const& x, Moves moves) {
+    if constexpr (MultipliesStiffness<Tissue>) {
+      ModalBounds<Scalar> modes;
+      modes.stiffness = followed(tissue, moves, stiffest_, [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
+      modes.damping = followed(tissue, moves, most_damped_, [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
+      return modes;
+    } else {
+      return row_bounds(tissue, x, moves);
+    }
+  }
+
   /// What the last answer cost: products with the stiffness and with the damping.
   int products() const noexcept { return products_; }
 
@@ -98,30 +112,56 @@ class ModalEstimate {
     }
     Scalar value = 0;
     for (int k = 0; k < 60; ++k) {
-      Scalar norm = 0;   // dᵀ M d
-      for (int i = 0; i < n; ++i) {
-        if (!moves(i)) d.col(i).setZero();
-        norm += tissue.mass(i) * d.col(i).squaredNorm();
-      }
-      if (!(norm > 0)) return 0;
-      y.setZero();
-      add_product(d, y);
-      ++products_;
       Scalar const last = value;
-      value = y.cwiseProduct(d).sum() / norm;
-      if (k > 4 && std::abs(value - last) <= Scalar(1e-4) * value) break;
-      Scalar size = 0;
-      for (int i = 0; i < n; ++i) {
-        if (moves(i))
-          y.col(i) /= tissue.mass(i);
-        else
-          y.col(i).setZero();
-        size = std::max(size, y.col(i).cwiseAbs().maxCoeff());
-      }
-      if (!(size > 0)) return 0;
-      d = y / size;
+      value = quotient(tissue, moves, d, y, add_product);
+      if (!(value > 0) || (k > 4 && std::abs(value - last) <= Scalar(1e-4) * value)) break;
+      if (!turn(tissue, moves, d, y)) return 0;
     }
     return value * Scalar(1.05);
+  }
+
+  /// dᵀA d / dᵀM d of the free particles, with A d in y: not above the largest eigenvalue. 0 where nothing moves.
+  template <class Moves, class View, class Product>
+  Scalar quotient(Tissue const& tissue, Moves moves, View d, View y, Product add_product) {
+    Scalar norm = 0;
+    for (int i = 0; i < tissue.size(); ++i) {
+      if (!moves(i)) d.col(i).setZero();
+      norm += tissue.mass(i) * d.col(i).squaredNorm();
+    }
+    if (!(norm > 0)) return 0;
+    y.setZero();
+    add_product(d, y);
+    ++products_;
+    return y.cwiseProduct(d).sum() / norm;
+  }
+
+  /// d becomes M⁻¹y, its largest entry 1; false where that is zero.
+  template <class Moves, class View>
+  static bool turn(Tissue const& tissue, Moves moves, View d, View y) {
+    Scalar size = 0;
+    for (int i = 0; i < tissue.size(); ++i) {
+      if (moves(i))
+        y.col(i) /= tissue.mass(i);
+      else
+        y.col(i).setZero();
+      size = std::max(size, y.col(i).cwiseAbs().maxCoeff());
+    }
+    if (!(size > 0)) return false;
+    d = y / size;
+    return true;
+  }
+
+  /// One turn of the power iteration, on from a mode; without it, or after an edit, 0. A trace of other modes is kept alive.
+  template <class Moves, class Product>
+  Scalar followed(Tissue const& tissue, Moves moves, Columns3& mode, Product add_product) {
+    if (mode.size() != tissue.size()) return 0;
+    auto d = mode.view();
+    auto y = y_.view();
+    for (int i = 0; i < tissue.size(); ++i)
+      d.col(i) += Scalar(0.003) * Vector3<Scalar>(uneven(3 * i + products_), uneven(3 * i + 1 + products_), uneven(3 * i + 2 + products_));
+    Scalar const value = quotient(tissue, moves, d, y, add_product);
+    if (value > 0) turn(tissue, moves, d, y);
+    return value;
   }
 
   static Scalar uneven(int k) noexcept {

@@ -8,7 +8,8 @@
 
 namespace palpate {
 
-/// A matrix of Rows × n that grows and shrinks at its last column, as particles and triangles do while tissue is cut.
+/// A matrix of Rows × n that grows and shrinks at its last column, as particles and triangles do while tissue is cut. Its memory is
+/// aligned as Eigen's own.
 /// Cost       push_back is amortised O(Rows); nothing is allocated while n stays within what was reserved.
 /// Limits     a view is void after the next push_back, resize or reserve.
 template <class T, int Rows>
@@ -48,7 +49,7 @@ class Columns {
  private:
   static std::size_t offset(int column) noexcept { return static_cast<std::size_t>(column) * Rows; }
 
-  std::vector<T> data_;
+  std::vector<T, Eigen::aligned_allocator<T>> data_;
 };
 
 }  // namespace palpate

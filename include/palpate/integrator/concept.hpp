@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/wide.hpp>
 
 #include <concepts>
 
@@ -15,7 +16,7 @@ namespace palpate {
 ///   remembered_acceleration()     assignable 3 × n: what the integrator left there at its last step; it travels with its
 ///                                 particle through cuts and is zero for a particle that has just begun to move
 ///   remembers()                   false before the first step, after reset() and when the integrator left nothing
-/// Applied forces are constant during the step.
+/// Applied forces are constant during the step. What a body hands out may have zeros between its columns: wide() computes through them.
 template <class S>
 concept System = requires(S& system, typename S::Matrix& columns, int k) {
   typename S::Scalar;

@@ -18,10 +18,12 @@ struct ExplicitEuler {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& a = system.scratch(0);
-    system.acceleration(system.positions(), system.velocities(), a);
-    system.positions() += h * system.velocities();
-    system.velocities() += h * a;
+    auto&& x = wide(system.positions());
+    auto&& v = wide(system.velocities());
+    auto&& a = wide(system.scratch(0));
+    system.acceleration(x, v, a);
+    x += h * v;
+    v += h * a;
   }
 
   /// The amplification polynomial λ² − (2 − hγ)λ + 1 − hγ + h²κ has its roots in the unit disc iff h κ ≤ γ and 4 − 2hγ + h²κ ≥ 0.

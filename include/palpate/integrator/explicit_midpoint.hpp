@@ -21,17 +21,17 @@ struct ExplicitMidpoint {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& a = system.scratch(0);
-    auto&& v = system.scratch(1);         // at the start of the step
-    auto&& middle_v = system.scratch(2);
-    auto&& middle_x = system.scratch(3);
-    v = system.velocities();
-    system.acceleration(system.positions(), v, a);
+    auto&& a = wide(system.scratch(0));
+    auto&& v = wide(system.scratch(1));         // at the start of the step
+    auto&& middle_v = wide(system.scratch(2));
+    auto&& middle_x = wide(system.scratch(3));
+    v = wide(system.velocities());
+    system.acceleration(wide(system.positions()), v, a);
     middle_v = v + h / 2 * a;
-    middle_x = system.positions() + h / 2 * v;
+    middle_x = wide(system.positions()) + h / 2 * v;
     system.acceleration(middle_x, middle_v, a);
-    system.positions() += h * middle_v;
-    system.velocities() = v + h * a;
+    wide(system.positions()) += h * middle_v;
+    wide(system.velocities()) = v + h * a;
   }
 
   /// Where hγ ≤ 2 every mode with less stiffness or more damping is stable as well, so the stiffest with the least damping decides:

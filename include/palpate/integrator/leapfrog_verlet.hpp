@@ -21,14 +21,16 @@ struct LeapfrogVerlet {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& a = system.remembered_acceleration();
-    auto&& middle_v = system.scratch(0);
-    system.positions() += h / 2 * system.velocities();
-    if (!system.remembers()) system.acceleration(system.positions(), system.velocities(), a);
-    middle_v = system.velocities() + h / 2 * a;
-    system.acceleration(system.positions(), middle_v, a);
-    system.velocities() += h * a;
-    system.positions() += h / 2 * system.velocities();
+    auto&& x = wide(system.positions());
+    auto&& v = wide(system.velocities());
+    auto&& a = wide(system.remembered_acceleration());
+    auto&& middle_v = wide(system.scratch(0));
+    x += h / 2 * v;
+    if (!system.remembers()) system.acceleration(x, v, a);
+    middle_v = v + h / 2 * a;
+    system.acceleration(x, middle_v, a);
+    v += h * a;
+    x += h / 2 * v;
   }
 
   template <RealScalar Scalar>

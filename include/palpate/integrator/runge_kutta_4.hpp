@@ -18,38 +18,38 @@ struct RungeKutta4 {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& x = system.scratch(0);       // at the start of the step
-    auto&& v = system.scratch(1);
-    auto&& stage_v = system.scratch(2);
-    auto&& a = system.scratch(3);
-    auto&& sum_v = system.scratch(4);   // k₁ + 2k₂ + 2k₃ + k₄ of the positions
-    auto&& sum_a = system.scratch(5);   // the same of the velocities
-    x = system.positions();
-    v = system.velocities();
+    auto&& x = wide(system.scratch(0));       // at the start of the step
+    auto&& v = wide(system.scratch(1));
+    auto&& stage_v = wide(system.scratch(2));
+    auto&& a = wide(system.scratch(3));
+    auto&& sum_v = wide(system.scratch(4));   // k₁ + 2k₂ + 2k₃ + k₄ of the positions
+    auto&& sum_a = wide(system.scratch(5));   // the same of the velocities
+    x = wide(system.positions());
+    v = wide(system.velocities());
 
     system.acceleration(x, v, a);
     sum_v = v;
     sum_a = a;
     stage_v = v + h / 2 * a;
-    system.positions() = x + h / 2 * v;
+    wide(system.positions()) = x + h / 2 * v;
 
-    system.acceleration(system.positions(), stage_v, a);
+    system.acceleration(wide(system.positions()), stage_v, a);
     sum_v += 2 * stage_v;
     sum_a += 2 * a;
-    system.positions() = x + h / 2 * stage_v;
+    wide(system.positions()) = x + h / 2 * stage_v;
     stage_v = v + h / 2 * a;
 
-    system.acceleration(system.positions(), stage_v, a);
+    system.acceleration(wide(system.positions()), stage_v, a);
     sum_v += 2 * stage_v;
     sum_a += 2 * a;
-    system.positions() = x + h * stage_v;
+    wide(system.positions()) = x + h * stage_v;
     stage_v = v + h * a;
 
-    system.acceleration(system.positions(), stage_v, a);
+    system.acceleration(wide(system.positions()), stage_v, a);
     sum_v += stage_v;
     sum_a += a;
-    system.positions() = x + h / 6 * sum_v;
-    system.velocities() = v + h / 6 * sum_a;
+    wide(system.positions()) = x + h / 6 * sum_v;
+    wide(system.velocities()) = v + h / 6 * sum_a;
   }
 
   /// |λ| ≤ max(√κ, γ) for the roots of λ² + γλ + κ.

@@ -24,12 +24,14 @@ struct StoermerVerlet {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& a = system.scratch(0);
-    auto&& last_a = system.remembered_acceleration();
-    system.acceleration(system.positions(), system.velocities(), a);
+    auto&& x = wide(system.positions());
+    auto&& v = wide(system.velocities());
+    auto&& a = wide(system.scratch(0));
+    auto&& last_a = wide(system.remembered_acceleration());
+    system.acceleration(x, v, a);
     if (!system.remembers()) last_a = a;
-    system.positions() += h * system.velocities() + h * h * (a - last_a / 2);
-    system.velocities() += h / 2 * (3 * a - last_a);
+    x += h * v + h * h * (a - last_a / 2);
+    v += h / 2 * (3 * a - last_a);
     last_a = a;
   }
 

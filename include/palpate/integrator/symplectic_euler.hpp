@@ -17,10 +17,12 @@ struct SymplecticEuler {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& a = system.scratch(0);
-    system.acceleration(system.positions(), system.velocities(), a);
-    system.velocities() += h * a;
-    system.positions() += h * system.velocities();
+    auto&& x = wide(system.positions());
+    auto&& v = wide(system.velocities());
+    auto&& a = wide(system.scratch(0));
+    system.acceleration(x, v, a);
+    v += h * a;
+    x += h * v;
   }
 
   template <RealScalar Scalar>

@@ -18,14 +18,16 @@ struct VelocityVerlet {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& a = system.scratch(0);
-    auto&& later_a = system.scratch(1);
-    auto&& later_v = system.scratch(2);
-    system.acceleration(system.positions(), system.velocities(), a);
-    system.positions() += h * system.velocities() + h * h / 2 * a;
-    later_v = system.velocities() + h * a;
-    system.acceleration(system.positions(), later_v, later_a);
-    system.velocities() += h / 2 * (a + later_a);
+    auto&& x = wide(system.positions());
+    auto&& v = wide(system.velocities());
+    auto&& a = wide(system.scratch(0));
+    auto&& later_a = wide(system.scratch(1));
+    auto&& later_v = wide(system.scratch(2));
+    system.acceleration(x, v, a);
+    x += h * v + h * h / 2 * a;
+    later_v = v + h * a;
+    system.acceleration(x, later_v, later_a);
+    v += h / 2 * (a + later_a);
   }
 
   template <RealScalar Scalar>

@@ -17,12 +17,14 @@ struct BodyCounts {
   std::uint64_t steps = 0;           ///< body steps; more than ticks where a tick was split
   std::uint64_t capped = 0;          ///< ticks that wanted more steps than allowed; the rest of the tick is left out
   std::uint64_t stable_steps = 0;    ///< how often the stable step was found anew
+  std::uint64_t looks = 0;           ///< how often a body in motion was looked at, whether its stable step had fallen
   std::uint64_t diverged = 0;        ///< steps refused because they diverged; the rest of the tick is left out
   int most_steps_a_tick = 0;
 };
 
 /// The body's side of a simulation: contact → cut → step, once a tick.
-/// A tick is split into the fewest equal steps not above the body's stable step, which is found anew after every cut. While the tool
+/// A tick is split into the fewest equal steps not above the body's stable step, which is found anew after every cut, and where the body,
+/// looked at every 8 ticks while it moves, says that it has fallen: a wound that opens under pre-tension grows stiffer. While the tool
 /// indents, the touched point is coupled to the tip in each of these steps; the tip moves evenly through the tick.
 /// Where that would be more steps than allowed, those allowed are taken, each a stable one: the body then lags behind the hand, it
 /// does not diverge.
@@ -85,6 +87,8 @@ class BodyLoop {
   Scalar stable_step() const noexcept { return stable_step_; }
 
  private:
+  static constexpr int ticks_between_looks = 8;
+
   std::size_t revision() const noexcept {
     if constexpr (requires { body_.tissue().revision(); })
       return body_.tissue().revision();
@@ -95,14 +99,19 @@ class BodyLoop {
   /// The steps of one tick; `before(i, steps, each)` is called before each of them, i from 1 to steps, each so many seconds.
   template <class Before>
   void step(Scalar h, Before before) {
-    if (revision() != stable_for_) find_stable_step();
+    if (revision() != stable_for_)
+      find_stable_step();
+    else if (moves_ && ++ticks_unseen_ >= ticks_between_looks)
+      look_at_stable_step();
     auto const [steps, each, capped] = split_duration(h, stable_step_, most_steps_);
     if (capped) ++counts_.capped;
     if (cutter_.state() == CuttingPhase::no_contact) sound_ = true;
     int taken = 0;
     while (taken < steps) {
       before(++taken, steps, each);
-      if (body_.step(each)) continue;
+      auto const report = body_.step(each);
+      moves_ = report.moving > 0;
+      if (report) continue;
       ++counts_.diverged;
       sound_ = false;
       break;
@@ -115,7 +124,16 @@ class BodyLoop {
   void find_stable_step() {
     stable_step_ = body_.stable_step();
     stable_for_ = revision();
+    ticks_unseen_ = 0;
     ++counts_.stable_steps;
+  }
+
+  void look_at_stable_step() {
+    ticks_unseen_ = 0;
+    if constexpr (requires { body_.stable_step_fell(); }) {
+      ++counts_.looks;
+      if (body_.stable_step_fell()) find_stable_step();
+    }
   }
 
   Scalar tip_radius() const noexcept {
@@ -131,6 +149,8 @@ class BodyLoop {
   int most_steps_;
   Scalar stable_step_ = 0;
   std::size_t stable_for_ = 0;
+  int ticks_unseen_ = 0;
+  bool moves_ = false;
   Vector last_tip_ = Vector::Zero();
   bool ticked_ = false;
   bool sound_ = true;

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/columns.hpp>
+#include <palpate/core/wide.hpp>
+
+namespace palpate {
+
+/// 3 × n columns that grow and shrink like Columns, each with a zero behind it in memory: a column is then one or two registers, and
+/// arithmetic on all of them runs without gaps.
+/// Invariant  the zeros stay zero: what writes through wide() sees to that.
+/// Limits     a view is void after the next push_back, resize or reserve.
+template <RealScalar Scalar>
+class PaddedColumns {
+ public:
+  using ConstView = Eigen::Map<Matrix3X<Scalar> const, Eigen::Unaligned, Eigen::OuterStride<4>>;
+  using Column = Eigen::Map<Vector3<Scalar>>;
+  using ConstColumn = Eigen::Map<Vector3<Scalar> const>;
+
+  int size() const noexcept { return columns_.size(); }
+
+  NarrowView<Scalar> view() noexcept { return view(size()); }
+  ConstView view() const noexcept { return ConstView(columns_.view().data(), 3, size()); }
+  NarrowView<Scalar> view(int first_columns) noexcept { return NarrowView<Scalar>(columns_.view().data(), 3, first_columns); }
+  WideView<Scalar> wide() noexcept { return columns_.view(); }
+  typename Columns<Scalar, 4>::ConstView wide() const noexcept { return columns_.view(); }
+
+  Column operator[](int column) noexcept { return Column(columns_[column].data()); }
+  ConstColumn operator[](int column) const noexcept { return ConstColumn(columns_[column].data()); }
+
+  template <class Derived>
+  void push_back(Eigen::MatrixBase<Derived> const& column) {
+    Vector3<Scalar> const value = column;
+    columns_.push_back(Matrix<Scalar, 4, 1>(value[0], value[1], value[2], 0));
+  }
+  void pop_back() noexcept { columns_.pop_back(); }
+  void resize(int columns) { columns_.resize(columns); }   // new columns are zero
+  void reserve(int columns) { columns_.reserve(columns); }
+  void set_zero() noexcept { columns_.view().setZero(); }
+
+ private:
+  Columns<Scalar, 4> columns_;
+};
+
+}  // namespace palpate
