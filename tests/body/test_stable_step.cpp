@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Yardsticks: the eigenvalues of the stiffness and damping of a plain loop over the springs, and bodies that do or do not blow up.
 #include <palpate/body/soft_body.hpp>
+#include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/integrator/explicit_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/integrator/runge_kutta_4.hpp>
@@ -174,4 +175,54 @@ TEST_CASE("a stable step is estimated for the largest body too") {
   SoftBody body(tissue, LeapfrogVerlet{}, WholeBody{});
   CHECK(body.modal_bounds().stiffness > lower);
   CHECK(body.stable_step() < even.stable_step());
+}
+
+// The yardstick is the body itself: undamped, above its limit it blows up.
+TEST_CASE("after a cut a step says that it is above the stable one, without being asked") {
+  GridScene const scene{.nx = 9, .ny = 9, .link_damping = 0.0, .home_damping = 0.0};
+  SoftBody body(scene.tissue(), LeapfrogVerlet{}, WholeBody{});
+  double const uncut = body.stable_step(), edge = scene.spacing;
+  REQUIRE(body.step(0.98 * uncut).status == StepStatus::ok);
+  ProgressiveCutter<double> cutter({.puncture_depth = 0.4 * edge, .snap = 0.0});
+  double const x = 2.05 * edge, y = 4.03 * edge;   // near vertices: slivers with light corners
+  for (double const z : {1.0, 0.1, -0.5}) cutter.advance(body, {x, y, z * edge});
+  for (int k = 1; k <= 100; ++k) cutter.advance(body, {x + 0.04 * k * edge, y, -0.5 * edge});
+  cutter.advance(body, {x + 4 * edge, y, edge});
+  REQUIRE(cutter.report().particles_added > 4);
+  auto const report = body.step(0.98 * uncut);
+  CHECK(report.status == StepStatus::above_stable_step);
+  CHECK(report.stable_step < 0.97 * uncut);
+  SoftBody told = body;
+  int steps = 0;
+  body.apply_force(40, {1e-3, 1e-3, 1e-3});
+  while (steps < 20000 && body.step(0.98 * uncut)) ++steps;
+  CHECK(steps < 20000);
+  told.apply_force(40, {1e-3, 1e-3, 1e-3});
+  for (int k = 0; k < 2000; ++k) REQUIRE(told.step(report.stable_step).status == StepStatus::ok);
+}
+
+TEST_CASE("a body that stiffens as it is stretched says that its stable step has fallen") {
+  // A spring of length L drawn to length l with force T pushes sideways with T/l; ω² = 2 k/m along, more with the pre-tension
+  // of springs that shorten: the largest eigenvalue of the plain loop's stiffness where the body is now.
+  GridScene const scene{.nx = 6, .ny = 6, .home = 0.0, .home_damping = 0.0};
+  SoftBody body(scene.tissue(), LeapfrogVerlet{}, WholeBody{});
+  double const before = body.stable_step();
+  CHECK_FALSE(body.stable_step_fell());
+  for (int k = 0; k < 50; ++k) CHECK_FALSE(body.stable_step_fell());   // at rest it does not
+  int asked = 0;
+  // Squares turned into lozenges: edges and diagonals come to point the same way, and their stiffnesses add up.
+  for (int step = 1; step <= 60 && asked == 0; ++step) {
+    for (int i = 0; i < body.size(); ++i) {
+      Vector3<double> x = body.home_position(i);
+      x.x() += 0.01 * step * x.y();
+      body.drag(i, x);
+      body.release(i);
+    }
+    if (body.stable_step_fell()) asked = step;
+  }
+  REQUIRE(asked > 0);
+  SoftBody fresh = body;
+  double const after = fresh.stable_step();
+  CHECK(after < before);
+  CHECK(after > 0.95 * before);   // told before the margin was gone
 }

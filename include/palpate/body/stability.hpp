@@ -151,12 +151,16 @@ class ModalEstimate {
     return true;
   }
 
-  /// One turn of the power iteration, on from a mode; without it, or after an edit, 0. A trace of other modes is kept alive.
+  /// One turn of the power iteration, on from a mode; without it 0. A trace of other modes is kept alive.
   template <class Moves, class Product>
   Scalar followed(Tissue const& tissue, Moves moves, Columns3& mode, Product add_product) {
-    if (mode.size() != tissue.size()) return 0;
+    int const known = mode.size();
+    if (known == 0) return 0;
+    mode.resize(tissue.size());
+    y_.resize(tissue.size());
     auto d = mode.view();
     auto y = y_.view();
+    for (int i = known; i < tissue.size(); ++i) d.col(i).setZero();
     for (int i = 0; i < tissue.size(); ++i)
       d.col(i) += Scalar(0.003) * Vector3<Scalar>(uneven(3 * i + products_), uneven(3 * i + 1 + products_), uneven(3 * i + 2 + products_));
     Scalar const value = quotient(tissue, moves, d, y, add_product);
