@@ -7,6 +7,7 @@
 #include <palpate/haptics/local_model.hpp>
 
 #include <algorithm>
+#include <concepts>
 #include <cstdint>
 
 namespace palpate {
@@ -18,14 +19,16 @@ struct BodyCounts {
   std::uint64_t capped = 0;          ///< ticks that wanted more steps than allowed; the rest of the tick is left out
   std::uint64_t stable_steps = 0;    ///< how often the stable step was found anew
   std::uint64_t looks = 0;           ///< how often a body in motion was looked at, whether its stable step had fallen
+  std::uint64_t guarded = 0;         ///< ticks in which tissue moved so fast that the guaranteed step was kept
   std::uint64_t diverged = 0;        ///< steps refused because they diverged; the rest of the tick is left out
   int most_steps_a_tick = 0;
 };
 
 /// The body's side of a simulation: contact → cut → step, once a tick.
 /// A tick is split into the fewest equal steps not above the body's stable step, which is found anew after every cut, and where the body,
-/// looked at every 8 ticks while it moves, says that it has fallen: a wound that opens under pre-tension grows stiffer. While the tool
-/// indents, the touched point is coupled to the tip in each of these steps; the tip moves evenly through the tick.
+/// looked at every 16 ticks while it moves, says that it has fallen: a wound that opens under pre-tension grows stiffer. Just after a cut,
+/// and while a particle moves faster than 5 % of an edge a tick, springs turn within a tick: then the steps are not above the body's
+/// guaranteed one, which holds wherever the body goes. While the tool indents, the touched point is coupled to the tip in each of these steps; the tip moves evenly through the tick.
 /// Where that would be more steps than allowed, those allowed are taken, each a stable one: the body then lags behind the hand, it
 /// does not diverge.
 /// After a step that diverged the local model says so, until the tip is out of the tissue and the body moves again.
@@ -87,7 +90,8 @@ class BodyLoop {
   Scalar stable_step() const noexcept { return stable_step_; }
 
  private:
-  static constexpr int ticks_between_looks = 8;
+  static constexpr int ticks_between_looks = 16;
+  static constexpr int guarded_after_edit = 2;   // ticks
 
   std::size_t revision() const noexcept {
     if constexpr (requires { body_.tissue().revision(); })
@@ -99,11 +103,7 @@ class BodyLoop {
   /// The steps of one tick; `before(i, steps, each)` is called before each of them, i from 1 to steps, each so many seconds.
   template <class Before>
   void step(Scalar h, Before before) {
-    if (revision() != stable_for_)
-      find_stable_step();
-    else if (moves_ && ++ticks_unseen_ >= ticks_between_looks)
-      look_at_stable_step();
-    auto const [steps, each, capped] = split_duration(h, stable_step_, most_steps_);
+    auto const [steps, each, capped] = split_duration(h, step_for(h), most_steps_);
     if (capped) ++counts_.capped;
     if (cutter_.state() == CuttingPhase::no_contact) sound_ = true;
     int taken = 0;
@@ -128,6 +128,25 @@ class BodyLoop {
     ++counts_.stable_steps;
   }
 
+  /// The largest step for a tick of h seconds.
+  Scalar step_for(Scalar h) {
+    if (revision() != stable_for_) {
+      find_stable_step();
+      guarded_ticks_ = guarded_after_edit;
+    } else if (moves_ && ++ticks_unseen_ >= ticks_between_looks) {
+      look_at_stable_step();
+    }
+    if constexpr (requires { { body_.guaranteed_stable_step() } -> std::convertible_to<Scalar>; body_.mean_edge(); }) {
+      if (moves_ && body_.velocities().cwiseAbs().maxCoeff() * h > Scalar(0.05) * body_.mean_edge()) guarded_ticks_ = guarded_after_edit;
+      if (guarded_ticks_ > 0) {
+        --guarded_ticks_;
+        ++counts_.guarded;
+        return std::min(stable_step_, body_.guaranteed_stable_step());
+      }
+    }
+    return stable_step_;
+  }
+
   void look_at_stable_step() {
     ticks_unseen_ = 0;
     if constexpr (requires { body_.stable_step_fell(); }) {
@@ -150,6 +169,7 @@ class BodyLoop {
   Scalar stable_step_ = 0;
   std::size_t stable_for_ = 0;
   int ticks_unseen_ = 0;
+  int guarded_ticks_ = 0;
   bool moves_ = false;
   Vector last_tip_ = Vector::Zero();
   bool ticked_ = false;
