@@ -4,6 +4,7 @@
 
 #include "catch.hpp"
 
+#include <palpate/cutting/no_cutter.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/components.hpp>
 #include <palpate/mesh/grid.hpp>
@@ -108,4 +109,67 @@ TEST_CASE("the pre-tensioned wound is open behind the blade while it moves") {
   double gap = 0;
   for (auto const& [left, right] : cutter.lips()) gap = std::max(gap, (body.positions().col(left) - body.positions().col(right)).norm());
   CHECK(gap > 1e-3);
+}
+
+// A body that was never cut is the yardstick: restored to its state, the next stroke has to do to both the same.
+TEST_CASE("a body restored under a tool: the tool has to come from outside again") {
+  auto body = grid(9);
+  auto const whole = body.save();
+  auto const draw = [&](auto& tool, Grid& on, double from, double to) {
+    for (double const z : {0.004, 0.001, -0.003}) tool.advance(on, {from, 0.0333, z});
+    for (int k = 1; k <= 60; ++k) tool.advance(on, {from + (to - from) * k / 60, 0.0333, -0.003});
+  };
+  SECTION("a cut in progress is gone with the state it was in") {
+    auto cutter = scalpel();
+    draw(cutter, body, 0.0123, 0.0677);
+    REQUIRE(cutter.state() == CuttingPhase::moving);
+    body.restore(whole);
+    for (double const x : {0.0677, 0.05}) cutter.advance(body, {x, 0.0333, -0.003});
+    CHECK(cutter.state() == CuttingPhase::no_contact);
+    CHECK(cutter.lips().empty());
+    CHECK(cutter.report().particles_added == 0);
+    CHECK(body.size() == 81);
+    cutter.advance(body, {0.05, 0.0333, 0.004});
+    draw(cutter, body, 0.0123, 0.0677);
+    cutter.advance(body, {0.0677, 0.0333, 0.004});
+    auto fresh = grid(9);
+    auto other = scalpel();
+    draw(other, fresh, 0.0123, 0.0677);
+    other.advance(fresh, {0.0677, 0.0333, 0.004});
+    CHECK(body.triangles() == fresh.triangles());
+    CHECK(body.rest_mesh().points == fresh.rest_mesh().points);
+  }
+  SECTION("a blunt tool on a triangle that the cut had made") {
+    auto cutter = scalpel();
+    draw(cutter, body, 0.0123, 0.0677);
+    cutter.advance(body, {0.0677, 0.0333, 0.004});
+    NoCutter<double> tool;
+    int const there = body.nearest_point({0.06, 0.0332, 0}).triangle;
+    REQUIRE(there >= 0);
+    for (double const z : {0.004, -0.001}) tool.advance(body, {0.06, 0.0332, z});
+    REQUIRE(tool.contact().touching);
+    body.restore(whole);
+    tool.advance(body, {0.061, 0.0332, -0.001});
+    CHECK_FALSE(tool.contact().touching);
+    tool.advance(body, {0.061, 0.0332, 0.001});
+    tool.advance(body, {0.061, 0.0332, -0.001});
+    CHECK(tool.contact().touching);
+    CHECK(tool.contact().triangle < body.tissue().surface().triangle_count());
+  }
+  SECTION("reset ends a cut where the blade is") {
+    auto cutter = scalpel();
+    draw(cutter, body, 0.0123, 0.0677);
+    cutter.reset(body);
+    CHECK(cutter.state() == CuttingPhase::no_contact);
+    CHECK(body.temporary_particle() < 0);
+    CHECK_NOTHROW(body.save());
+    CHECK_FALSE(cutter.lips().empty());
+    cutter.advance(body, {0.05, 0.0123, -0.003});
+    CHECK(cutter.state() == CuttingPhase::no_contact);   // from inside
+    NoCutter<double> tool;
+    for (double const z : {0.004, -0.001}) tool.advance(body, {0.02, 0.0123, z});
+    CHECK(tool.contact().touching);
+    tool.reset(body);
+    CHECK_FALSE(tool.contact().touching);
+  }
 }

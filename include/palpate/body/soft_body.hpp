@@ -237,7 +237,7 @@ class SoftBody : public BodyShape<TissueType> {
   /// falls while a wound opens under pre-tension, also without an edit. Cheap, one product for each bound: ask it every few
   /// steps while the body moves, and stable_step() when it is so. It sees a mode that grows out of the last fastest one at once,
   /// another after some questions.
-  bool stable_step_fell() noexcept {
+  bool stable_step_fell() {
     if (!stable_step_is_known_) return true;
     ModalBounds<Scalar> const now = modal_estimate_.follow(tissue_, positions(), [&](int i) { return is_free(i); });
     Scalar const most = MultipliesStiffness<Tissue> ? Scalar(1.025 / 1.05) : Scalar(1);
@@ -331,7 +331,10 @@ class SoftBody : public BodyShape<TissueType> {
     stable_step_is_known_ = false;
     chosen_for_ = {};
     ++topology_revision_;
+    ++restorations_;
   }
+  /// How often restore() was called: triangles and particles that were remembered before may not exist any more.
+  std::size_t restorations() const noexcept { return restorations_; }
 
  private:
   using Shape::disturbed_, Shape::state_, Shape::temporary_, Shape::tissue_, Shape::topology_revision_, Shape::tree_is_fitted_;
@@ -584,6 +587,7 @@ class SoftBody : public BodyShape<TissueType> {
   Scalar known_stable_step_ = 0;
   ModalBounds<Scalar> known_modes_;
   std::size_t stable_for_ = 0;   // revision
+  std::size_t restorations_ = 0;
   bool stable_step_is_known_ = false;
   bool remembers_ = false;
   bool awake_ = false;

@@ -32,7 +32,8 @@ struct SurfaceContact {
 /// the surface, found by walking from triangle to triangle, so that it never jumps to another part of the body. Only where a wound
 /// or a border stops the walk, or tissue that is turned over, the surface around the last touched point is searched. What is found
 /// has to be near it in the undisturbed body too, and look the same way; else the contact stays where it was.
-/// Contact ends when the tip is above the surface, both as it is now and undisturbed.
+/// Contact ends when the tip is above the surface, both as it is now and undisturbed, and where the body is restored under the tip:
+/// then the tip has to come from outside again.
 ///   depth = r − (tip − home point)·n
 /// Units      m.
 /// Source     spec Z8, indentation depth.
@@ -55,6 +56,8 @@ class Touch {
   template <class Body>
   SurfaceContact<Scalar> const& update(Body& body, Vector const& tip, bool keep_beside = false) {
     if (!tip.allFinite()) return contact_;
+    if (was_restored(body)) end();
+    if constexpr (requires { body.restorations(); }) restorations_ = body.restorations();
     if (contact_.touching) {
       follow(body, tip);
       if (contact_.off_surface && !keep_beside) end();
@@ -77,6 +80,13 @@ class Touch {
     contact_.triangle = triangle;
     contact_.barycentric.setConstant(Scalar(1) / 3);
     follow(body, tip);
+  }
+
+  /// Whether the body was restored since the last update: the triangle that was touched may not exist any more.
+  template <class Body>
+  bool was_restored(Body const& body) const noexcept {
+    if constexpr (requires { body.restorations(); }) return restorations_ != body.restorations();
+    return false;
   }
 
   /// Forgets the contact and where the tip was.
@@ -295,7 +305,8 @@ class Touch {
   Vector last_tip_ = Vector::Zero();
   Vector tip_on_surface_ = Vector::Zero();   // where the tip was when the touched point was last under it
   bool outside_ = false;
-  int front_ = -1;   // the triangle that the tip was nearest to when it was outside
+  std::size_t restorations_ = 0;   // of the body, when it was last seen
+  int front_ = -1;                 // the triangle that the tip was nearest to when it was outside
 };
 
 }  // namespace palpate

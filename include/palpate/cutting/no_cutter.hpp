@@ -16,6 +16,12 @@ class NoCutter {
     touch_.update(body, tip);
   }
 
+  /// Forgets the contact: the tip has to come from outside again.
+  template <class Body>
+  void reset(Body&) noexcept {
+    touch_.reset();
+  }
+
   SurfaceContact<Scalar> const& contact() const noexcept { return touch_.contact(); }
   CuttingPhase state() const noexcept { return contact().touching ? CuttingPhase::indenting : CuttingPhase::no_contact; }
   CutReport const& report() const noexcept { return report_; }

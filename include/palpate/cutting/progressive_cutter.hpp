@@ -35,6 +35,8 @@ struct ProgressiveCutterOptions {
 /// their mean normal: the same path in material coordinates cuts the same way however the body moves.
 /// Once punctured, cutting goes on until the tip leaves the surface. A stroke that leaves over the border, or into an earlier wound,
 /// opens there and waits for the tip to come back onto the surface.
+/// A body that is restored under the blade is a new one to it: the cut that was in progress is gone with the state it was in, its report
+/// and lips are empty, and the tip has to come from outside again.
 /// Units      m, N.
 /// Source     \cite zheng2006 ch. 3; spec Z8.
 /// Invariant  after every tick: a valid mesh, the mass and the rest area unchanged.
@@ -62,6 +64,7 @@ class ProgressiveCutter {
       throw InvalidArgument(detail::message("the tip is at (", tip[0], ", ", tip[1], ", ", tip[2], "); it must be finite"));
     if (!body.tissue().cuttable())
       throw InvalidArgument("this body is built from a volume; only a body built from a surface can be cut");
+    if (touch_.was_restored(body)) reset(body);
     touch_.update(body, tip, state_ == CuttingPhase::moving);
     SurfaceContact<Scalar> const& contact = touch_.contact();
     if (!contact.touching) {
@@ -80,6 +83,17 @@ class ProgressiveCutter {
       return;
     }
     touch_.restart_from(body, front_.triangle(body), tip);
+  }
+
+  /// Takes the tool away: a cut in progress ends where the blade is, and the tip has to come from outside again.
+  template <class Body>
+  void reset(Body& body) {
+    if (touch_.was_restored(body))
+      front_ = {};   // what it knew of the body does not exist any more
+    else if (state_ == CuttingPhase::moving)
+      front_.finish(body);
+    touch_.reset();
+    state_ = CuttingPhase::no_contact;
   }
 
   CuttingPhase state() const noexcept { return state_; }
