@@ -5,10 +5,12 @@
 #include "catch.hpp"
 
 #include <palpate/cutting/no_cutter.hpp>
+#include <palpate/mesh/block.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/components.hpp>
 #include <palpate/mesh/grid.hpp>
 
+#include <cmath>
 #include <limits>
 
 using namespace palpate;
@@ -172,4 +174,44 @@ TEST_CASE("a body restored under a tool: the tool has to come from outside again
     tool.reset(body);
     CHECK_FALSE(tool.contact().touching);
   }
+}
+
+// The yardstick is the plate itself: its underside is known, and what is below it is outside.
+TEST_CASE("a blade that passes through a closed plate leaves it on the other side") {
+  auto mesh = surface(make_block<double>(11, 11, 2, 0.01));   // 10 cm × 10 cm × 1 cm, z from 0 to 1 cm
+  Grid body(make_tissue(mesh));
+  auto cutter = scalpel();
+  auto const tip = [](double x, double z) { return Vector3<double>(x, 0.0533, z); };
+  for (double const z : {0.012, 0.0099, 0.007}) cutter.advance(body, tip(0.0312, z));
+  for (int k = 0; k <= 100; ++k) cutter.advance(body, tip(0.0312 + 2e-4 * k, 0.005));
+  REQUIRE(cutter.state() == CuttingPhase::moving);
+  double z = 0.005;
+  while (cutter.state() == CuttingPhase::moving && z > -0.05) cutter.advance(body, tip(0.0512, z -= 2e-4));
+  CHECK(cutter.state() == CuttingPhase::no_contact);
+  CHECK(z < 0);
+  CHECK(z > -0.0015);
+  CHECK(body.temporary_particle() < 0);
+  cutter.advance(body, tip(0.0512, -0.01));
+  CHECK(cutter.state() == CuttingPhase::no_contact);
+  cutter.advance(body, tip(0.0812, -0.001));
+  cutter.advance(body, tip(0.0812, 0.001));
+  CHECK(cutter.state() == CuttingPhase::indenting);   // from below
+  CHECK(cutter.contact().normal.z() < -0.9);
+}
+
+TEST_CASE("no contact is deeper than the body is long") {
+  auto body = grid(5);   // 4 cm × 4 cm
+  auto cutter = scalpel();
+  NoCutter<double> finger;
+  double const diagonal = 0.04 * std::sqrt(2.0);
+  for (double const z : {0.004, -0.001, -0.01, -0.99 * diagonal}) {
+    cutter.advance(body, {0.0133, 0.0117, z});
+    finger.advance(body, {0.0233, 0.0217, z});
+  }
+  CHECK(cutter.state() == CuttingPhase::moving);
+  CHECK(finger.contact().touching);
+  cutter.advance(body, {0.0133, 0.0117, -1.01 * diagonal});
+  finger.advance(body, {0.0233, 0.0217, -1.01 * diagonal});
+  CHECK(cutter.state() == CuttingPhase::no_contact);
+  CHECK_FALSE(finger.contact().touching);
 }

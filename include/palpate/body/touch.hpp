@@ -33,11 +33,12 @@ struct SurfaceContact {
 /// or a border stops the walk, or tissue that is turned over, the surface around the last touched point is searched. What is found
 /// has to be near it in the undisturbed body too, and look the same way; else the contact stays where it was.
 /// Contact ends when the tip is above the surface, both as it is now and undisturbed, and where the body is restored under the tip:
-/// then the tip has to come from outside again.
+/// then the tip has to come from outside again. It ends too when the tip is deeper than the undisturbed body's bounding box is long; and a
+/// blade's, kept beside the surface, when the tip has come out of a closed body on a side that looks the other way.
 ///   depth = r − (tip − home point)·n
 /// Units      m.
 /// Source     spec Z8, indentation depth.
-/// Cost       in contact O(triangles walked over); without contact, and beside the surface, one search of the body's tree. No
+/// Cost       in contact O(triangles walked over), O(particles) when it begins; without contact, and beside the surface, one search of the body's tree. No
 ///            allocation.
 template <RealScalar Scalar>
 class Touch {
@@ -61,6 +62,10 @@ class Touch {
     if (contact_.touching) {
       follow(body, tip);
       if (contact_.off_surface && !keep_beside) end();
+      if (contact_.touching && contact_.depth > longest_)
+        end();
+      else if (contact_.touching && keep_beside && has_passed_through(body, tip))
+        last_tip_ = tip;
       if (contact_.touching && contact_.depth <= 0 && is_above(tip)) {
         int const left_from = contact_.triangle;
         end();
@@ -127,9 +132,41 @@ class Touch {
     } else if (outside_) {
       contact_.touching = true;
       tip_on_surface_ = tip;
+      measure(body);
       place(body, nearest.triangle, nearest.barycentric, tip);
       if (contact_.depth > 0) follow(body, tip);
     }
+  }
+
+  /// What a contact that begins needs to know of the body: its longest diagonal.
+  template <class Body>
+  void measure(Body const& body) {
+    Vector low = body.home_position(0), high = low;
+    for (int i = 1; i < body.size(); ++i) {
+      low = low.cwiseMin(body.home_position(i));
+      high = high.cwiseMax(body.home_position(i));
+    }
+    longest_ = (high - low).norm();
+    clear_ = 0;
+  }
+
+  /// Whether the tip has left a closed body on a side that looks the other way; then the contact ends, and the tip is outside. The tree
+  /// is searched only when the tip has gone half as far as the surface was away, or a thousandth of the body.
+  template <class Body>
+  bool has_passed_through(Body& body, Vector const& tip) {
+    if ((tip - looked_from_).norm() < clear_ / 2) return false;
+    SurfacePoint<Scalar> const nearest = body.nearest_point(tip);
+    if (!nearest.found()) return false;
+    Vector const offset = tip - nearest.point;
+    looked_from_ = tip;
+    clear_ = std::max(offset.norm(), longest_ / 500);
+    bool on_border = false;
+    Vector const normal = pseudo_normal(body, nearest, on_border);
+    if (on_border || !(offset.dot(normal) > radius_) || !(normal.dot(contact_.normal) < 0)) return false;
+    end();
+    outside_ = true;
+    front_ = nearest.triangle;
+    return true;
   }
 
   /// Begins the contact on the side that the tip was in front of, if the tip has passed it.
@@ -142,6 +179,7 @@ class Touch {
       place(body, triangle, barycentric, tip);
       contact_.touching = !is_above(tip);
       tip_on_surface_ = tip;
+      measure(body);
     }
     if (!contact_.touching) contact_ = {};
     return contact_.touching;
@@ -303,6 +341,9 @@ class Touch {
   SurfaceContact<Scalar> contact_;
   Scalar radius_;
   Vector last_tip_ = Vector::Zero();
+  Vector looked_from_ = Vector::Zero();      // where the tip was when the other side was last looked for
+  Scalar clear_ = 0;                         // m, how far any surface was from it
+  Scalar longest_ = 0;                       // m, diagonal of the undisturbed body
   Vector tip_on_surface_ = Vector::Zero();   // where the tip was when the touched point was last under it
   bool outside_ = false;
   std::size_t restorations_ = 0;   // of the body, when it was last seen
