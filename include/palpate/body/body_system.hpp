@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace palpate {
@@ -49,7 +50,14 @@ class BodySystem {
     auto const speed = with_border(v.derived(), v_, border_v_);
     auto&& result = wide(out);
     if constexpr (requires { assembly_.accelerate(at, speed, inverse_mass_.data(), applied_.wide(), force_.wide(), result); }) {
+      if constexpr (std::same_as<std::remove_cvref_t<decltype(result)>, WideView<Scalar>>)
+        if (x_.size() == moving_) {   // no border: forces gather where their accelerations go
+          result.setZero();
+          assembly_.accelerate(at, speed, inverse_mass_.data(), applied_.wide(), result, result);
+          return;
+        }
       assembly_.accelerate(at, speed, inverse_mass_.data(), applied_.wide(), force_.wide(), result);
+      force_.set_zero();
     } else {
       auto force = force_.view();
       assembly_.add_forces(narrow(at), narrow(speed), force);
@@ -57,6 +65,38 @@ class BodySystem {
         result.col(i).template head<3>() = inverse_mass_[static_cast<std::size_t>(i)] * force.col(i) + applied_[i];
       force_.set_zero();
     }
+  }
+
+  /// Takes the tangent of what acts on the moving set, at positions(); the two below are of that one.
+  void linearise()
+    requires Linearises<Tissue>
+  {
+    assembly_.linearise(x_.wide(), inverse_mass_.data());
+    if (x_.size() == moving_) return;
+    direction_.resize(x_.size()), product_.resize(x_.size());
+    direction_.set_zero();   // the border does not move
+  }
+  template <class D, class Out>
+  void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, D const& d, Out&& out)
+    requires Linearises<Tissue>
+  {
+    if constexpr (is_padded<D> && is_padded<Out>)
+      if (x_.size() == moving_) return assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
+    if (x_.size() == moving_) direction_.resize(moving_), product_.resize(moving_);
+    if constexpr (int{D::RowsAtCompileTime} == 4)
+      direction_.wide().leftCols(moving_) = d;
+    else
+      direction_.view(moving_) = d;
+    assembly_.multiply_tangent(mass, damping, stiffness, direction_.wide().data(), product_.wide().data());
+    hand_out(out);
+  }
+  template <class Out>
+  void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Out&& out)
+    requires Linearises<Tissue>
+  {
+    product_.resize(x_.size());
+    assembly_.tangent_diagonal(mass, damping, stiffness, product_.wide().data());
+    hand_out(out);
   }
 
   int moving() const noexcept { return moving_; }
@@ -85,7 +125,8 @@ class BodySystem {
 
   /// Room for sets up to this size, so that choosing them does not allocate.
   void reserve(int particles, int links) {
-    for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_, &memory_, &applied_}) columns->reserve(particles);
+    for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_, &memory_, &applied_, &direction_, &product_})
+      columns->reserve(particles);
     inverse_mass_.reserve(static_cast<std::size_t>(particles));
     for (auto& columns : scratch_) columns.reserve(particles);
     place_.reserve(static_cast<std::size_t>(particles)), pushed_.reserve(2 * static_cast<std::size_t>(particles));
@@ -150,6 +191,17 @@ class BodySystem {
   using Narrow = typename PaddedColumns<Scalar>::ConstView;
   static Narrow narrow(WideView<Scalar> const& columns) noexcept { return Narrow(columns.data(), 3, columns.cols()); }
 
+  template <class D>
+  static constexpr bool is_padded = std::same_as<std::remove_cvref_t<D>, NarrowView<Scalar>> || std::same_as<std::remove_cvref_t<D>, WideView<Scalar>>;
+
+  template <class Out>
+  void hand_out(Out&& out) {
+    if constexpr (int{std::remove_cvref_t<Out>::RowsAtCompileTime} == 4)
+      out = product_.wide().leftCols(moving_);
+    else
+      out = product_.view(moving_);
+  }
+
   /// x and behind it the border: where both lie so in memory already, or copied into `buffer`, which holds the border.
   template <class X>
   WideView<Scalar> with_border(X const& x, PaddedColumns<Scalar>& own, PaddedColumns<Scalar>& buffer) const {
@@ -169,6 +221,7 @@ class BodySystem {
   bool in_order_ = false;                                    // the moving set is all particles in the body's order
   PaddedColumns<Scalar> x_, v_, border_x_, border_v_, force_;   // moving set, then border; force_ is zero between calls
   PaddedColumns<Scalar> memory_, applied_;                      // moving set; applied forces and gravity as accelerations
+  PaddedColumns<Scalar> direction_, product_;                   // as x_: of multiply_tangent
   std::array<PaddedColumns<Scalar>, 12> scratch_;
   std::vector<Scalar> inverse_mass_;   // 1/kg, moving set
   std::vector<int> place_;    // particle of the body → column, −1 outside the moving set

@@ -3,6 +3,7 @@
 
 #include <palpate/core/four.hpp>
 #include <palpate/tissue/mass_spring_options.hpp>
+#include <palpate/tissue/mass_spring_tangent.hpp>
 
 #include <algorithm>
 #include <array>
@@ -46,7 +47,7 @@ class MassSpringAssembly {
   }
 
   /// out = inverse_mass · internal force + applied in the first `moving()` columns [m/s²]: add_forces and what a body does with them in
-  /// one pass. `applied` is 4 × moving(). `force` is 4 × particles().size(), to be zero before; it is zero again after.
+  /// one pass. `applied` is 4 × moving(). `force` is 4 × particles().size() and zero before; it may be `out`.
   template <class X, class V, class A, class F, class Out>
   void accelerate(X const& x, V const& v, Scalar const* inverse_mass, A const& applied, F&& force, Out& out) const noexcept {
     add_link_forces(x, v, force);
@@ -57,7 +58,34 @@ class MassSpringAssembly {
       take(push, applied, i);
       put(out, i, inverse_mass[i] * (sum + home) + push);
     }
-    force.setZero();
+  }
+
+  /// Takes the tangent of every spring at x, for the two below: once for many products. The first call allocates.
+  template <class X>
+  void linearise(X const& x, Scalar const* inverse_mass)
+    requires StatesStiffness<Law, Scalar>
+  {
+    tangent_.particles.reserve(anchors_.capacity()), tangent_.groups.reserve(groups_.capacity()), tangent_.rows.reserve(rows_.capacity());
+    tangent_.particles.clear(), tangent_.groups.clear(), tangent_.rows.clear();
+    tangent_.all = static_cast<int>(particles_.size());
+    for (int i = 0; i < moving_; ++i)
+      tangent_.particles.push_back({1 / inverse_mass[i], anchors_[at(i)].damping, anchors_[at(i)].rest_and_stiffness[3]});
+    auto const* row = rows_.data();
+    for (Group const& group : groups_) {
+      tangent_.groups.push_back({group.own, group.rows});
+      for (auto const* const end = row + group.rows; row != end; ++row) set_tangent(tangent_.rows.emplace_back(), x, group, *row);
+    }
+  }
+  /// out = (mass M + damping C + stiffness K) d, and the diagonal of that matrix; for shapes see MassSpringTangent.
+  void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, Scalar const* d, Scalar* out) const noexcept
+    requires StatesStiffness<Law, Scalar>
+  {
+    tangent_.multiply(mass, damping, stiffness, d, out);
+  }
+  void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept
+    requires StatesStiffness<Law, Scalar>
+  {
+    tangent_.diagonal(mass, damping, stiffness, out);
   }
 
   /// Gathers the springs of `tissue` that pull on the particles in `moving`. Allocates only when the set outgrows earlier ones.
@@ -215,6 +243,33 @@ class MassSpringAssembly {
     factor = row.weight * (tension * length + damping * factor) / square;
   }
 
+  template <class TangentRow, class X>
+  static void set_tangent(TangentRow& to, X const& x, Group const& group, Row const& row) noexcept {
+    Four squares[4], squared_length, length;
+    for (int k = 0; k < 4; ++k) {
+      Four own, other;
+      take(own, x, group.own[at(k)]), take(other, x, row.other[at(k)]);
+      to.direction[k] = own - other;
+      squares[k] = to.direction[k] * to.direction[k];
+    }
+    detail::sum_each(squared_length, squares);
+    Four const square = squared_length > least ? squared_length : least + Four{};
+    detail::square_root(length, square);
+    Four const elongation = length - row.rest_length;
+    Four const per_length = 1 / length;
+    for (int k = 0; k < 4; ++k) {
+      Law const& law = row.law[at(k)];
+      Scalar const tension = static_cast<Scalar>(law.tension(elongation[k], row.rest_length[k]));
+      Scalar const along = static_cast<Scalar>(law.tangent_stiffness(elongation[k], row.rest_length[k]));
+      to.across[k] = std::max(Scalar(0), tension) * per_length[k];
+      to.more_along[k] = std::max(Scalar(0), along) - to.across[k];
+      to.damping[k] = static_cast<Scalar>(law.damping);
+      to.direction[k] *= per_length[k];
+    }
+    to.across *= row.weight, to.more_along *= row.weight, to.damping *= row.weight;
+    to.other = row.other;
+  }
+
   int own_count(int i) const noexcept { return anchors_[at(i)].end - own_begin(i); }
   int own_begin(int i) const noexcept { return i > 0 ? anchors_[at(i - 1)].end : 0; }
 
@@ -263,6 +318,7 @@ class MassSpringAssembly {
   std::vector<Anchor> anchors_;
   std::vector<Group> groups_;
   std::vector<Row> rows_;
+  MassSpringTangent<Scalar> tangent_;   // empty until linearise()
 };
 
 }  // namespace palpate

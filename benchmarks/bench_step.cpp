@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+// What a leapfrog step of a whole body costs beside a plain Eigen loop over the same springs in the same run, by size and scalar: square
+// grids with one diagonal a square (31 × 31 = 961 particles and 2,760 springs, 200 × 200, 1000 × 1000).
+//   bench_step
+// prints, for each, the median of plain time / library time over rounds that run both in turn (`plain/library`, above 1 the library is
+// faster) and the best time of both per spring and step [ns].
+#include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/mesh/edges.hpp>
+#include <palpate/mesh/grid.hpp>
+#include <palpate/region/whole_body.hpp>
+#include <palpate/tissue/mass_spring.hpp>
+
+#include "plain_body.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace {
+
+using namespace palpate;
+using Clock = std::chrono::steady_clock;
+
+/// The plain loop and the library in turn, as many steps each as take about a millisecond.
+template <RealScalar S>
+void step(benchmark::State& state) {
+  int const n = static_cast<int>(state.range(0));
+  auto grid = make_grid<S>(n, n, S(0.005));
+  for (int i = 0; i < n * n; ++i) grid.points(2, i) = S(1e-3) * static_cast<S>(std::sin(0.7 * i));   // no motion is zero in one direction
+  benchmarks::Coefficients const c{.mass_per_particle = 3e-4};
+  benchmarks::PlainBody<S> peer(grid, c);
+  SoftBody body(benchmarks::tissue_of(grid, c), LeapfrogVerlet{}, WholeBody{});
+  auto const springs = static_cast<double>(edges(grid).size());
+  S const h = S(1e-4);
+  int const steps = std::max(2, 60000 / (n * n));
+  // Every 61st particle is pushed at every step, to and fro, so that none comes so near to rest that its velocity loses its digits:
+  // such numbers take a processor longer.
+  int time = 0;
+  auto const push = [&](auto apply) {
+    S const force = S(0.03) * static_cast<S>(std::sin(0.05 * ++time));
+    for (int i = 7; i < n * n; i += 61) apply(i, Vector3<S>(force, -force, force));
+  };
+  auto const plain_step = [&] {
+    push([&](int i, Vector3<S> const& force) { peer.push(i, force); });
+    peer.advance(h);
+  };
+  auto const library_step = [&] {
+    push([&](int i, Vector3<S> const& force) { body.apply_force(i, force); });
+    body.step(h);
+  };
+  plain_step();
+  time = 0;
+  library_step();   // finds its stable step and lays out its springs
+  std::vector<double> ratios;
+  double best_plain = 1e9, best_library = 1e9;
+  for (auto _ : state) {
+    int const first = time;
+    auto const start = Clock::now();
+    for (int k = 0; k < steps; ++k) plain_step();
+    auto const middle = Clock::now();
+    time = first;
+    for (int k = 0; k < steps; ++k) library_step();
+    auto const end = Clock::now();
+    double const plain = std::chrono::duration<double>(middle - start).count(), library = std::chrono::duration<double>(end - middle).count();
+    ratios.push_back(plain / library);
+    best_plain = std::min(best_plain, plain / steps / springs * 1e9);
+    best_library = std::min(best_library, library / steps / springs * 1e9);
+  }
+  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
+  state.counters["plain/library"] = ratios[ratios.size() / 2];
+  state.counters["plain_ns"] = best_plain;
+  state.counters["library_ns"] = best_library;
+  if ((peer.positions() - body.positions()).cwiseAbs().maxCoeff() > S(1e-4)) state.SkipWithError("the two bodies do not move alike");
+}
+
+BENCHMARK(step<double>)->Arg(31)->Arg(200)->Arg(1000)->Unit(benchmark::kMillisecond);
+BENCHMARK(step<float>)->Arg(31)->Arg(200)->Arg(1000)->Unit(benchmark::kMillisecond);
+
+}  // namespace
