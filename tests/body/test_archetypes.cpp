@@ -2,15 +2,18 @@
 // A soft body asks no more of its policies than their concepts say. Yardstick: the closed form of a particle on its home spring.
 #include <palpate/body/soft_body.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/integrator/velocity_verlet.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/testing/tissue.hpp>
+#include <palpate/tissue/mass_spring.hpp>
 
 #include "catch.hpp"
 
 #include <cmath>
+#include <concepts>
 #include <span>
 #include <vector>
 
@@ -136,4 +139,32 @@ TEMPLATE_TEST_CASE("shipped integrators and regions work with the least tissue",
   body.set_gravity({0.0, 0.0, -10.0});
   body.settle();
   CHECK(body.displacement(7).z() == Approx(-0.1).epsilon(1e-6));
+}
+
+TEST_CASE("a body without an integrator and a region has the usual ones") {
+  auto const mesh = make_grid<double>(3, 3, 0.01);
+  MassSpring<double> const tissue(mesh, {.mass = {.total = 0.1}, .link = {.stiffness = 50.0}});
+  SoftBody whole(tissue);
+  SoftBody damped(tissue, VelocityVerlet{});
+  static_assert(std::same_as<decltype(whole), SoftBody<MassSpring<double>, LeapfrogVerlet, WholeBody>>);
+  static_assert(std::same_as<decltype(damped), SoftBody<MassSpring<double>, VelocityVerlet, WholeBody>>);
+  SoftBody copy(whole);
+  static_assert(std::same_as<decltype(copy), decltype(whole)>);
+  CHECK(copy.size() == 9);
+}
+
+TEST_CASE("an index or a zone that is none is answered in a sentence") {
+  auto const mesh = make_grid<double>(3, 3, 0.01);
+  MassSpring<double> const tissue(mesh, {.mass = {.total = 0.1}, .link = {.stiffness = 50.0}});
+  SoftBody const body(tissue);
+  for (int const i : {-1, 9, 100000}) {
+    CHECK_THROWS_AS(body.is_held(i), OutOfRange);
+    CHECK_THROWS_AS(body.home_position(i), OutOfRange);
+    CHECK_THROWS_AS(body.home_normal(i), OutOfRange);
+  }
+  CHECK_FALSE(body.is_held(8));
+  for (ZoneOfInfluence const& zone : {ZoneOfInfluence{.rings = -3}, ZoneOfInfluence{.rings = 2, .relaxation = std::nan("")},
+                                      ZoneOfInfluence{.rings = 2, .relaxation = -1e-7}})
+    CHECK_THROWS_AS(SoftBody(tissue, LeapfrogVerlet{}, zone), InvalidArgument);
+  CHECK_NOTHROW(SoftBody(tissue, LeapfrogVerlet{}, ZoneOfInfluence{.rings = 0, .relaxation = 0.0}));
 }

@@ -50,9 +50,15 @@ class BodyShape {
     return mesh;
   }
   /// Where a particle is in the undisturbed body: undeformed, or in equilibrium after settle(). Depth is counted from there.
-  Vector home_position(int i) const noexcept { return state_.home[i]; }
+  Vector home_position(int i) const {
+    check(i);
+    return state_.home[i];
+  }
   /// The smooth outward unit normal there.
-  Vector home_normal(int i) const noexcept { return state_.normal[i]; }
+  Vector home_normal(int i) const {
+    check(i);
+    return state_.normal[i];
+  }
 
   // --- where a tool is nearest --------------------------------------------------------------------------------------
   /// The surface vertex nearest to a point, on the body as it is now.

@@ -7,8 +7,10 @@
 #include <palpate/body/step_report.hpp>
 #include <palpate/body/substeps.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/region/concept.hpp>
+#include <palpate/region/whole_body.hpp>
 #include <palpate/statics/dynamic_relaxation.hpp>
 
 #include <algorithm>
@@ -51,8 +53,10 @@ class SoftBody : public BodyShape<TissueType> {
   using Shape::positions, Shape::velocities, Shape::size, Shape::tissue, Shape::triangles;
 
   /// With pre-tension in the tissue the body is settled first: it starts in equilibrium.
+  /// Without an integrator and a region: LeapfrogVerlet{} and WholeBody{}.
   explicit SoftBody(Tissue matter, IntegratorType integrator = {}, RegionType region = {})
       : Shape(std::move(matter)), integrator_(std::move(integrator)), region_(std::move(region)) {
+    if constexpr (requires { region_.validate(); }) region_.validate();
     Vector const diagonal = positions().rowwise().maxCoeff() - positions().rowwise().minCoeff();
     bound_ = 1000 * diagonal.norm();
     offset_ = positions().cwiseAbs().maxCoeff();
@@ -140,13 +144,16 @@ class SoftBody : public BodyShape<TissueType> {
   }
   void release(int i) {
     this->check(i);
-    if (!is_held(i)) return;
+    if (!holds(i)) return;
     state_.held[static_cast<std::size_t>(i)] = 0;
     std::erase(held_, i);
     moving_.push_back(i);   // it moves until it has relaxed
     chosen_for_ = {};
   }
-  bool is_held(int i) const noexcept { return state_.held[static_cast<std::size_t>(i)] != 0; }
+  bool is_held(int i) const {
+    this->check(i);
+    return holds(i);
+  }
 
   /// The force [N] that a nail or hand exerts on a particle to keep it in place: −(springs + weight + force of the last step).
   Vector reaction(int i) const {
@@ -387,8 +394,10 @@ class SoftBody : public BodyShape<TissueType> {
     return report;
   }
 
+  bool holds(int i) const noexcept { return state_.held[static_cast<std::size_t>(i)] != 0; }
+
   bool is_free(int i) const noexcept {
-    return !tissue_.nailed(i) && !is_held(i) && i != this->temporary_particle();
+    return !tissue_.nailed(i) && !holds(i) && i != this->temporary_particle();
   }
 
   void add_force(int i, Vector const& force) {
@@ -592,5 +601,10 @@ class SoftBody : public BodyShape<TissueType> {
   bool remembers_ = false;
   bool awake_ = false;
 };
+
+template <TissueModel Tissue>
+SoftBody(Tissue) -> SoftBody<Tissue, LeapfrogVerlet, WholeBody>;
+template <TissueModel Tissue, class IntegratorType>
+SoftBody(Tissue, IntegratorType) -> SoftBody<Tissue, IntegratorType, WholeBody>;
 
 }  // namespace palpate

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/error.hpp>
 #include <palpate/region/concept.hpp>
 
+#include <cmath>
 #include <cstddef>
 
 namespace palpate {
@@ -19,6 +21,13 @@ struct ZoneOfInfluence {
   static constexpr bool follows_touch = true;
   int rings = 2;
   double relaxation = 1e-7;   // share of a mean edge length
+
+  /// Throws InvalidArgument; a body that is given a zone asks.
+  void validate() const {
+    if (rings < 0) throw InvalidArgument(detail::message("a zone of ", rings, " rings; give 0 or more"));
+    if (!(relaxation >= 0) || !std::isfinite(relaxation))
+      throw InvalidArgument(detail::message("a zone's relaxation is ", relaxation, " of an edge; it must be finite and not negative"));
+  }
 
   template <class Graph>
   void select(Graph const& graph, std::span<int const> touched, Selection& selection) const {
