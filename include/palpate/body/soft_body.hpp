@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/applied_forces.hpp>
+#include <palpate/body/balance.hpp>
 #include <palpate/body/body_shape.hpp>
 #include <palpate/body/body_system.hpp>
+#include <palpate/body/divergence.hpp>
+#include <palpate/body/moving_set.hpp>
 #include <palpate/body/stability.hpp>
 #include <palpate/body/step_report.hpp>
 #include <palpate/body/substeps.hpp>
@@ -55,12 +59,12 @@ class SoftBody : public BodyShape<TissueType> {
   /// With pre-tension in the tissue the body is settled first: it starts in equilibrium.
   /// Without an integrator and a region: LeapfrogVerlet{} and WholeBody{}.
   explicit SoftBody(Tissue matter, IntegratorType integrator = {}, RegionType region = {})
-      : Shape(std::move(matter)), integrator_(std::move(integrator)), region_(std::move(region)) {
-    if constexpr (requires { region_.validate(); }) region_.validate();
+      : Shape(std::move(matter)), integrator_(std::move(integrator)), moving_(std::move(region)) {
     Vector const diagonal = positions().rowwise().maxCoeff() - positions().rowwise().minCoeff();
     bound_ = 1000 * diagonal.norm();
     offset_ = positions().cwiseAbs().maxCoeff();
     mean_edge_ = mean_edge_length(this->rest_mesh());
+    moving_.set_scale(mean_edge_, offset_);
     reserve(size(), tissue_.surface().triangle_count());
     home_revision_ = revision();
     if constexpr (requires { tissue_.link_prestrain(); })
@@ -98,9 +102,9 @@ class SoftBody : public BodyShape<TissueType> {
     require_finite("the force on particle", i, force);
     if (i == this->temporary_particle()) {
       for (std::size_t k = 0; k < temporary_->parents.size(); ++k)
-        if (temporary_->parents[k] >= 0) add_force(temporary_->parents[k], temporary_->weights[k] * force);
+        if (temporary_->parents[k] >= 0) forces_.add(state_, temporary_->parents[k], Vector(temporary_->weights[k] * force));
     } else {
-      add_force(i, force);
+      forces_.add(state_, i, force);
     }
   }
 
@@ -109,7 +113,7 @@ class SoftBody : public BodyShape<TissueType> {
     require_finite("gravity", -1, gravity);
     gravity_ = gravity;
     system_.forget();
-    wake();
+    moving_.wake();
   }
   Vector gravity() const noexcept { return gravity_; }
 
@@ -117,7 +121,7 @@ class SoftBody : public BodyShape<TissueType> {
     this->check(i);
     tissue_.nail(i);
     state_.velocity[i].setZero();
-    chosen_for_ = {};
+    moving_.forget();
   }
   /// Holds a particle where it is; drag() then moves it, release() lets it go with the velocity it was dragged with.
   void hold(int i) {
@@ -129,7 +133,7 @@ class SoftBody : public BodyShape<TissueType> {
       held_.push_back(i);
       state_.velocity[i].setZero();
       state_.remembered[i].setZero();
-      chosen_for_ = {};
+      moving_.forget();
     }
   }
   void drag(int i, Vector const& position, Vector const& velocity = Vector::Zero()) {
@@ -147,8 +151,7 @@ class SoftBody : public BodyShape<TissueType> {
     if (!holds(i)) return;
     state_.held[static_cast<std::size_t>(i)] = 0;
     std::erase(held_, i);
-    moving_.push_back(i);   // it moves until it has relaxed
-    chosen_for_ = {};
+    moving_.add(i);   // it moves until it has relaxed
   }
   bool is_held(int i) const {
     this->check(i);
@@ -177,9 +180,10 @@ class SoftBody : public BodyShape<TissueType> {
     int links = 3 * triangle_count + particle_count;
     if constexpr (requires { tissue_.links().size(); }) links = std::max(links, tissue_.links().size());   // a volume has more
     system_.reserve(particle_count, links);
-    selection_.reserve(particle_count);
+    moving_.reserve(particle_count);
+    forces_.reserve(particle_count);
     modal_estimate_.reserve(particle_count);
-    for (auto* list : {&touched_, &forced_, &loaded_, &held_, &moving_, &next_}) list->reserve(2 * static_cast<std::size_t>(particle_count));
+    held_.reserve(2 * static_cast<std::size_t>(particle_count));
   }
 
   // --- how it moves -------------------------------------------------------------------------------------------------
@@ -189,7 +193,7 @@ class SoftBody : public BodyShape<TissueType> {
     require_duration("a step", h);
     if (!stable_step_is_known_ || stable_for_ != revision()) stable_step();
     StepReport<Scalar> const report = take_step(h);
-    clear_forces();
+    forces_.consume(state_);
     return report;
   }
 
@@ -209,7 +213,7 @@ class SoftBody : public BodyShape<TissueType> {
       report.steps = k;
     }
     if (report && known_stable_step_ > 0) report.status = steps.capped ? StepStatus::behind : StepStatus::ok;
-    clear_forces();
+    forces_.consume(state_);
     return report;
   }
 
@@ -219,8 +223,8 @@ class SoftBody : public BodyShape<TissueType> {
   auto correct(Constraint const& constraint) noexcept {
     Scalar const per_second = last_step_ > 0 ? 1 / last_step_ : Scalar(0);
     auto const report = constraint.correct(
-        tissue_, std::span<int const>(moving_),
-        [&](int i) { return i < size() && selection_.contains(i) && is_free(i) ? 1 / tissue_.mass(i) : Scalar(0); }, positions(),
+        tissue_, moving_.particles(),
+        [&](int i) { return i < size() && moving_.contains(i) && is_free(i) ? 1 / tissue_.mass(i) : Scalar(0); }, positions(),
         [&](int i, Vector const& shift) {
           state_.position[i] += shift;
           state_.velocity[i] += per_second * shift;
@@ -266,9 +270,8 @@ class SoftBody : public BodyShape<TissueType> {
   template <EquilibriumSolver<Tissue> Solver>
   Equilibrium<Scalar> settle(Solver const& solver, Scalar tolerance = 0) {
     auto const found = find_balance(solver, tolerance, false, true);
-    require_balance(found, "the body does not settle", "lower link_prestrain or gravity, or raise the home stiffness");
-    moving_.clear();
-    awake_ = false;
+    require_balance(found, mean_edge_, "the body does not settle", "lower link_prestrain or gravity, or raise the home stiffness");
+    moving_.restart(false);
     state_.home.view() = state_.position.view();
     home_gravity_ = gravity_;
     home_revision_ = revision();
@@ -281,7 +284,7 @@ class SoftBody : public BodyShape<TissueType> {
   template <EquilibriumSolver<Tissue> Solver = DynamicRelaxation>
   Equilibrium<Scalar> solve_statics(Solver const& solver = {}, Scalar tolerance = 0) {
     auto const found = find_balance(solver, tolerance, true, true);
-    require_balance(found, "no equilibrium was found", "lower the forces, nail the body or raise the home stiffness, or give the solver more iterations");
+    require_balance(found, mean_edge_, "no equilibrium was found", "lower the forces, nail the body or raise the home stiffness, or give the solver more iterations");
     take_as_stepped();
     return found;
   }
@@ -300,10 +303,9 @@ class SoftBody : public BodyShape<TissueType> {
     state_.position.view() = state_.home.view();
     for (auto* columns : {&state_.velocity, &state_.remembered, &state_.applied, &state_.load}) columns->view().setZero();
     state_.held.assign(state_.held.size(), 0);
-    held_.clear(), forced_.clear(), moving_.clear();
-    chosen_for_ = {};
+    held_.clear(), forces_.clear();
+    moving_.restart(gravity_ != home_gravity_ || revision() != home_revision_);   // else the home shape is in balance
     remembers_ = tree_is_fitted_ = false;
-    awake_ = gravity_ != home_gravity_ || revision() != home_revision_;   // else the home shape is in balance
     time_ = last_step_ = 0;
     this->place_temporary();
   }
@@ -312,31 +314,32 @@ class SoftBody : public BodyShape<TissueType> {
   struct State {
     Tissue tissue;
     ParticleState<Scalar> particles;
-    std::vector<int> held, forced, moving;
+    std::vector<int> held, forced;
+    typename MovingSet<Tissue, RegionType>::State moving;
     Vector gravity, home_gravity;
     std::size_t home_revision;
-    bool remembers, awake;
+    bool remembers;
     Scalar time, last_step;
   };
   /// Throws while a cut is in progress: lift the tool first.
   State save() const {
     if (temporary_) throw InvalidArgument("a body can not be saved while a cut is in progress; lift the tool first");
-    return {tissue_, state_, held_, forced_, moving_, gravity_, home_gravity_, home_revision_, remembers_, awake_, time_, last_step_};
+    auto const forced = forces_.forced();
+    return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
+            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
     state_ = saved.particles;
-    held_ = saved.held, forced_ = saved.forced, moving_ = saved.moving;
+    held_ = saved.held;
+    forces_.restore(state_, saved.forced);
+    moving_.restore(saved.moving);
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
-    remembers_ = saved.remembers, awake_ = saved.awake, time_ = saved.time, last_step_ = saved.last_step;
-    loaded_.clear();
-    for (int i = 0; i < size(); ++i)
-      if (!state_.load[i].isZero(0)) loaded_.push_back(i);
+    remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
     disturbed_.clear();
     temporary_.reset();
     this->build_tree();
     stable_step_is_known_ = false;
-    chosen_for_ = {};
     ++topology_revision_;
     ++restorations_;
   }
@@ -345,13 +348,6 @@ class SoftBody : public BodyShape<TissueType> {
 
  private:
   using Shape::disturbed_, Shape::state_, Shape::temporary_, Shape::tissue_, Shape::topology_revision_, Shape::tree_is_fitted_;
-
-  /// What the moving set was chosen for: while nothing of it changes, the set stays.
-  struct Choice {
-    std::size_t tissue_revision = static_cast<std::size_t>(-1);
-    int particles = -1;
-    bool operator==(Choice const&) const = default;
-  };
 
   static void require_finite(std::string_view what, int i, Vector const& value) {
     if (!value.allFinite())
@@ -368,14 +364,16 @@ class SoftBody : public BodyShape<TissueType> {
   StepReport<Scalar> take_step(Scalar h) {
     choose_moving();
     StepReport<Scalar> report;
-    report.moving = static_cast<int>(moving_.size());
+    report.moving = static_cast<int>(moving_.particles().size());
     report.stable_step = known_stable_step_;
     if (h > known_stable_step_) report.status = StepStatus::above_stable_step;
-    if (!moving_.empty()) {
-      system_.gather(state_, forced_, gravity_, remembers_);
+    if (!moving_.is_empty()) {
+      system_.gather(state_, forces_.forced(), gravity_, remembers_);
       integrator_.step(system_, h);
-      if (find_diverged(report)) {
+      if (auto const diverged = find_diverged(system_, moving_.particles(), bound_ + offset_)) {
         report.status = StepStatus::diverged;
+        report.particle = diverged->particle;
+        report.value = diverged->value;
         report.stable_step = stable_step();
         system_.forget();
         return report;
@@ -400,151 +398,44 @@ class SoftBody : public BodyShape<TissueType> {
     return !tissue_.nailed(i) && !holds(i) && i != this->temporary_particle();
   }
 
-  void add_force(int i, Vector const& force) {
-    if (force.isZero(0)) return;
-    if (state_.applied[i].isZero(0)) forced_.push_back(i);
-    state_.applied[i] += force;
-  }
-
-  void clear_forces() noexcept {
-    for (int const i : loaded_)
-      if (i < size()) state_.load[i].setZero();
-    loaded_.swap(forced_);
-    forced_.clear();
-    for (int const i : loaded_) {
-      if (i >= size()) continue;
-      state_.load[i] += state_.applied[i];   // a particle may be listed twice
-      state_.applied[i].setZero();
-    }
-  }
-
-  void wake() noexcept { awake_ = true; }
-
-  /// Asks a solver for the positions of the free particles and takes them, all at rest; with `only_balance`, only when they are balanced.
+  /// Takes the positions that a solver finds for the free particles, all at rest; with `only_balance`, only when they are balanced.
   template <class Solver>
   Equilibrium<Scalar> find_balance(Solver const& solver, Scalar tolerance, bool with_forces, bool only_balance) {
-    if (!(tolerance >= 0) || !std::isfinite(tolerance))
-      throw InvalidArgument(detail::message("a tolerance of ", tolerance, " mean edges; it must be finite and not negative"));
-    if (!(tolerance > 0)) tolerance = std::max(Scalar(1e-8), 16 * std::numeric_limits<Scalar>::epsilon() * offset_ / mean_edge_);
-    std::vector<int> free, touched(held_);
-    for (int i = 0; i < size(); ++i)
-      if (is_free(i)) free.push_back(i);
-    StaticProblem<Tissue> problem{tissue_, free, gravity_, Matrix3X<Scalar>(3, 0), tolerance * mean_edge_, {}};
-    if (with_forces) {
-      problem.applied = state_.applied.view();
-      for (int const i : forced_)
-        if (i < size()) touched.push_back(i);
-    }
-    problem.touched = touched;
     Matrix3X<Scalar> x = positions();
-    auto const found = solver.solve(problem, x);
+    auto const found = palpate::find_balance(solver, view(), tolerance, mean_edge_, offset_, with_forces, x);
     if (only_balance && !found.converged) return found;
-    for (int const i : free) {
+    for (int i = 0; i < size(); ++i) {
+      if (!is_free(i)) continue;
       state_.position[i] = x.col(i);
       state_.velocity[i].setZero();
       state_.remembered[i].setZero();
     }
     system_.forget();
-    chosen_for_ = {};
+    moving_.forget();
     tree_is_fitted_ = false;
     this->place_temporary();
     return found;
   }
 
-  void require_balance(Equilibrium<Scalar> const& found, std::string_view what, std::string_view remedy) const {
-    if (found.converged) return;
-    throw Error(detail::message(what, ": the largest imbalance is ", found.imbalance / mean_edge_, " of a mean edge after ", found.iterations,
-                                " iterations; ", remedy));
-  }
-
   void take_as_stepped() noexcept {
-    clear_forces();
-    wake();
+    forces_.consume(state_);
+    moving_.wake();
   }
 
-  /// What edits of the surface leave to do: the particles they changed, and those beside them, move on; the rest is kept.
-  void follow_edits() {
-    auto const is_gone = [this](int i) { return i >= size(); };
-    for (auto* list : {&forced_, &held_, &moving_}) std::erase_if(*list, is_gone);
-    for (int const i : disturbed_) {
-      if (is_gone(i)) continue;
-      if (!state_.applied[i].isZero(0)) forced_.push_back(i);   // a merged particle hands its forces over
-      if (!state_.load[i].isZero(0)) loaded_.push_back(i);
-      if (!RegionType::follows_touch) continue;
-      moving_.push_back(i);
-      tissue_.for_each_neighbour(i, [&](int neighbour) { moving_.push_back(neighbour); });
-    }
-    disturbed_.clear();
+  BodyView<Tissue> view() noexcept {
+    return {tissue_, state_, forces_.forced(), held_, gravity_, last_step_, this->temporary_particle(), revision()};
   }
 
-  /// Finds the particles to compute. A region that does not follow the touch is asked again only after an edit; one that does, at
-  /// every step, and what it leaves out goes on moving until it may stop.
   void choose_moving() {
-    Choice const now{revision(), size()};
-    if (!RegionType::follows_touch && now == chosen_for_) return;
-    if (!disturbed_.empty()) follow_edits();
-    selection_.clear();
-    touched_.clear();
-    for (int const i : forced_) touched_.push_back(i);
-    for (int const i : held_) touched_.push_back(i);
-    if (awake_)
-      for (int i = 0; i < size(); ++i) selection_.add(i);
-    region_.select(tissue_, std::span<int const>(touched_), selection_);
-    if (RegionType::follows_touch && !awake_) keep_moving();
-    selection_.sort();
-    next_.clear();
-    bool relaxed = awake_ && RegionType::follows_touch;
-    for (int const i : selection_.particles())
-      if (is_free(i)) {
-        next_.push_back(i);
-        relaxed = relaxed && has_relaxed(i);
-      }
-    if (relaxed && time_ > 0) awake_ = false;
-    if (now == chosen_for_ && next_ == moving_) return;
-    moving_.swap(next_);
-    system_.choose(tissue_, moving_);
-    chosen_for_ = now;
-  }
-
-  /// Of the particles that moved so far and that the region leaves out, those go on that have not relaxed. Relaxed ones stop at home;
-  /// elsewhere they may be held in balance by what is touched, so they stop all at once, when nothing is touched any more.
-  void keep_moving() {
-    bool all_stop = touched_.empty();
-    for (int const i : moving_) all_stop = all_stop && (!is_free(i) || has_relaxed(i));
-    for (int const i : moving_) {
-      if (selection_.contains(i) || !is_free(i)) continue;
-      if (all_stop || (is_home(i) && has_relaxed(i))) {
-        state_.velocity[i].setZero();
-        state_.remembered[i].setZero();
-      } else {
-        selection_.add(i);
-      }
+    if (moving_.is_chosen(view())) return;
+    if (!disturbed_.empty()) {
+      forces_.follow_edits(state_, disturbed_);
+      std::erase_if(held_, [this](int i) { return i >= size(); });
+      moving_.follow_edits(tissue_, disturbed_);
+      disturbed_.clear();
     }
+    if (moving_.choose(view(), !(time_ > 0))) system_.choose(tissue_, moving_.particles());
   }
-
-  bool is_home(int i) const noexcept {
-    constexpr Scalar least = std::same_as<Scalar, float> ? Scalar(1e-3) : Scalar(0);
-    Scalar const share = std::max(100 * static_cast<Scalar>(region_.relaxation), least);   // settle() leaves a remainder
-    return (state_.position[i] - state_.home[i]).squaredNorm() < share * share * mean_edge_ * mean_edge_;
-  }
-
-  /// Elastic force over stiffness, and speed over √(stiffness/mass), below `relaxation` mean edges; or so small that a step does
-  /// not show in the last digit of the coordinates, where float stops before.
-  bool has_relaxed(int i) const noexcept {
-    Scalar const digit = 2 * std::numeric_limits<Scalar>::epsilon() * offset_;
-    Scalar const crawl = last_step_ > 0 ? digit / last_step_ : Scalar(0);
-    Scalar const tolerance = std::max(static_cast<Scalar>(region_.relaxation) * mean_edge_, 4 * digit);
-    Scalar const stiffness = tissue_.stiffness_bound(i);
-    Scalar const mass = tissue_.mass(i);
-    if (!(state_.velocity[i].norm() < std::max(std::sqrt(stiffness / mass) * tolerance, crawl))) return false;
-    Vector const force = tissue_.internal_force(i, positions(), Still{}) + mass * gravity_;
-    return force.norm() < std::max(stiffness * tolerance, tissue_.damping_bound(i) * crawl);
-  }
-
-  /// Velocities of a body at rest, as a 3 × n expression.
-  struct Still {
-    static Vector col(int) noexcept { return Vector::Zero(); }
-  };
 
   /// Positions after a while at the present velocities, as a 3 × n expression.
   struct Drifted {
@@ -560,31 +451,12 @@ class SoftBody : public BodyShape<TissueType> {
       return topology_revision_;
   }
 
-  /// Whether a particle of the moving set has diverged; which, and what it came to.
-  bool find_diverged(StepReport<Scalar>& report) noexcept {
-    Scalar const bound = bound_ + offset_;
-    if (system_.is_within(bound)) return false;
-    auto const x = system_.positions();
-    auto const v = system_.velocities();
-    constexpr Scalar largest = std::numeric_limits<Scalar>::max();
-    for (int i = 0; i < system_.moving(); ++i)
-      for (int k = 0; k < 6; ++k) {
-        report.value = k < 3 ? x(k, i) : v(k - 3, i);
-        if (std::abs(report.value) < bound || (k >= 3 && std::abs(report.value) <= largest)) continue;
-        report.particle = moving_[static_cast<std::size_t>(i)];
-        return true;
-      }
-    report.value = 0;
-    return false;
-  }
-
   IntegratorType integrator_;
-  RegionType region_;
   BodySystem<Tissue> system_;
   ModalEstimate<Tissue> modal_estimate_;
-  Selection selection_;
-  std::vector<int> touched_, forced_, loaded_, held_, moving_, next_;
-  Choice chosen_for_;
+  MovingSet<Tissue, RegionType> moving_;
+  AppliedForces forces_;
+  std::vector<int> held_;
   Vector gravity_ = Vector::Zero();
   Vector home_gravity_ = Vector::Zero();   // with this, and tissue of this revision, the home shape is in equilibrium
   std::size_t home_revision_ = 0;
@@ -599,7 +471,6 @@ class SoftBody : public BodyShape<TissueType> {
   std::size_t restorations_ = 0;
   bool stable_step_is_known_ = false;
   bool remembers_ = false;
-  bool awake_ = false;
 };
 
 template <TissueModel Tissue>

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/moving_set.hpp>
+#include <palpate/core/error.hpp>
+#include <palpate/statics/concept.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+namespace palpate {
+
+/// Asks a solver where the free particles of a body come to rest under gravity and what is held, and `with_forces` also under the forces
+/// applied. `x` is where the search starts and ends [m].
+/// `tolerance` in mean edges; 0: 1e-8, or what the digits allow at a distance `offset` [m] from the origin.
+template <TissueModel Tissue, class Solver>
+Equilibrium<typename Tissue::Scalar> find_balance(Solver const& solver, BodyView<Tissue> const& body, typename Tissue::Scalar tolerance,
+                                                  typename Tissue::Scalar mean_edge, typename Tissue::Scalar offset, bool with_forces,
+                                                  Matrix3X<typename Tissue::Scalar>& x) {
+  using Scalar = typename Tissue::Scalar;
+  if (!(tolerance >= 0) || !std::isfinite(tolerance))
+    throw InvalidArgument(detail::message("a tolerance of ", tolerance, " mean edges; it must be finite and not negative"));
+  if (!(tolerance > 0)) tolerance = std::max(Scalar(1e-8), 16 * std::numeric_limits<Scalar>::epsilon() * offset / mean_edge);
+  std::vector<int> free, touched(body.held.begin(), body.held.end());
+  for (int i = 0; i < body.size(); ++i)
+    if (body.is_free(i)) free.push_back(i);
+  StaticProblem<Tissue> problem{body.tissue, free, body.gravity, Matrix3X<Scalar>(3, 0), tolerance * mean_edge, {}};
+  if (with_forces) {
+    problem.applied = body.state.applied.view();
+    for (int const i : body.forced)
+      if (i < body.size()) touched.push_back(i);
+  }
+  problem.touched = touched;
+  return solver.solve(problem, x);
+}
+
+/// Throws Error unless balance was found.
+template <RealScalar Scalar>
+void require_balance(Equilibrium<Scalar> const& found, Scalar mean_edge, std::string_view what, std::string_view remedy) {
+  if (found.converged) return;
+  throw Error(detail::message(what, ": the largest imbalance is ", found.imbalance / mean_edge, " of a mean edge after ", found.iterations,
+                              " iterations; ", remedy));
+}
+
+}  // namespace palpate

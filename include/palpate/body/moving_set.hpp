@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/particle_state.hpp>
+#include <palpate/region/concept.hpp>
+#include <palpate/tissue/concept.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+/// Velocities of a body at rest, as a 3 × n expression.
+template <RealScalar Scalar>
+struct Still {
+  static Vector3<Scalar> col(int) noexcept { return Vector3<Scalar>::Zero(); }
+};
+
+/// A body as the choice of its moving particles sees it.
+template <TissueModel Tissue>
+struct BodyView {
+  using Scalar = typename Tissue::Scalar;
+  Tissue const& tissue;
+  ParticleState<Scalar>& state;
+  std::span<int const> forced, held;
+  Vector3<Scalar> gravity;   // m/s²
+  Scalar last_step;          // s
+  int temporary;             // a particle without mass, or −1
+  std::size_t revision;      // of the tissue
+
+  int size() const noexcept { return state.size(); }
+  bool is_free(int i) const noexcept { return !tissue.nailed(i) && state.held[static_cast<std::size_t>(i)] == 0 && i != temporary; }
+};
+
+/// The particles that a step computes: those that the region chooses, and those it leaves out again that have not relaxed.
+/// A region that does not follow the touch is asked again only after an edit; one that does, at every step.
+/// Relaxed     elastic force over stiffness, and speed over √(stiffness/mass), below the region's `relaxation` in mean edges; or so small
+///             that a step does not show in the last digit of the coordinates, where float stops before.
+/// Cost        O(chosen particles), O(body) while it is awake; nothing is allocated within what was reserved.
+template <TissueModel Tissue, Region RegionType>
+class MovingSet {
+ public:
+  using Scalar = typename Tissue::Scalar;
+  using Vector = Vector3<Scalar>;
+  using View = BodyView<Tissue>;
+
+  /// What of it makes the body's future.
+  struct State {
+    std::vector<int> particles;
+    bool awake;
+  };
+
+  /// Throws what the region's validate() throws, if it has one.
+  explicit MovingSet(RegionType region) : region_(std::move(region)) {
+    if constexpr (requires { region_.validate(); }) region_.validate();
+  }
+
+  /// `mean_edge` and the body's distance from the origin, `offset` [m], say what counts as small.
+  void set_scale(Scalar mean_edge, Scalar offset) noexcept { mean_edge_ = mean_edge, offset_ = offset; }
+
+  void reserve(int particle_count) {
+    selection_.reserve(particle_count);
+    for (auto* list : {&touched_, &moving_, &next_}) list->reserve(2 * static_cast<std::size_t>(particle_count));
+  }
+
+  std::span<int const> particles() const noexcept { return moving_; }
+  bool contains(int i) const noexcept { return selection_.contains(i); }
+  bool is_empty() const noexcept { return moving_.empty(); }
+
+  /// The whole body moves until it has relaxed.
+  void wake() noexcept { awake_ = true; }
+  /// What was chosen is void: another particle can move now, or one less.
+  void forget() noexcept { chosen_for_ = {}; }
+  /// A particle goes on moving until it has relaxed.
+  void add(int i) {
+    moving_.push_back(i);
+    forget();
+  }
+  /// Nothing moves, or all of the body.
+  void restart(bool awake) noexcept {
+    moving_.clear();
+    awake_ = awake;
+    forget();
+  }
+
+  State save() const { return {moving_, awake_}; }
+  void restore(State const& saved) {
+    moving_ = saved.particles;
+    awake_ = saved.awake;
+    forget();
+  }
+
+  /// After an edit: particles that are gone are forgotten, those that it changed, and those beside them, go on.
+  void follow_edits(Tissue const& tissue, std::span<int const> disturbed) {
+    auto const is_gone = [&](int i) { return i >= tissue.size(); };
+    std::erase_if(moving_, is_gone);
+    if (!RegionType::follows_touch) return;
+    for (int const i : disturbed) {
+      if (is_gone(i)) continue;
+      moving_.push_back(i);
+      tissue.for_each_neighbour(i, [&](int neighbour) { moving_.push_back(neighbour); });
+    }
+  }
+
+  /// Whether there is nothing to choose anew.
+  bool is_chosen(View const& body) const noexcept { return !RegionType::follows_touch && choice(body) == chosen_for_; }
+
+  /// Finds the particles to compute; true where they are others than before. `fresh`: no time has passed yet.
+  bool choose(View const& body, bool fresh) {
+    selection_.clear();
+    touched_.clear();
+    for (int const i : body.forced) touched_.push_back(i);
+    for (int const i : body.held) touched_.push_back(i);
+    if (awake_)
+      for (int i = 0; i < body.size(); ++i) selection_.add(i);
+    region_.select(body.tissue, std::span<int const>(touched_), selection_);
+    if (RegionType::follows_touch && !awake_) keep_moving(body);
+    selection_.sort();
+    next_.clear();
+    bool relaxed = awake_ && RegionType::follows_touch;
+    for (int const i : selection_.particles())
+      if (body.is_free(i)) {
+        next_.push_back(i);
+        relaxed = relaxed && has_relaxed(body, i);
+      }
+    if (relaxed && !fresh) awake_ = false;
+    Choice const now = choice(body);
+    if (now == chosen_for_ && next_ == moving_) return false;
+    moving_.swap(next_);
+    chosen_for_ = now;
+    return true;
+  }
+
+ private:
+  /// What the moving set was chosen for: while nothing of it changes, the set stays.
+  struct Choice {
+    std::size_t tissue_revision = static_cast<std::size_t>(-1);
+    int particles = -1;
+    bool operator==(Choice const&) const = default;
+  };
+  static Choice choice(View const& body) noexcept { return {body.revision, body.size()}; }
+
+  /// Of the particles that moved so far and that the region leaves out, those go on that have not relaxed. Relaxed ones stop at home;
+  /// elsewhere they may be held in balance by what is touched, so they stop all at once, when nothing is touched any more.
+  void keep_moving(View const& body) {
+    bool all_stop = touched_.empty();
+    for (int const i : moving_) all_stop = all_stop && (!body.is_free(i) || has_relaxed(body, i));
+    for (int const i : moving_) {
+      if (selection_.contains(i) || !body.is_free(i)) continue;
+      if (all_stop || (is_home(body, i) && has_relaxed(body, i))) {
+        body.state.velocity[i].setZero();
+        body.state.remembered[i].setZero();
+      } else {
+        selection_.add(i);
+      }
+    }
+  }
+
+  bool is_home(View const& body, int i) const noexcept {
+    constexpr Scalar least = std::same_as<Scalar, float> ? Scalar(1e-3) : Scalar(0);
+    Scalar const share = std::max(100 * static_cast<Scalar>(region_.relaxation), least);   // settle() leaves a remainder
+    return (body.state.position[i] - body.state.home[i]).squaredNorm() < share * share * mean_edge_ * mean_edge_;
+  }
+
+  bool has_relaxed(View const& body, int i) const noexcept {
+    Scalar const digit = 2 * std::numeric_limits<Scalar>::epsilon() * offset_;
+    Scalar const crawl = body.last_step > 0 ? digit / body.last_step : Scalar(0);
+    Scalar const tolerance = std::max(static_cast<Scalar>(region_.relaxation) * mean_edge_, 4 * digit);
+    Scalar const stiffness = body.tissue.stiffness_bound(i);
+    Scalar const mass = body.tissue.mass(i);
+    if (!(body.state.velocity[i].norm() < std::max(std::sqrt(stiffness / mass) * tolerance, crawl))) return false;
+    Vector const force = body.tissue.internal_force(i, std::as_const(body.state).position.view(), Still<Scalar>{}) + mass * body.gravity;
+    return force.norm() < std::max(stiffness * tolerance, body.tissue.damping_bound(i) * crawl);
+  }
+
+  RegionType region_;
+  Selection selection_;
+  std::vector<int> touched_, moving_, next_;
+  Choice chosen_for_;
+  Scalar mean_edge_ = 0;   // m
+  Scalar offset_ = 0;      // m
+  bool awake_ = false;
+};
+
+}  // namespace palpate
