@@ -105,7 +105,7 @@ void ratio(benchmark::State& state) {
 template <RealScalar S>
 void backward_euler_25(benchmark::State& state) {
   using Clock = std::chrono::steady_clock;
-  PlainBody<S> peer(make_heart<S>());
+  benchmarks::PlainBody<S> peer(make_heart<S>(), coefficients);
   SoftBody body(heart<S>(), BackwardEuler{.tolerance = 0, .most_iterations = 25}, WholeBody{});
   peer.push(100, push.cast<S>());
   std::vector<double> ratios;

@@ -29,6 +29,18 @@ concept System = requires(S& system, typename S::Matrix& columns, int k) {
   { system.remembers() } -> std::same_as<bool>;
 };
 
+/// A System that also answers for its tangent at the present positions: what implicit integrators solve with. M, C and K are symmetric, C and K
+/// positive semidefinite; where that makes K differ from the derivative of the forces, a second Newton iteration corrects it.
+///   linearise()                          takes C = −∂f/∂v and K ≈ −∂f/∂x at positions(), once for many products
+///   multiply_tangent(m, c, k, d, out)    out = (m M + c C + k K) d
+///   tangent_diagonal(m, c, k, out)       3 × n, the diagonal of that matrix
+template <class S>
+concept LinearisedSystem = System<S> && requires(S& system, typename S::Matrix& columns, typename S::Scalar factor) {
+  system.linearise();
+  system.multiply_tangent(factor, factor, factor, columns, columns);
+  system.tangent_diagonal(factor, factor, factor, columns);
+};
+
 namespace detail {
 
 /// The least a System can be; concepts are checked against it.
@@ -51,16 +63,29 @@ struct SystemArchetype {
   Matrix columns;
 };
 
-static_assert(System<SystemArchetype>);
+struct LinearisedSystemArchetype : SystemArchetype {
+  void linearise() {}
+  template <class D, class Out>
+  void multiply_tangent(double, double, double, D const&, Out&&) {}
+  template <class Out>
+  void tangent_diagonal(double, double, double, Out&&) {}
+};
+
+static_assert(System<SystemArchetype> && !LinearisedSystem<SystemArchetype> && LinearisedSystem<LinearisedSystemArchetype>);
+
+template <class I, class S>
+concept Steps = requires(I const& integrator, S& system, double h) { integrator.step(system, h); };
 
 }  // namespace detail
 
 /// Advances a System by one step of h seconds.
 /// What the syntax can not say, and `testing/` checks: a step of zero changes nothing, and the error shrinks as h^order.
 template <class I>
-concept Integrator = std::copyable<I> && requires(I const& integrator, detail::SystemArchetype& system, double h) {
-  integrator.step(system, h);
-};
+concept Integrator = std::copyable<I> && (detail::Steps<I, detail::SystemArchetype> || detail::Steps<I, detail::LinearisedSystemArchetype>);
+
+/// An integrator whose step takes a LinearisedSystem and nothing less.
+template <class I>
+concept ImplicitIntegrator = Integrator<I> && !detail::Steps<I, detail::SystemArchetype>;
 
 /// The extremes of a linearised body's modes x″ = −κ x − γ x′, from which a stable step follows.
 template <RealScalar Scalar>

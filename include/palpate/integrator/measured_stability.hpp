@@ -36,6 +36,15 @@ class OscillatorSystem {
   void acceleration(X const& x, V const& v, Matrix& out) const {
     out = -stiffness_ * x - damping_ * v;
   }
+  void linearise() {}
+  template <class D, class Out>
+  void multiply_tangent(Scalar m, Scalar c, Scalar k, D const& d, Out&& out) const {
+    out = (m + c * damping_ + k * stiffness_) * d;
+  }
+  template <class Out>
+  void tangent_diagonal(Scalar m, Scalar c, Scalar k, Out&& out) const {
+    out.setConstant(m + c * damping_ + k * stiffness_);
+  }
   Matrix& scratch(int k) {
     scratch_[k].resize(3, 1);
     return scratch_[k];

@@ -40,6 +40,17 @@ class TwoParticles {
   void acceleration(Eigen::MatrixBase<X> const& x, Eigen::MatrixBase<V> const& v, Out&& out) const {
     out = acceleration(x, v);
   }
+  /// C as it is; of K the same for every direction, so not quite the derivative of the forces: an integrator has to stand that.
+  void linearise() { at_ = x_; }
+  template <class D, class Out>
+  void multiply_tangent(double m, double c, double k, D const& d, Out&& out) const {
+    for (int i = 0; i < 2; ++i)
+      out.col(i) = (m + 1.1 * c + k * own_stiffness(i)) * d.col(i) - (0.5 * c + 3.0 * k) * d.col(1 - i);
+  }
+  template <class Out>
+  void tangent_diagonal(double m, double c, double k, Out&& out) const {
+    for (int i = 0; i < 2; ++i) out.col(i).setConstant(m + 1.1 * c + k * own_stiffness(i));
+  }
   Matrix& scratch(int k) { return scratch_[k]; }
   Matrix& remembered_acceleration() { return memory_; }
   bool remembers() const { return remembers_; }
@@ -72,7 +83,9 @@ class TwoParticles {
   }
 
  private:
-  Matrix x_, v_, memory_;
+  double own_stiffness(int i) const { return 7.0 + 1.5 * at_.col(i).squaredNorm(); }
+
+  Matrix x_, v_, memory_, at_;
   Matrix scratch_[12];
   bool remembers_ = false;
 };

@@ -68,6 +68,17 @@ concept MultipliesStiffness = requires(T const& tissue, Matrix3X<typename T::Sca
   tissue.add_damping_product(columns, columns, columns);
 };
 
+/// Its Assembly also gives the matrix that an implicit integrator solves with: after linearise(x, inverse_mass), out = (m M + c C + k K) d and
+/// the diagonal of that matrix, K and C symmetric and positive semidefinite at x. d and out are 4 × particles().size(), contiguous, the fourth row
+/// 0, d zero in the border's columns; what comes out there is not used.
+template <class T>
+concept Linearises = Assembles<T> && requires(typename T::Assembly& assembly, Matrix<typename T::Scalar, 4, Dynamic> const& x,
+                                              typename T::Scalar const* in, typename T::Scalar* out, typename T::Scalar factor) {
+  assembly.linearise(x, in);
+  assembly.multiply_tangent(factor, factor, factor, in, out);
+  assembly.tangent_diagonal(factor, factor, factor, out);
+};
+
 /// Also states the energy stored in its elements at given positions [J].
 template <class T>
 concept HasPotentialEnergy = requires(T const& tissue, Matrix3X<typename T::Scalar> const& positions) {

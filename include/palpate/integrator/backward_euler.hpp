@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/integrator/theta_scheme.hpp>
+
+#include <limits>
+
+namespace palpate {
+
+/// The θ-scheme with θ = 1: (M + hC + h²K) Δv = h (f(x, v) − h K v),   v⁺ = v + Δv,   x⁺ = x + h v⁺.
+/// Order      1. It damps: a mode loses a factor 1/√(1 + (hω)²) a step, also without damping of its own, so fast modes vanish at once.
+/// Stability  any step of the linearised body. Units, budget, cost and limits: see ThetaScheme.
+/// Source     \cite baraff1998; spec Z3.
+struct BackwardEuler {
+  static constexpr int order = 1;
+
+  double tolerance = 1e-4;      ///< relative
+  int most_iterations = 100;    ///< of conjugate gradients in a step: the real-time budget
+  int newton_iterations = 1;    ///< 1: linearised
+
+  template <LinearisedSystem S>
+  void step(S& system, typename S::Scalar h) const {
+    ThetaScheme{1.0, tolerance, most_iterations, newton_iterations}.step(system, h);
+  }
+
+  template <RealScalar Scalar>
+  Scalar stable_step(ModalBounds<Scalar> const&) const {
+    return std::numeric_limits<Scalar>::infinity();
+  }
+};
+
+static_assert(StatesStableStep<BackwardEuler> && ImplicitIntegrator<BackwardEuler>);
+
+}  // namespace palpate

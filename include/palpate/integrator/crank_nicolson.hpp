@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/integrator/theta_scheme.hpp>
+
+#include <limits>
+
+namespace palpate {
+
+/// The θ-scheme with θ = ½, the trapezoidal rule: M Δv = h/2 (f(x, v) + f(x⁺, v⁺)),   x⁺ = x + h/2 (v + v⁺).
+/// Order      2, also with velocity-dependent forces, for two Newton iterations and a tolerance that does not show; 1 for one iteration.
+/// Stability  any step of the linearised body; it damps nothing by itself, so modes faster than the step ring on.
+///            Units, budget, cost and limits: see ThetaScheme.
+/// Source     spec Z3; the step and its solution after \cite baraff1998.
+struct CrankNicolson {
+  static constexpr int order = 2;
+
+  double tolerance = 1e-6;      ///< relative
+  int most_iterations = 100;    ///< of conjugate gradients in a step: the real-time budget
+  int newton_iterations = 2;
+
+  template <LinearisedSystem S>
+  void step(S& system, typename S::Scalar h) const {
+    ThetaScheme{0.5, tolerance, most_iterations, newton_iterations}.step(system, h);
+  }
+
+  template <RealScalar Scalar>
+  Scalar stable_step(ModalBounds<Scalar> const&) const {
+    return std::numeric_limits<Scalar>::infinity();
+  }
+};
+
+static_assert(StatesStableStep<CrankNicolson> && ImplicitIntegrator<CrankNicolson>);
+
+}  // namespace palpate
