@@ -48,6 +48,9 @@ class SoftBody : public BodyShape<TissueType> {
   using Shape = BodyShape<TissueType>;
   static_assert(TissueModel<TissueType>, "SoftBody: the first policy is no TissueModel; see palpate/tissue/concept.hpp, or use MassSpring<double>.");
   static_assert(Integrator<IntegratorType>, "SoftBody: the second policy is no Integrator: it needs step(system, h) const; LeapfrogVerlet{} is one.");
+  static_assert(!ImplicitIntegrator<IntegratorType> || LinearisedSystem<BodySystem<TissueType>>,
+                "SoftBody: this integrator is implicit and needs the tangent stiffness of the tissue: take MassSpring with a law that has "
+                "tangent_stiffness(elongation, rest_length), or an explicit integrator such as LeapfrogVerlet.");
   static_assert(Region<RegionType>, "SoftBody: the third policy is no Region; WholeBody{} and ZoneOfInfluence{.rings = 2} are.");
 
  public:
