@@ -145,7 +145,19 @@ demo() {
   }
   step "run it"
   with_display build/release/examples/incision/incision "$@"
-  step "done; the output is in $(pwd)/incision-out"
+  out=incision-out   # or what --out says
+  while [ $# -gt 0 ]; do
+    case $1 in
+      --out) [ $# -lt 2 ] || out=$2 ;;
+      --out=*) out=${1#--out=} ;;
+    esac
+    shift
+  done
+  case $out in
+    /*) ;;
+    *) out=$(pwd)/$out ;;
+  esac
+  step "done; the output is in $out"
 }
 
 run_tests() {
