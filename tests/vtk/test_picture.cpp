@@ -10,7 +10,9 @@
 #include <vtkImageData.h>
 #include <vtkPNGReader.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
@@ -157,4 +159,29 @@ TEST_CASE("without a display a picture is refused, not a crash", "[vtk][picture]
     setenv("DISPLAY", before.c_str(), 1);
   else
     unsetenv("DISPLAY");
+}
+
+// Yardstick: the perspective of a pinhole, point by point; `view_angle` spans the shorter side.
+TEST_CASE("a framed mesh is in the picture as a whole, and fills it", "[vtk][picture]") {
+  auto mesh = make_sphere<double>(0.05, 6);
+  mesh.points.row(0) *= 3.0;
+  mesh.points.row(1).array() += 0.4;
+  for (double const aspect : {4.0 / 3.0, 1.0, 0.5})
+    for (Vector3<double> const from : {Vector3<double>(0.1, -0.7, 0.8), Vector3<double>(1.0, 0.3, 0.1), Vector3<double>(-0.2, 0.1, -3.0)}) {
+      Camera const camera = framing(mesh, from, {0.1, 0.9, 0.3}, aspect);
+      Vector3<double> const ahead = (camera.target - camera.position).normalized(), right = ahead.cross(camera.up).normalized();
+      double const half = std::tan(camera.view_angle / 2 * 3.14159265358979323846 / 180.0);
+      double widest = 0.0;
+      for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
+        Vector3<double> const p = mesh.points.col(i) - camera.position;
+        REQUIRE(p.dot(ahead) > 0.0);
+        widest = std::max({widest, std::abs(p.dot(right)) / p.dot(ahead) / (half * std::max(1.0, aspect)),
+                           std::abs(p.dot(right.cross(ahead))) / p.dot(ahead) / (half * std::max(1.0, 1.0 / aspect))});
+      }
+      CHECK(widest <= 0.94 + 1e-9);
+      CHECK(widest > 0.9);
+      CHECK(ahead.dot(from) < 0.0);
+    }
+  CHECK_THROWS_AS(framing(mesh, {0, 0, 1}, {0, 0, 2}), InvalidArgument);
+  CHECK_THROWS_AS(framing(TriangleMesh<double>{Matrix3X<double>(3, 0), Matrix<int, 3, Dynamic>(3, 0)}, {0, 0, 1}, {0, 1, 0}), InvalidArgument);
 }

@@ -47,6 +47,31 @@ inline Camera looking_at(Vector3<double> const& middle, double radius, Vector3<d
   return camera;
 }
 
+/// A camera that sees all of a mesh, from a direction (any length): in a picture of this width over height, with a margin.
+inline Camera framing(TriangleMesh<double> const& mesh, Vector3<double> const& from, Vector3<double> const& up, double aspect = 4.0 / 3.0,
+                      double margin = 0.06) {
+  if (mesh.points.cols() == 0 || !(from.norm() > 0.0) || !(from.cross(up).norm() > 0.0) || !(aspect > 0.0) || !(margin >= 0.0 && margin < 1.0))
+    throw InvalidArgument("a camera needs a mesh, two directions that differ, a positive aspect and a margin from 0 to 1");
+  Camera camera;
+  Eigen::Matrix3d axes;   // right, up and back, as rows
+  axes.row(2) = from.normalized().transpose();
+  axes.row(0) = up.cross(from).normalized().transpose();
+  axes.row(1) = Vector3<double>(axes.row(2)).cross(Vector3<double>(axes.row(0))).transpose();
+  Matrix3X<double> const seen = axes * mesh.points;
+  Vector3<double> const middle = (seen.rowwise().minCoeff() + seen.rowwise().maxCoeff()) / 2;
+  double const tangent = std::tan(camera.view_angle / 2 * 3.14159265358979323846 / 180.0) * (1.0 - margin);
+  double const across = tangent * std::max(1.0, aspect), down = tangent * std::max(1.0, 1.0 / aspect);   // view_angle is of the shorter side
+  double distance = 0.0;
+  for (Eigen::Index i = 0; i < seen.cols(); ++i) {
+    Vector3<double> const p = seen.col(i) - middle;
+    distance = std::max({distance, p.z() + std::abs(p.x()) / across, p.z() + std::abs(p.y()) / down});
+  }
+  camera.target = axes.transpose() * middle;
+  camera.up = up.normalized();
+  camera.position = camera.target + distance * from.normalized();
+  return camera;
+}
+
 /// A scalpel in a picture. Units: metres. `axis` goes from the tip to the handle, `edge` is where the blade cuts; any lengths.
 struct PictureTool {
   Vector3<double> tip = Vector3<double>::Zero();
