@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
     Options const& options = parsed.options;
 
     Organ const organ = prepare_organ(options);
-    prepare_folder(options.out);
+    OutputFolder const folder(options.out);
     Hand hand{.path = palpate::Trajectory<double>::start(Vector::Zero()), .middle = Vector::Zero(), .normal = organ.up, .along = Vector::UnitX()};
     Outcome const outcome = run_session(options, organ, hand);
     auto const written = write_outputs(options, organ, hand, outcome);

@@ -5,8 +5,11 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
+#include <string>
 
 namespace incision {
 
@@ -36,10 +39,11 @@ Parsed parse_options(int argc, char** argv) {
       ->check(CLI::IsMember({"auto", "x", "-x", "y", "-y", "z", "-z"}))->capture_default_str()->group(organ);
   app.add_option("--resolution", o.resolution, "vertices of the library's own liver")->check(CLI::Range(500, 100000))->capture_default_str()->group(organ);
   app.add_option("--tool", o.tool, "path of the tool tip, CSV with columns time_s,x_m,y_m,z_m; default: a stroke on the upper side")->group(organ);
-  app.add_option("--seconds", o.seconds, "simulated time; default: the path and 2.2 s more")->check(CLI::Range(0.01, 3600.0))->group(organ);
+  app.add_option("--seconds", o.seconds, "simulated time; default: the path and 2.2 s more")->check(CLI::Range(0.01, longest_run))->group(organ);
 
   auto const tissue = "Tissue";
   CLI::Range const not_negative(0.0, 1e9);
+  CLI::Validator const not_signed([](std::string& text) { return text.starts_with('-') ? "must not be negative: " + text : std::string(); }, "", "");
   app.add_option("--mass", o.mass, "total mass [kg]; default: 1060 kg/m3 times the enclosed volume")->check(CLI::Range(1e-6, 1e6))->group(tissue);
   app.add_option("--link-stiffness", o.link_stiffness, "spring along an edge [N/m]; default: 62500/s2 times the mean mass of a particle")->check(CLI::Range(1e-9, 1e9))->group(tissue);
   app.add_option("--link-damping", o.link_damping, "its damper [N s/m]; default: 6/s times that mass")->check(not_negative)->group(tissue);
@@ -54,8 +58,8 @@ Parsed parse_options(int argc, char** argv) {
   app.add_option("--curve-factor", o.curve_factor, "the published liver curve, of a 4 mm probe, times this for a blade that cuts")->check(CLI::Range(0.0, 1000.0))->capture_default_str()->group(force);
   app.add_option("--organ-coefficient", o.organ_coefficient, "drag of the organ on the blade, per depth [N s/m2]")->check(not_negative)->capture_default_str()->group(force);
   app.add_option("--snr", o.snr_db, "signal-to-noise ratio of the force [dB]")->check(CLI::Range(0.0, 300.0))->capture_default_str()->group(force);
-  app.add_option("--seed", o.seed, "of the noise in the force")->capture_default_str()->group(force);
-  app.add_option("--coupling", coupling, "loose: the measured force curves; tight: the tissue's own reaction")->check(CLI::IsMember(couplings))->capture_default_str()->group(force);
+  app.add_option("--seed", o.seed, "of the noise in the force")->check(not_signed)->capture_default_str()->group(force);
+  app.add_option("--coupling", coupling, "loose: the measured force curves; tight: the tissue's own reaction, none while it is cut")->check(CLI::IsMember(couplings))->capture_default_str()->group(force);
 
   auto const output = "Output";
   app.add_option("--out", o.out, "folder for the results")->capture_default_str()->group(output);
@@ -64,6 +68,10 @@ Parsed parse_options(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
+    for (CLI::Option const* option : app.get_options())
+      for (std::string const& text : option->results())   // a range lets nan pass
+        if (std::string const type = option->get_type_name(); type.find("FLOAT") != std::string::npos && std::isnan(std::strtod(text.c_str(), nullptr)))
+          throw CLI::ValidationError(option->get_name(), text + " is not a number");
     o.coupling = couplings.at(coupling);
     o.integrator = integrators.at(integrator);
   } catch (CLI::ParseError const& error) {

@@ -11,6 +11,8 @@ namespace incision {
 enum class Coupling { loose, tight };
 enum class IntegratorName { leapfrog, velocity_verlet, symplectic_euler, explicit_euler, runge_kutta_4 };
 
+constexpr double longest_run = 3600.0;   // s of simulated time
+
 /// What the command line asks for. SI units; an empty optional is worked out from the organ.
 struct Options {
   // What is cut, and by which movement.

@@ -31,6 +31,7 @@ struct Outcome {
   palpate::CutReport cut;
   int particles_before = 0, triangles_before = 0, particles_after = 0, triangles_after = 0, pieces = 0;
   std::optional<double> release;   // s, when the tool left the wound
+  double cut_length = 0.0;         // m, of all cuts, in the undeformed shape
   std::optional<double> gap;       // m, largest distance between the lips, two seconds after the release
   double wall_seconds = 0.0;       // of the simulation alone
   palpate::TickStatistics servo, body;

@@ -41,8 +41,8 @@ Frame const& cutting_frame(std::vector<Frame> const& frames) {
 }
 
 void write_pictures(fs::path const& folder, Organ const& organ, Hand const& hand, std::vector<Frame> const& frames) {
-  palpate::Camera const camera = palpate::looking_at(
-      hand.middle, 1.05 * hand.length, 0.85 * hand.normal + 0.7 * hand.along.cross(hand.normal), hand.normal);
+  palpate::Camera const camera =
+      palpate::framing(frames.front().mesh, 0.85 * hand.normal + 0.7 * hand.along.cross(hand.normal), hand.normal);
   palpate::PictureStyle style;
   style.wound_depth = 0.05 * organ.diagonal;
   auto const draw = [&](char const* name, Frame const& frame) {
@@ -67,8 +67,11 @@ void write_charts(fs::path const& folder, palpate::Recording const& recording) {
 
 }  // namespace
 
-void prepare_folder(fs::path const& folder) {
+OutputFolder::OutputFolder(fs::path const& folder) {
   std::error_code problem;
+  for (fs::path part = fs::absolute(folder, problem).lexically_normal(); !part.empty() && !fs::exists(part, problem);
+       part = part.parent_path())
+    made_.push_back(part);
   fs::create_directories(folder, problem);
   if (problem || !fs::is_directory(folder))
     throw palpate::FileError(palpate::detail::message("can not make the output folder ", folder.string(), ": ",
@@ -77,6 +80,12 @@ void prepare_folder(fs::path const& folder) {
   fs::path const probe = folder / ".incision-probe";
   palpate::detail::write_whole_file(probe, "x");
   fs::remove(probe, problem);
+}
+
+OutputFolder::~OutputFolder() {
+  std::error_code problem;
+  for (fs::path const& part : made_)
+    if (!fs::is_directory(part, problem) || !fs::is_empty(part, problem) || !fs::remove(part, problem)) break;
 }
 
 std::vector<std::string> write_outputs(Options const& options, Organ const& organ, Hand const& hand, Outcome const& outcome) {

@@ -11,7 +11,17 @@
 namespace incision {
 
 /// Makes the folder and tries whether files can be written there, so that a long run is not in vain. Throws palpate::FileError.
-void prepare_folder(std::filesystem::path const& folder);
+/// What it made and nothing was written to is gone with it.
+class OutputFolder {
+ public:
+  explicit OutputFolder(std::filesystem::path const& folder);
+  ~OutputFolder();
+  OutputFolder(OutputFolder const&) = delete;
+  OutputFolder& operator=(OutputFolder const&) = delete;
+
+ private:
+  std::vector<std::filesystem::path> made_;   // the innermost first
+};
 
 /// Writes session.csv, tissue.pvd with its frames, and the pictures and charts. Every file is there as a whole or not at all.
 /// Without a display the pictures are left out with one line on standard error. Returns the names of what was written.

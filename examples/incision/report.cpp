@@ -3,7 +3,9 @@
 
 #include <chrono>
 #include <cstdarg>
+#include <cstddef>
 #include <cstdio>
+#include <optional>
 
 namespace incision {
 
@@ -21,6 +23,16 @@ namespace {
 
 double microseconds(palpate::DurationHistogram::Duration duration) { return std::chrono::duration<double, std::micro>(duration).count(); }
 
+/// The last tick before a cut ended deep in the organ: a tool that is lifted ends it near the surface.
+std::optional<palpate::Tick> passed_through(Organ const& organ, Outcome const& outcome) {
+  auto const& ticks = outcome.recording.ticks();
+  for (std::size_t i = 1; i < ticks.size(); ++i)
+    if (ticks[i - 1].phase == palpate::CuttingPhase::moving && ticks[i].phase == palpate::CuttingPhase::no_contact &&
+        ticks[i - 1].depth > organ.puncture_depth && (ticks[i].tip - ticks[i - 1].tip).norm() < organ.puncture_depth)
+      return ticks[i - 1];
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::string summary(Options const& options, Organ const& organ, Hand const& hand, Outcome const& outcome,
@@ -28,7 +40,11 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
   std::string text;
   double const simulated = outcome.recording.ticks().empty() ? 0.0 : hand.seconds;
   double deepest = 0.0;
-  for (palpate::Tick const& tick : outcome.recording.ticks()) deepest = tick.depth > deepest ? tick.depth : deepest;
+  bool punctured = false;
+  for (palpate::Tick const& tick : outcome.recording.ticks()) {
+    deepest = tick.depth > deepest ? tick.depth : deepest;
+    punctured = punctured || tick.phase == palpate::CuttingPhase::moving;
+  }
 
   line(text, "organ         %s: %d vertices, %d triangles, %.0f mm across, %.3f kg", organ.name.c_str(), outcome.particles_before,
        outcome.triangles_before, 1000.0 * organ.diagonal, organ.mass);
@@ -48,15 +64,26 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
        microseconds(outcome.body.compute().p99()), double(outcome.body_steps) / double(outcome.body.ticks() > 0 ? outcome.body.ticks() : 1),
        outcome.most_steps_a_tick, outcome.diverged > 0 ? "; THE BODY DIVERGED" : "");
   if (outcome.cut.particles_added > 0)
-    line(text, "cut           %d particles and %d triangles added; crossings V-P %d, V-V %d, P-V %d, P-P %d", outcome.cut.particles_added,
+    line(text, "cut           %.1f mm long; %d particles and %d triangles added; crossings V-P %d, V-V %d, P-V %d, P-P %d", 1000.0 * outcome.cut_length, outcome.cut.particles_added,
          outcome.cut.triangles_added, outcome.cut.vertex_edge, outcome.cut.vertex_vertex, outcome.cut.edge_vertex, outcome.cut.edge_edge);
+  else if (punctured)
+    line(text, "cut           none: the tool punctured at a vertex and did not cut as far as the next edge");
   else
     line(text, "cut           none: the tool did not puncture (puncture depth %.1f mm)", 1000.0 * organ.puncture_depth);
   line(text, "pieces        %d", outcome.pieces);
   line(text, "largest force %.3f N, deepest point %.1f mm", outcome.recording.largest_force(), 1000.0 * deepest);
-  if (outcome.gap)
+  if (auto const passed = passed_through(organ, outcome))
+    line(text, "note          the tool came out of the organ on another side at %.3f s, %.1f mm below where it went in; the cut ends there", passed->time,
+         1000.0 * passed->depth);
+  if (options.coupling == Coupling::tight && outcome.cut.particles_added > 0)
+    line(text, "note          tight coupling: 0 N while the tissue is cut; springs do not resist a blade");
+  if (outcome.diverged > 0)
+    line(text, "wound gap     not measured: the body diverged");
+  else if (outcome.gap && outcome.cut.particles_added > 0 && !(*outcome.gap > 1e-5))
+    line(text, "wound gap     0 mm: the wound does not open; without pre-tension (--prestrain), or cut along less than two edges, it stays closed");
+  else if (outcome.gap && outcome.cut.particles_added > 0)
     line(text, "wound gap     %.2f mm, two seconds after the release", 1000.0 * *outcome.gap);
-  else if (outcome.release)
+  else if (outcome.release && !outcome.gap)
     line(text, "wound gap     not measured: the run ends less than two seconds after the release");
   std::string names;
   for (std::string const& name : written) names += (names.empty() ? "" : ", ") + name;

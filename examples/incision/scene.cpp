@@ -65,14 +65,27 @@ palpate::Trajectory<double> stroke(SurfaceLine const& line, Organ const& organ, 
   double const press = 0.75 * organ.puncture_depth, cut = 1.15 * organ.puncture_depth, clear = 0.06 * organ.diagonal;
   auto const at = [&](std::size_t i, double depth) -> Vector { return line.points[i] - depth * line.normals[i]; };
   std::size_t const last = line.points.size() - 1;
-  double const cutting_time = std::max(1.0, length / 0.02);   // 2 cm/s
+  double const ramp = 0.3, cruise = std::max(1.0, length / 0.02);   // s; 2 cm/s
 
   auto path = palpate::Trajectory<double>::start(at(0, -clear));
   path.line(at(0, press), 0.8, palpate::Pace::minimum_jerk);
   path.hold(0.2);
   path.line(at(0, -0.3 * clear), 0.6, palpate::Pace::minimum_jerk);
   path.line(at(0, cut), 0.9, palpate::Pace::minimum_jerk);
-  for (std::size_t i = 1; i <= last; ++i) path.line(at(i, cut), cutting_time / double(last));
+  // Along the line from rest to rest: speed grows as 3x² − 2x³ over the ramp. A point every 10 ms.
+  auto const gone = [&](double t) {   // of `cruise`, in seconds at full speed
+    double const x = std::clamp(t / ramp, 0.0, 1.0);
+    return ramp * (x * x * x - x * x * x * x / 2) + std::max(0.0, t - ramp);
+  };
+  double const cutting_time = cruise + ramp;
+  int const pieces = static_cast<int>(std::ceil(100.0 * cutting_time));
+  for (int k = 1; k <= pieces; ++k) {
+    double const t = cutting_time * k / pieces;
+    double const u = (t < cutting_time / 2 ? gone(t) : cruise - gone(cutting_time - t)) / cruise * double(last);
+    auto const i = std::min(static_cast<std::size_t>(std::max(u, 0.0)), last - 1);
+    double const rest = u - double(i);
+    path.line((1.0 - rest) * at(i, cut) + rest * at(i + 1, cut), cutting_time / pieces);
+  }
   path.line(at(last, -clear), 0.6, palpate::Pace::minimum_jerk);
   return path;
 }
@@ -88,12 +101,12 @@ void check_path(palpate::Trajectory<double> const& path, TriangleMesh<double> co
   double nearest = std::numeric_limits<double>::infinity(), when = 0.0;
   Vector before = path.begin();
   double const end = std::min(seconds, path.duration());
-  for (int tick = 0; 1e-3 * tick <= end; ++tick) {
-    Vector const p = path.at(1e-3 * tick).position;
+  for (long long tick = 0; 1e-3 * double(tick) <= end; ++tick) {
+    Vector const p = path.at(1e-3 * double(tick)).position;
     double const d = distance(p);
     if (d < nearest) {
       nearest = d;
-      when = 1e-3 * tick;
+      when = 1e-3 * double(tick);
     }
     if (d <= (p - before).norm() && (tick == 0 || inside(p) != inside(before))) return;   // through the surface in this tick
     before = p;
@@ -145,6 +158,9 @@ Hand prepare_hand(Options const& options, Organ const& organ, TriangleMesh<doubl
     hand = Hand{.path = path, .middle = Vector::Zero(), .normal = organ.up, .along = Vector::UnitX()};
   }
   hand->seconds = options.seconds.value_or(hand->path.duration() + afterwards);
+  if (!(hand->seconds <= longest_run))
+    throw palpate::InvalidArgument(message(options.tool.string(), ": the path takes ", hand->path.duration(), " s; a run is at most ", longest_run,
+                                           " s, ", afterwards, " s of it for the wound to open; make it shorter, or say with --seconds how much of it to run"));
   check_path(hand->path, settled, hand->seconds, options.tool.empty() ? organ.name : options.tool.string());
 
   if (!options.tool.empty()) {   // seen from above the touched part

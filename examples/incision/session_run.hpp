@@ -143,6 +143,8 @@ Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integra
   outcome.body_steps = statistics.body_counts.steps;
   outcome.most_steps_a_tick = statistics.body_counts.most_steps_a_tick;
   outcome.diverged = statistics.body_counts.diverged;
+  auto const rest = simulator.body().rest_mesh();
+  for (auto const& [a, b] : palpate::boundary_edges(rest)) outcome.cut_length += (rest.points.col(a) - rest.points.col(b)).norm() / 2;   // two lips
   return outcome;
 }
 

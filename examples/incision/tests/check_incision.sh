@@ -33,7 +33,7 @@ refused() {
   lines=$(grep -c '^incision: ' "$refused_name.err")
   [ "$lines" -eq 1 ] && [ "$(wc -l <"$refused_name.err")" -eq 1 ] || fail "$refused_name: not one line: $(cat "$refused_name.err")"
   grep -q -e "$text" "$refused_name.err" || fail "$refused_name: no \"$text\" in: $(cat "$refused_name.err")"
-  [ -z "$(find "$refused_name" -type f 2>/dev/null)" ] || fail "$refused_name: left files behind"
+  [ ! -e "$refused_name" ] || fail "$refused_name: left a folder behind"
 }
 
 # repaired NAME TEXT ARGUMENTS...: runs, and says in one line what it repaired
@@ -139,11 +139,36 @@ path "" >nothing.csv
 refused nothing "rows" --tool nothing.csv
 refused no_tool "no_tool.csv" --tool no_tool.csv
 path "0,0,0,0.06
+1e9,0,0,0.02" >ages.csv
+refused ages "at most 3600 s" --mesh good.obj --unit cm --tool ages.csv
+run some_of_ages 2 --mesh good.obj --unit cm --tool ages.csv --seconds 1 --out some_of_ages --no-pictures
+grep -q "never touches" some_of_ages.err || fail "some_of_ages: $(cat some_of_ages.err)"
+path "0,0,0,0.06
 1,0,0,0.02
 2,0.02,0,0.02
 3,0.02,0,0.06" >stroke.csv
 run tool 0 --mesh good.obj --unit cm --tool stroke.csv --out tool --no-pictures
 grep -q '^cut  *[1-9]' tool.out || fail "tool: the path does not cut: $(cat tool.out)"
+# 2 cm along the dome of a 10 cm ellipsoid, give or take the way in and out and an edge of the mesh.
+awk '/^cut / { exit !($2 > 15 && $2 < 35) }' tool.out || fail "tool: the cut is not 2 cm long: $(cat tool.out)"
+path "0,0,0,0.06
+1,0,0,0.02
+2,0.01,0,0.02
+2.4,0,0,0.01
+2.6,0,0,-0.06
+4,0,0,-0.08" >through.csv
+run through 0 --mesh good.obj --unit cm --tool through.csv --out through --no-pictures
+grep -q '^note .*came out of the organ' through.out || fail "through: no word of it: $(cat through.out)"
+[ "$(tail -n 1 through/session.csv | cut -d, -f6)" = "no contact" ] || fail "through: still in contact: $(tail -n 1 through/session.csv)"
+run slack 0 --mesh good.obj --unit cm --tool stroke.csv --prestrain 0 --out slack --no-pictures
+grep -q '^wound gap .*does not open' slack.out || fail "slack: no word of the closed wound: $(cat slack.out)"
+run stiff 0 --link-stiffness 1000 --out stiff --no-pictures
+grep -q 'DIVERGED' stiff.out && fail "stiff: the body diverged"
+# The hand of the script moves smoothly: no step of the speed above 2 mm/s within a millisecond.
+awk -F, 'NR > 1 { for (k = 2; k <= 4; ++k) { v[k] = ($k - p[k]) * 1000; p[k] = $k }
+  if (NR > 3) { d = 0; for (k = 2; k <= 4; ++k) d += (v[k] - o[k])^2; if (sqrt(d) > 0.002 && $6 == "moving") bad = $1 }
+  for (k = 2; k <= 4; ++k) o[k] = v[k] } END { if (bad) { print "a jump of the speed at", bad; exit 1 } }' default/session.csv ||
+  fail "default: the scripted hand jumps"
 
 echo "a file" >file
 for out in file/below /proc/incision-out; do
@@ -151,7 +176,7 @@ for out in file/below /proc/incision-out; do
   [ "$(wc -l <folder.err)" -eq 1 ] || fail "folder $out: not one line: $(cat folder.err)"
   grep -q "output folder" folder.err || fail "folder $out: $(cat folder.err)"
 done
-for wrong in "--unit inch" "--integrator magic" "--resolution 3" "--prestrain 2" "--no-such-option"; do
+for wrong in "--unit inch" "--integrator magic" "--resolution 3" "--prestrain 2" "--no-such-option" "--seconds nan" "--seed -1" "--mass nan"; do
   # shellcheck disable=SC2086
   run option 2 $wrong
   [ "$(wc -l <option.err)" -eq 1 ] || fail "option $wrong: not one line: $(cat option.err)"
