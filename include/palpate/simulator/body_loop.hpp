@@ -26,7 +26,7 @@ struct BodyCounts {
 
 /// The body's side of a simulation: contact → cut → step, once a tick.
 /// A tick is split into the fewest equal steps not above the body's stable step, which is found anew after every cut, and where the body,
-/// looked at every 16 ticks while it moves, says that it has fallen: a wound that opens under pre-tension grows stiffer. Just after a cut,
+/// looked at every 48 ticks while it moves, says that it has fallen: a wound that opens under pre-tension grows stiffer. Just after a cut,
 /// and while a particle moves faster than 5 % of an edge a tick, springs turn within a tick: then the steps are not above the body's
 /// guaranteed one, which holds wherever the body goes. While the tool indents, the touched point is coupled to the tip in each of these steps; the tip moves evenly through the tick.
 /// Where that would be more steps than allowed, those allowed are taken, each a stable one: the body then lags behind the hand, it
@@ -90,8 +90,9 @@ class BodyLoop {
   Scalar stable_step() const noexcept { return stable_step_; }
 
  private:
-  static constexpr int ticks_between_looks = 16;
-  static constexpr int guarded_after_edit = 2;   // ticks
+  static constexpr int ticks_between_looks = 48;
+  static constexpr int ticks_between_speeds = 4;
+  static constexpr int guarded_at_once = 2;   // ticks
 
   std::size_t revision() const noexcept {
     if constexpr (requires { body_.tissue().revision(); })
@@ -132,19 +133,27 @@ class BodyLoop {
   Scalar step_for(Scalar h) {
     if (revision() != stable_for_) {
       find_stable_step();
-      guarded_ticks_ = guarded_after_edit;
+      guard();
     } else if (moves_ && ++ticks_unseen_ >= ticks_between_looks) {
       look_at_stable_step();
     }
-    if constexpr (requires { { body_.guaranteed_stable_step() } -> std::convertible_to<Scalar>; body_.mean_edge(); }) {
-      if (moves_ && body_.velocities().cwiseAbs().maxCoeff() * h > Scalar(0.05) * body_.mean_edge()) guarded_ticks_ = guarded_after_edit;
-      if (guarded_ticks_ > 0) {
-        --guarded_ticks_;
-        ++counts_.guarded;
-        return std::min(stable_step_, body_.guaranteed_stable_step());
-      }
+    if (guarded_ticks_ == 0 && moves_ && --ticks_to_speed_ <= 0) {
+      ticks_to_speed_ = ticks_between_speeds;
+      if constexpr (requires { body_.mean_edge(); })
+        if (body_.velocities().cwiseAbs().maxCoeff() * h > Scalar(0.05) * body_.mean_edge()) guard();
     }
-    return stable_step_;
+    if (guarded_ticks_ == 0) return stable_step_;
+    if (--guarded_ticks_ == 0) ticks_to_speed_ = 1;
+    ++counts_.guarded;
+    return std::min(stable_step_, guarded_step_);
+  }
+
+  /// Keeps to the guaranteed step for the next ticks.
+  void guard() {
+    if constexpr (requires { { body_.guaranteed_stable_step() } -> std::convertible_to<Scalar>; }) {
+      guarded_step_ = body_.guaranteed_stable_step();
+      guarded_ticks_ = guarded_at_once;
+    }
   }
 
   void look_at_stable_step() {
@@ -170,6 +179,8 @@ class BodyLoop {
   std::size_t stable_for_ = 0;
   int ticks_unseen_ = 0;
   int guarded_ticks_ = 0;
+  int ticks_to_speed_ = 0;
+  Scalar guarded_step_ = 0;
   bool moves_ = false;
   Vector last_tip_ = Vector::Zero();
   bool ticked_ = false;
