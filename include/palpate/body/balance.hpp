@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/body/moving_set.hpp>
+#include <palpate/body/body_view.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/statics/concept.hpp>
 

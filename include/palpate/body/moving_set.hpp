@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/body/particle_state.hpp>
+#include <palpate/body/body_view.hpp>
 #include <palpate/region/concept.hpp>
 #include <palpate/tissue/concept.hpp>
 
@@ -15,28 +15,6 @@
 #include <vector>
 
 namespace palpate {
-
-/// Velocities of a body at rest, as a 3 × n expression.
-template <RealScalar Scalar>
-struct Still {
-  static Vector3<Scalar> col(int) noexcept { return Vector3<Scalar>::Zero(); }
-};
-
-/// A body as the choice of its moving particles sees it.
-template <TissueModel Tissue>
-struct BodyView {
-  using Scalar = typename Tissue::Scalar;
-  Tissue const& tissue;
-  ParticleState<Scalar>& state;
-  std::span<int const> forced, held;
-  Vector3<Scalar> gravity;   // m/s²
-  Scalar last_step;          // s
-  int temporary;             // a particle without mass, or −1
-  std::size_t revision;      // of the tissue
-
-  int size() const noexcept { return state.size(); }
-  bool is_free(int i) const noexcept { return !tissue.nailed(i) && state.held[static_cast<std::size_t>(i)] == 0 && i != temporary; }
-};
 
 /// The particles that a step computes: those that the region chooses, and those it leaves out again that have not relaxed.
 /// A region that does not follow the touch is asked again only after an edit; one that does, at every step.
@@ -66,11 +44,14 @@ class MovingSet {
 
   void reserve(int particle_count) {
     selection_.reserve(particle_count);
+    border_.reserve(particle_count);
     for (auto* list : {&touched_, &moving_, &next_}) list->reserve(2 * static_cast<std::size_t>(particle_count));
   }
 
   std::span<int const> particles() const noexcept { return moving_; }
   bool contains(int i) const noexcept { return selection_.contains(i); }
+  /// The free particles beside them, which hold them.
+  std::span<int const> border() const noexcept { return border_.particles(); }
   bool is_empty() const noexcept { return moving_.empty(); }
 
   /// The whole body moves until it has relaxed.
@@ -85,6 +66,7 @@ class MovingSet {
   /// Nothing moves, or all of the body.
   void restart(bool awake) noexcept {
     moving_.clear();
+    border_.clear();
     awake_ = awake;
     forget();
   }
@@ -92,6 +74,7 @@ class MovingSet {
   State save() const { return {moving_, awake_}; }
   void restore(State const& saved) {
     moving_ = saved.particles;
+    border_.clear();
     awake_ = saved.awake;
     forget();
   }
@@ -111,8 +94,9 @@ class MovingSet {
   /// Whether there is nothing to choose anew.
   bool is_chosen(View const& body) const noexcept { return !RegionType::follows_touch && choice(body) == chosen_for_; }
 
-  /// Finds the particles to compute; true where they are others than before. `fresh`: no time has passed yet.
-  bool choose(View const& body, bool fresh) {
+  /// Finds the particles to compute; true where they are others than before. What stops loses its velocity in `state`, which is the
+  /// body's own. `fresh`: no time has passed yet.
+  bool choose(View const& body, ParticleState<Scalar>& state, bool fresh) {
     selection_.clear();
     touched_.clear();
     for (int const i : body.forced) touched_.push_back(i);
@@ -120,7 +104,7 @@ class MovingSet {
     if (awake_)
       for (int i = 0; i < body.size(); ++i) selection_.add(i);
     region_.select(body.tissue, std::span<int const>(touched_), selection_);
-    if (RegionType::follows_touch && !awake_) keep_moving(body);
+    if (RegionType::follows_touch && !awake_) keep_moving(body, state);
     selection_.sort();
     next_.clear();
     bool relaxed = awake_ && RegionType::follows_touch;
@@ -134,6 +118,7 @@ class MovingSet {
     if (now == chosen_for_ && next_ == moving_) return false;
     moving_.swap(next_);
     chosen_for_ = now;
+    find_border(body);
     return true;
   }
 
@@ -148,18 +133,27 @@ class MovingSet {
 
   /// Of the particles that moved so far and that the region leaves out, those go on that have not relaxed. Relaxed ones stop at home;
   /// elsewhere they may be held in balance by what is touched, so they stop all at once, when nothing is touched any more.
-  void keep_moving(View const& body) {
+  void keep_moving(View const& body, ParticleState<Scalar>& state) {
     bool all_stop = touched_.empty();
     for (int const i : moving_) all_stop = all_stop && (!body.is_free(i) || has_relaxed(body, i));
     for (int const i : moving_) {
       if (selection_.contains(i) || !body.is_free(i)) continue;
       if (all_stop || (is_home(body, i) && has_relaxed(body, i))) {
-        body.state.velocity[i].setZero();
-        body.state.remembered[i].setZero();
+        state.velocity[i].setZero();
+        state.remembered[i].setZero();
       } else {
         selection_.add(i);
       }
     }
+  }
+
+  void find_border(View const& body) {
+    border_.clear();
+    if (static_cast<int>(moving_.size()) == body.size()) return;
+    for (int const i : moving_)
+      body.tissue.for_each_neighbour(i, [&](int j) {
+        if (!selection_.contains(j) && body.is_free(j)) border_.add(j);
+      });
   }
 
   bool is_home(View const& body, int i) const noexcept {
@@ -175,12 +169,12 @@ class MovingSet {
     Scalar const stiffness = body.tissue.stiffness_bound(i);
     Scalar const mass = body.tissue.mass(i);
     if (!(body.state.velocity[i].norm() < std::max(std::sqrt(stiffness / mass) * tolerance, crawl))) return false;
-    Vector const force = body.tissue.internal_force(i, std::as_const(body.state).position.view(), Still<Scalar>{}) + mass * body.gravity;
+    Vector const force = body.tissue.internal_force(i, body.state.position.view(), Still<Scalar>{}) + mass * body.gravity;
     return force.norm() < std::max(stiffness * tolerance, body.tissue.damping_bound(i) * crawl);
   }
 
   RegionType region_;
-  Selection selection_;
+  Selection selection_, border_;
   std::vector<int> touched_, moving_, next_;
   Choice chosen_for_;
   Scalar mean_edge_ = 0;   // m

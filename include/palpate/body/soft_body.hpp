@@ -10,6 +10,7 @@
 #include <palpate/body/stability.hpp>
 #include <palpate/body/step_report.hpp>
 #include <palpate/body/substeps.hpp>
+#include <palpate/body/truncation.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/measures.hpp>
@@ -238,6 +239,10 @@ class SoftBody : public BodyShape<TissueType> {
     return report;
   }
 
+  /// What the cut-off of the region costs [m]: an estimate of the largest error of a position, against the whole body, where the zone
+  /// rests; from the force that its border holds back. 0 where all that is pulled moves. See palpate::truncation_error.
+  Scalar truncation_error() const noexcept { return palpate::truncation_error(view(), moving_.border()); }
+
   /// The largest step [s] that the integrator stands where the body is now, damping included; see ModalEstimate. 0: none.
   /// Sharp: power iteration finds the fastest mode and raises it by 5 %, so it is some 2.5 % below the limit.
   Scalar stable_step() {
@@ -425,7 +430,7 @@ class SoftBody : public BodyShape<TissueType> {
     moving_.wake();
   }
 
-  BodyView<Tissue> view() noexcept {
+  BodyView<Tissue> view() const noexcept {
     return {tissue_, state_, forces_.forced(), held_, gravity_, last_step_, this->temporary_particle(), revision()};
   }
 
@@ -437,7 +442,7 @@ class SoftBody : public BodyShape<TissueType> {
       moving_.follow_edits(tissue_, disturbed_);
       disturbed_.clear();
     }
-    if (moving_.choose(view(), !(time_ > 0))) system_.choose(tissue_, moving_.particles());
+    if (moving_.choose(view(), state_, !(time_ > 0))) system_.choose(tissue_, moving_.particles());
   }
 
   /// Positions after a while at the present velocities, as a 3 × n expression.
