@@ -2,7 +2,7 @@
 // What a step of a heart-sized body costs (961 particles, whole body or zone, leapfrog), beside a plain Eigen loop over the same springs.
 //   bench_body --benchmark_repetitions=21 --benchmark_report_aggregates_only=true
 // prints medians; "steps/s" is the rate. `ratio` runs both in turn and reports the median of plain time / library time: above 1
-// the library is faster.
+// the library is faster. `plain steps` is the time of an implicit step in steps of the plain loop.
 #include <palpate/body/soft_body.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>

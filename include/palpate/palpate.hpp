@@ -48,6 +48,8 @@
 
 // integrator: how it moves
 #include <palpate/integrator/concept.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/integrator/crank_nicolson.hpp>
 #include <palpate/integrator/dormand_prince.hpp>
 #include <palpate/integrator/explicit_euler.hpp>
 #include <palpate/integrator/explicit_midpoint.hpp>
@@ -56,6 +58,7 @@
 #include <palpate/integrator/runge_kutta_4.hpp>
 #include <palpate/integrator/stoermer_verlet.hpp>
 #include <palpate/integrator/symplectic_euler.hpp>
+#include <palpate/integrator/theta_scheme.hpp>
 #include <palpate/integrator/velocity_verlet.hpp>
 
 // region: which particles are computed

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Yardsticks: the closed forms of one damped particle, and an extrapolated midpoint reference that uses none of these integrators.
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/integrator/crank_nicolson.hpp>
 #include <palpate/integrator/dormand_prince.hpp>
 #include <palpate/integrator/explicit_euler.hpp>
 #include <palpate/integrator/explicit_midpoint.hpp>
@@ -71,6 +73,10 @@ struct PlainVelocityVerlet {   // damping at the end of the step by the velocity
   }
 };
 
+struct LinearisedCrankNicolson : CrankNicolson {   // one Newton iteration with a tangent that is not quite the derivative
+  LinearisedCrankNicolson() : CrankNicolson{.newton_iterations = 1} {}
+};
+
 struct Restless : Midpoint {   // moves without time
   template <class System>
   void step(System& system, typename System::Scalar h) const {
@@ -108,6 +114,15 @@ struct HomeSprings {
   template <class X, class V, class Out>
   void acceleration(X const& at, V const& speed, Out&& out) const {
     out = acceleration(at, speed);
+  }
+  void linearise() {}
+  template <class D, class Out>
+  void multiply_tangent(S m, S c, S k, D const& d, Out&& out) const {
+    out = d * (Eigen::Matrix<S, 5, 1>::Constant(m * S(0.01) + k * S(0.16)) + c * damping).asDiagonal();
+  }
+  template <class Out>
+  void tangent_diagonal(S m, S c, S k, Out&& out) const {
+    multiply_tangent(m, c, k, Matrix::Ones(3, 5), out);
   }
   Matrix& scratch(int k) { return unused[k]; }
   Matrix& remembered_acceleration() { return memory; }
@@ -184,12 +199,12 @@ double impulse_response(double ratio, double t) {
 }  // namespace
 
 TEMPLATE_TEST_CASE("every integrator obeys the laws of its family", "", ExplicitEuler, SymplecticEuler, StoermerVerlet, LeapfrogVerlet,
-                   VelocityVerlet, ExplicitMidpoint, RungeKutta4, DormandPrince, Midpoint) {
+                   VelocityVerlet, ExplicitMidpoint, RungeKutta4, DormandPrince, BackwardEuler, CrankNicolson, ThetaScheme, Midpoint) {
   CHECK(testing::to_text(testing::check_integrator(TestType{})) == "");
 }
 
 TEMPLATE_TEST_CASE("the measured global order is the stated one, damped and from the first step on", "", ExplicitEuler, SymplecticEuler,
-                   StoermerVerlet, LeapfrogVerlet, VelocityVerlet, ExplicitMidpoint, RungeKutta4) {
+                   StoermerVerlet, LeapfrogVerlet, VelocityVerlet, ExplicitMidpoint, RungeKutta4, BackwardEuler, CrankNicolson) {
   double const order = testing::measured_order(TestType{});
   CHECK(order > TestType::order - 0.1);
   CHECK(order < TestType::order + 0.1);
@@ -197,7 +212,7 @@ TEMPLATE_TEST_CASE("the measured global order is the stated one, damped and from
 
 TEMPLATE_TEST_CASE_SIG("the measured local order, of positions and of velocities", "", ((class I, int X, int V), I, X, V),
                        (ExplicitEuler, 2, 2), (SymplecticEuler, 2, 2), (StoermerVerlet, 3, 2), (LeapfrogVerlet, 3, 3), (VelocityVerlet, 3, 3),
-                       (ExplicitMidpoint, 3, 3), (RungeKutta4, 5, 5)) {
+                       (ExplicitMidpoint, 3, 3), (RungeKutta4, 5, 5), (BackwardEuler, 2, 2), (CrankNicolson, 3, 3)) {
   // One step from exact values, its memory empty: global errors are one order lower. Störmer's first velocity step is Euler's.
   std::array<double, 2> const order = local_orders(I{}, 1.0 / 64);
   CHECK(order[0] == Approx(X).margin(0.15));
@@ -245,8 +260,14 @@ TEST_CASE("damping at the wrong time level costs the Verlet forms an order, and 
 TEST_CASE("the table of orders and errors in docs/integrators.md", "[.table]") {
   print_orders<ExplicitEuler>("ExplicitEuler"), print_orders<SymplecticEuler>("SymplecticEuler"), print_orders<StoermerVerlet>("StoermerVerlet");
   print_orders<LeapfrogVerlet>("LeapfrogVerlet"), print_orders<VelocityVerlet>("VelocityVerlet"), print_orders<ExplicitMidpoint>("ExplicitMidpoint");
-  print_orders<RungeKutta4>("RungeKutta4"), print_orders<PlainStoermer>("plain Stoermer"), print_orders<PlainLeapfrog>("plain leapfrog");
+  print_orders<RungeKutta4>("RungeKutta4"), print_orders<BackwardEuler>("BackwardEuler"), print_orders<CrankNicolson>("CrankNicolson");
+  print_orders<LinearisedCrankNicolson>("CrankNicolson, one iteration"), print_orders<PlainStoermer>("plain Stoermer"), print_orders<PlainLeapfrog>("plain leapfrog");
   print_orders<PlainVelocityVerlet>("plain velocity Verlet");
+}
+
+TEST_CASE("Crank and Nicolson's step needs its second Newton iteration for its second order") {
+  CHECK(testing::measured_order(LinearisedCrankNicolson{}) == Approx(1.0).margin(0.2));
+  CHECK(global_error(LinearisedCrankNicolson{}) > 3 * global_error(CrankNicolson{}));
 }
 
 TEST_CASE("the laws catch integrators that break them") {
@@ -258,6 +279,7 @@ TEST_CASE("the laws catch integrators that break them") {
 TEMPLATE_PRODUCT_TEST_CASE("one particle on its home spring follows the closed forms, from overdamped to undamped", "", std::pair,
                            ((ExplicitEuler, double), (SymplecticEuler, double), (StoermerVerlet, double), (LeapfrogVerlet, double),
                             (VelocityVerlet, double), (ExplicitMidpoint, double), (RungeKutta4, double), (DormandPrince, double),
+                            (BackwardEuler, double), (CrankNicolson, double), (CrankNicolson, float),
                             (StoermerVerlet, float), (LeapfrogVerlet, float), (VelocityVerlet, float), (ExplicitMidpoint, float),
                             (RungeKutta4, float), (DormandPrince, float))) {
   using I = typename TestType::first_type;

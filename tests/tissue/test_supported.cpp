@@ -32,7 +32,7 @@ MassSpring<S> ball(S stiffness, S home) {
 
 }  // namespace
 
-static_assert(CuttableTissue<Supported<MassSpring<double>>> && HasPotentialEnergy<Supported<MassSpring<float>>> &&
+static_assert(Linearises<Supported<MassSpring<double>>> && CuttableTissue<Supported<MassSpring<double>>> && HasPotentialEnergy<Supported<MassSpring<float>>> &&
               MultipliesStiffness<Supported<MassSpring<double>>> && BoundsItsRowsAt<Supported<MassSpring<float>>>);
 
 TEMPLATE_TEST_CASE("supported tissue obeys the laws of its family", "", float, double) {

@@ -9,7 +9,8 @@ namespace palpate {
 
 /// The θ-scheme with θ = ½, the trapezoidal rule: M Δv = h/2 (f(x, v) + f(x⁺, v⁺)),   x⁺ = x + h/2 (v + v⁺).
 /// Order      2, also with velocity-dependent forces, for two Newton iterations and a tolerance that does not show; 1 for one iteration.
-/// Stability  any step of the linearised body; it damps nothing by itself, so modes faster than the step ring on.
+/// Stability  any step of the linearised body; it damps nothing by itself, so modes faster than the step ring on, and a stiff body under
+///            sudden forces may leave what is linear: keep within some 10 times the explicit limit, or take ThetaScheme{.theta = 0.6}.
 ///            Units, budget, cost and limits: see ThetaScheme.
 /// Source     spec Z3; the step and its solution after \cite baraff1998.
 struct CrankNicolson {

@@ -281,6 +281,6 @@ class MassSpring : public MassSpringElements<S, SpringType> {
   }
 };
 
-static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>>);
+static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>> && Linearises<MassSpring<double>>);
 
 }  // namespace palpate

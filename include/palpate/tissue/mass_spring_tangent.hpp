@@ -17,7 +17,7 @@ namespace palpate {
 /// Layout     the rows and groups of the assembly: four links at a time.
 /// Shapes     d and out: 4 × particles of the assembly, contiguous, the fourth row 0; d is zero in the border's columns, out's border
 ///            columns are overwritten with partial sums.
-/// Cost       O(links) a product, no allocation, noexcept; 0.4 of a plain loop over the same springs.
+/// Cost       O(links) a product, no allocation, noexcept; 0.3 to 0.4 of the time of a plain force loop over the same springs.
 template <RealScalar Scalar>
 class MassSpringTangent {
  public:

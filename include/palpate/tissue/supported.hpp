@@ -178,7 +178,7 @@ class Supported<Tissue, Law>::Assembly {
     supports_.clear();
     for (std::size_t k = 0; k < moving.size(); ++k) {
       Scalar const weight = tissue.support_weight(moving[k]);
-      if (weight > 0) supports_.push_back({static_cast<int>(k), weight, tissue.support_length(moving[k])});
+      if (weight > 0) supports_.push_back(Support{.particle = static_cast<int>(k), .weight = weight, .rest_length = tissue.support_length(moving[k])});
     }
   }
 
@@ -187,11 +187,51 @@ class Supported<Tissue, Law>::Assembly {
     supports_.reserve(static_cast<std::size_t>(particles));
   }
 
+  /// The tissue's own tangent and that of the supports; see Linearises.
+  template <class X>
+  void linearise(X const& x, Scalar const* inverse_mass)
+    requires Linearises<Tissue> && StatesStiffness<Law, Scalar>
+  {
+    inner_.linearise(x, inverse_mass);
+    for (Support& s : supports_) {
+      s.direction = x.col(s.particle).template head<3>() - centre_;
+      Scalar const length = s.direction.norm(), elongation = length - s.rest_length;
+      s.along = s.across = s.damping = 0;
+      if (!(length > 0)) continue;
+      s.direction /= length;
+      s.across = s.weight * std::max(Scalar(0), static_cast<Scalar>(law_.tension(elongation, s.rest_length))) / length;
+      s.along = s.weight * std::max(Scalar(0), static_cast<Scalar>(law_.tangent_stiffness(elongation, s.rest_length)));
+      s.damping = s.weight * static_cast<Scalar>(law_.damping);
+    }
+  }
+  void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, Scalar const* d, Scalar* out) const noexcept
+    requires Linearises<Tissue> && StatesStiffness<Law, Scalar>
+  {
+    inner_.multiply_tangent(mass, damping, stiffness, d, out);
+    for (Support const& s : supports_) {
+      Eigen::Map<Vector const> const w(d + 4 * static_cast<std::ptrdiff_t>(s.particle));
+      Scalar const across = stiffness * s.across, along = stiffness * s.along + damping * s.damping;
+      Eigen::Map<Vector>(out + 4 * static_cast<std::ptrdiff_t>(s.particle)) += across * w + (along - across) * s.direction.dot(w) * s.direction;
+    }
+  }
+  void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept
+    requires Linearises<Tissue> && StatesStiffness<Law, Scalar>
+  {
+    inner_.tangent_diagonal(mass, damping, stiffness, out);
+    for (Support const& s : supports_) {
+      Scalar const across = stiffness * s.across, along = stiffness * s.along + damping * s.damping;
+      Eigen::Map<Vector>(out + 4 * static_cast<std::ptrdiff_t>(s.particle)) +=
+          Vector::Constant(across) + (along - across) * s.direction.cwiseAbs2();
+    }
+  }
+
  private:
   struct Support {
     int particle;
     Scalar weight;
     Scalar rest_length;
+    Scalar across = 0, along = 0, damping = 0;   // N/m, N/m, N·s/m: since linearise()
+    Vector direction = Vector::Zero();
   };
   typename Tissue::Assembly inner_;
   Law law_{};
