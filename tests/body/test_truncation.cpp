@@ -128,3 +128,80 @@ TEMPLATE_TEST_CASE("the estimate is zero where nothing is touched, and in float 
   CHECK(moving == 0);
   CHECK(body.truncation_error() == 0);
 }
+
+TEST_CASE("a zone with a tolerance grows until its largest error is within three times that, the farther the smaller it is") {
+  for (Scene const& scene : {twenty(), ball()}) {
+    auto const whole = scene.pressed(WholeBody{});
+    int least = 0;
+    for (double const tolerance : {0.1, 0.03, 0.01, 0.003}) {
+      auto zone = scene.pressed(ZoneOfInfluence{.rings = 1, .tolerance = tolerance});
+      double const allowed = tolerance * zone.mean_edge();
+      zone.apply_force(scene.touched, scene.force);
+      int const moving = zone.step(1e-5).moving;
+      CAPTURE(scene.name, tolerance, moving);
+      CHECK(true_error(zone, whole) < 3 * allowed);
+      CHECK(zone.truncation_error() <= 1.1 * allowed);   // it is looked at every eight steps
+      CHECK(moving > least);
+      least = moving;
+    }
+  }
+}
+
+TEST_CASE("a zone that grew has its own rings back after a rest, and a saved one goes on as it would have") {
+  Scene const scene = ball();
+  auto body = scene.pressed(ZoneOfInfluence{.rings = 1, .tolerance = 0.01});
+  auto const push = [&](auto& b, double force) {
+    b.apply_force(scene.touched, {0.0, 0.0, force});
+    return b.step(1e-4).moving;
+  };
+  int const grown = push(body, -0.3);
+  auto const saved = body.save();
+  int before = 0, after = 0;
+  for (int k = 0; k < 200; ++k) before += push(body, -0.3 - 1e-3 * k);
+  auto const there = body.positions().eval();
+  body.restore(saved);
+  for (int k = 0; k < 200; ++k) after += push(body, -0.3 - 1e-3 * k);
+  CHECK(before == after);
+  CHECK(body.positions() == there);
+  int moving = 1;
+  for (int k = 0; k < 200000 && moving > 0; ++k) moving = body.step(1e-4).moving;
+  REQUIRE(moving == 0);
+  CHECK(push(body, -1e-6) == 6);   // one ring: one of the ball's twelve corners and its five neighbours
+  CHECK(grown > 30);
+}
+
+TEST_CASE("a zone gives rings back when it is pressed less") {
+  Scene const scene = ten();
+  auto body = scene.pressed(ZoneOfInfluence{.rings = 0, .tolerance = 0.003});
+  double const step = 0.9 * body.stable_step();
+  int pressed = 0, gentle = 0;
+  for (int k = 0; k < 100; ++k) {
+    body.apply_force(scene.touched, scene.force);
+    pressed = body.step(step).moving;
+  }
+  for (int k = 0; k < 100000; ++k) {
+    body.apply_force(scene.touched, Vector3<double>(1e-3 * scene.force));
+    gentle = body.step(step).moving;
+  }
+  CHECK(pressed > 19);
+  CHECK(gentle < 19);
+}
+
+TEST_CASE("a zone that chooses its rings does not allocate") {
+  REQUIRE(palpate_test::trap_works());
+  Scene const scene = ball();
+  SoftBody body(scene.tissue, LeapfrogVerlet{}, ZoneOfInfluence{.rings = 0, .tolerance = 0.01});
+  body.apply_force(scene.touched, scene.force);
+  body.step(1e-4);
+  palpate_test::AllocationCount const allocations;
+  for (int k = 0; k < 3000; ++k) {
+    body.apply_force((k / 300) * 11, scene.force);
+    body.step(1e-4);
+  }
+  CHECK(allocations.count() == 0);
+}
+
+TEST_CASE("a tolerance that is none is answered in a sentence") {
+  for (double const tolerance : {-0.1, std::nan("")})
+    CHECK_THROWS_AS(SoftBody(ball().tissue, LeapfrogVerlet{}, ZoneOfInfluence{.tolerance = tolerance}), InvalidArgument);
+}

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/body_view.hpp>
+#include <palpate/body/truncation.hpp>
 #include <palpate/region/concept.hpp>
 #include <palpate/tissue/concept.hpp>
 
@@ -32,10 +33,12 @@ class MovingSet {
   struct State {
     std::vector<int> particles;
     bool awake;
+    RegionType region;
+    int steps_to_look;
   };
 
   /// Throws what the region's validate() throws, if it has one.
-  explicit MovingSet(RegionType region) : region_(std::move(region)) {
+  explicit MovingSet(RegionType region) : given_(std::move(region)), region_(given_) {
     if constexpr (requires { region_.validate(); }) region_.validate();
   }
 
@@ -67,15 +70,18 @@ class MovingSet {
   void restart(bool awake) noexcept {
     moving_.clear();
     border_.clear();
+    region_ = given_;
     awake_ = awake;
     forget();
   }
 
-  State save() const { return {moving_, awake_}; }
+  State save() const { return {moving_, awake_, region_, steps_to_look_}; }
   void restore(State const& saved) {
     moving_ = saved.particles;
     border_.clear();
     awake_ = saved.awake;
+    region_ = saved.region;
+    steps_to_look_ = saved.steps_to_look;
     forget();
   }
 
@@ -101,9 +107,12 @@ class MovingSet {
     touched_.clear();
     for (int const i : body.forced) touched_.push_back(i);
     for (int const i : body.held) touched_.push_back(i);
+    if constexpr (AdaptsToError<RegionType>)
+      if (region_.adapts()) adapt(body);
     if (awake_)
       for (int i = 0; i < body.size(); ++i) selection_.add(i);
     region_.select(body.tissue, std::span<int const>(touched_), selection_);
+    has_left_ = false;
     if (RegionType::follows_touch && !awake_) keep_moving(body, state);
     selection_.sort();
     next_.clear();
@@ -143,8 +152,21 @@ class MovingSet {
         state.remembered[i].setZero();
       } else {
         selection_.add(i);
+        has_left_ = true;
       }
     }
+  }
+
+  /// Lets the region follow what its border holds back. What has left it and still moves is no reason for fewer rings.
+  void adapt(View const& body) {
+    if (moving_.empty() || touched_.empty()) {
+      if (moving_.empty()) region_ = given_;
+      steps_to_look_ = 0;
+      return;
+    }
+    if (awake_ || steps_to_look_-- > 0) return;
+    Scalar const error = truncation_error(body, border_.particles()) / mean_edge_;
+    steps_to_look_ = region_.adapt(static_cast<double>(error), !has_left_) ? 0 : 7;
   }
 
   void find_border(View const& body) {
@@ -173,12 +195,14 @@ class MovingSet {
     return force.norm() < std::max(stiffness * tolerance, body.tissue.damping_bound(i) * crawl);
   }
 
-  RegionType region_;
+  RegionType given_, region_;   // as the host wants it, and as it has adapted itself
   Selection selection_, border_;
   std::vector<int> touched_, moving_, next_;
   Choice chosen_for_;
   Scalar mean_edge_ = 0;   // m
   Scalar offset_ = 0;      // m
+  int steps_to_look_ = 0;
+  bool has_left_ = false;   // what the region leaves out goes on moving
   bool awake_ = false;
 };
 

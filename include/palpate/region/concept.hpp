@@ -30,4 +30,13 @@ concept Region = std::copyable<R> && requires(R const& region, detail::GraphArch
   { R::follows_touch } -> std::convertible_to<bool>;
 };
 
+/// Also follows what its cut-off costs: `adapt(error, may_shrink)` takes the body's truncation error in mean edges while
+/// something is touched: at every eighth step, and at the next one where it returned true. `adapts()` says whether it wants to be asked. A body works on a
+/// copy, and goes back to the region it was given whenever nothing moves any more.
+template <class R>
+concept AdaptsToError = Region<R> && requires(R& region, R const& asked, double error) {
+  { region.adapt(error, true) } -> std::convertible_to<bool>;
+  { asked.adapts() } -> std::convertible_to<bool>;
+};
+
 }  // namespace palpate

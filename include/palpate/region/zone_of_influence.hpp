@@ -14,19 +14,38 @@ namespace palpate {
 /// stiffness, and its speed over √(stiffness/mass), are below `relaxation` mean edge lengths, and it is back within 100 times that
 /// of its home. Away from home, as beside a wound, particles stop all at once when all have relaxed and nothing is touched.
 /// Then the zone is empty, and a step costs nothing.
+/// With a `tolerance` the rings are chosen while the body moves: one more wherever the body's truncation_error() is above it, one less where that
+/// is below a tenth of it and nobody beyond the rings moves any more. `rings` is then where it starts after each rest.
 /// Limits     float has digits for no more than 1e-3 of a mean edge of the way home, and stops where a step no longer shows.
 /// Source     \cite zheng2006, two rings; spec Z5. What the thesis leaves out: the relaxation.
-/// Cost       O(particles in the zone).
+///            The tolerance is of an estimate: the largest error of a resting body was at most three times that in what we tried.
+/// Cost       O(particles in the zone). With a tolerance the border's forces are probed at every eighth step, and at each while rings grow.
 struct ZoneOfInfluence {
   static constexpr bool follows_touch = true;
   int rings = 2;
   double relaxation = 1e-7;   // share of a mean edge length
+  double tolerance = 0;       // of truncation_error(), as a share of a mean edge length; 0: the rings stay
 
   /// Throws InvalidArgument; a body that is given a zone asks.
   void validate() const {
     if (rings < 0) throw InvalidArgument(detail::message("a zone of ", rings, " rings; give 0 or more"));
     if (!(relaxation >= 0) || !std::isfinite(relaxation))
       throw InvalidArgument(detail::message("a zone's relaxation is ", relaxation, " of an edge; it must be finite and not negative"));
+    if (!(tolerance >= 0) || !std::isfinite(tolerance))
+      throw InvalidArgument(detail::message("a zone's tolerance is ", tolerance, " of an edge; it must be finite and not negative, 0 for fixed rings"));
+  }
+
+  bool adapts() const noexcept { return tolerance > 0; }
+
+  /// Takes what the zone's cut-off costs, in mean edges, and changes `rings` by one where that is too much or, if they may shrink, far too
+  /// little; true where it was too much.
+  bool adapt(double error, bool may_shrink) noexcept {
+    if (error > tolerance) {
+      ++rings;
+      return true;
+    }
+    if (may_shrink && error < tolerance / 10 && rings > 0) --rings;
+    return false;
   }
 
   template <class Graph>
@@ -41,6 +60,6 @@ struct ZoneOfInfluence {
   }
 };
 
-static_assert(Region<ZoneOfInfluence>);
+static_assert(Region<ZoneOfInfluence> && AdaptsToError<ZoneOfInfluence>);
 
 }  // namespace palpate
