@@ -7,6 +7,7 @@
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/integrator/runge_kutta_4.hpp>
+#include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/heart.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
@@ -19,6 +20,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -124,6 +126,23 @@ void backward_euler_25(benchmark::State& state) {
   state.counters["plain steps"] = ratios[ratios.size() / 2];
 }
 
+/// A two-ring zone in the middle of a grid of n × n: the cost of a step does not depend on the size of the body.
+void two_ring_zone(benchmark::State& state) {
+  int const n = static_cast<int>(state.range(0));
+  MassSpring<double> tissue(make_grid<double>(n, n, 0.005), {.mass = {.total = 3e-4 * n * n, .lumping = Lumping::equal},
+                                                             .link = {.stiffness = 100.0, .damping = 0.02},
+                                                             .home = {.stiffness = 10.0, .damping = 0.05}});
+  SoftBody body(std::move(tissue), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 2});
+  int moving = 0;
+  auto const one_step = [&] {
+    body.apply_force(n * (n / 2) + n / 2, {0.0, 0.02, -0.03});
+    moving = body.step(1e-4).moving;
+  };
+  one_step();   // finds the stable step
+  for (auto _ : state) one_step();
+  state.counters["moving"] = moving;
+}
+
 BENCHMARK(plain<double>);
 BENCHMARK(soft_body<double, LeapfrogVerlet, WholeBody>);
 BENCHMARK(ratio<double>);
@@ -134,6 +153,7 @@ BENCHMARK(soft_body<double, RungeKutta4, WholeBody>);
 BENCHMARK(soft_body<double, LeapfrogVerlet, ZoneOfInfluence>);
 BENCHMARK(soft_body<float, LeapfrogVerlet, ZoneOfInfluence>);
 BENCHMARK(wandering_zone<double>);
+BENCHMARK(two_ring_zone)->Arg(31)->Arg(200)->Arg(1000);
 BENCHMARK(backward_euler_25<double>);
 BENCHMARK(backward_euler_25<float>);
 

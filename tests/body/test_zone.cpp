@@ -13,6 +13,7 @@
 #include "catch.hpp"
 
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -188,4 +189,117 @@ TEST_CASE("settled tissue with pre-tension sleeps in its zone and comes back to 
   double most = 0;
   for (int i = 0; i < body.size(); ++i) most = std::max(most, (body.positions().col(i) - body.home_position(i)).norm());
   CHECK(most < 3e-5 * scene.spacing);
+}
+
+TEST_CASE("two tools that meet and part again leave nothing deformed, not even while they stay") {
+  auto body = square(2);
+  for (int const gap : {8, 5, 2, 1, 2, 5, 8}) {   // particles between them
+    for (int k = 0; k < 1500; ++k) {
+      body.apply_force(at(9 - gap / 2, 9), {0.0, 0.0, -2.0});
+      body.apply_force(at(9 - gap / 2 + gap, 9), {0.5, 0.0, 1.5});
+      REQUIRE(body.step(h).moving >= 19);
+    }
+  }
+  int moving = 0;
+  for (int k = 0; k < 60000; ++k) {   // what they left between them comes to balance while they stay
+    body.apply_force(at(5, 9), {0.0, 0.0, -2.0});
+    body.apply_force(at(13, 9), {0.5, 0.0, 1.5});
+    moving = body.step(h).moving;
+  }
+  CHECK(moving >= 38);
+  CHECK(moving < 80);
+  SoftBody whole(body.tissue(), LeapfrogVerlet{}, WholeBody{});
+  whole.apply_force(at(5, 9), {0.0, 0.0, -2.0});
+  whole.apply_force(at(13, 9), {0.5, 0.0, 1.5});
+  whole.solve_statics();
+  CHECK((body.positions() - whole.positions()).colwise().norm().maxCoeff() < 3 * body.truncation_error());
+  CHECK(let_go(body, 100.0) > 0);
+  CHECK(farthest_from_home(body) < 2e-5);
+}
+
+TEST_CASE("two far touches are each as they would be alone") {
+  auto both = square(2), left = square(2), right = square(2);
+  for (int k = 0; k < 2000; ++k) {
+    for (auto* body : {&both, &left}) body->apply_force(at(4, 9), {0.0, 0.3, -2.0});
+    for (auto* body : {&both, &right}) body->apply_force(at(14, 9), {0.0, 0.0, -1.0});
+    CHECK(both.step(h).moving == 38);
+    left.step(h), right.step(h);
+  }
+  CHECK((both.displacement(at(4, 9)) - left.displacement(at(4, 9))).norm() < 1e-12);
+  CHECK((both.displacement(at(14, 9)) - right.displacement(at(14, 9))).norm() < 1e-12);
+}
+
+TEST_CASE("one of two touches ends: its part comes home, the other goes on") {
+  auto body = square(2);
+  int moving = 0;
+  for (int k = 0; k < 3000; ++k) {
+    body.apply_force(at(4, 9), {0.0, 0.0, -2.0});
+    body.apply_force(at(14, 9), {0.0, 0.0, -2.0});
+    body.step(h);
+  }
+  for (int k = 0; k < 60000; ++k) {
+    body.apply_force(at(4, 9), {0.0, 0.0, -2.0});
+    moving = body.step(h).moving;
+  }
+  CHECK(moving == 19);
+  CHECK(body.displacement(at(14, 9)).norm() < 2e-5);
+  CHECK(body.displacement(at(4, 9)).z() < -0.1);
+}
+
+namespace {
+
+/// Counts what is asked of the tissue.
+class Counting : public MassSpring<double> {
+ public:
+  static inline long questions = 0;
+  using MassSpring<double>::MassSpring;
+  double mass(int i) const { return ++questions, MassSpring::mass(i); }
+  bool nailed(int i) const { return ++questions, MassSpring::nailed(i); }
+  Vector3<double> rest_position(int i) const { return ++questions, MassSpring::rest_position(i); }
+  double stiffness_bound(int i) const { return ++questions, MassSpring::stiffness_bound(i); }
+  template <class X>
+  double stiffness_bound(int i, X const& x) const { return ++questions, MassSpring::stiffness_bound(i, x); }
+  double damping_bound(int i) const { return ++questions, MassSpring::damping_bound(i); }
+  HomeSpring<double> home(int i) const { return ++questions, MassSpring::home(i); }
+  template <class X, class V>
+  Vector3<double> internal_force(int i, X const& x, V const& v) const { return ++questions, MassSpring::internal_force(i, x, v); }
+  template <class Visit>
+  void for_each_neighbour(int i, Visit visit) const {
+    ++questions;
+    MassSpring::for_each_neighbour(i, visit);
+  }
+  void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
+};
+
+/// Questions after the first step: a touch that stays, one that wanders, and a release.
+std::vector<long> questions_in_a_zone(int n, ZoneOfInfluence zone) {
+  Counting tissue(make_grid<double>(n, n, 1.0), {.mass = {.total = n * n / 512.0, .lumping = Lumping::equal},
+                                                 .link = {.stiffness = 2.0, .damping = 0.05},
+                                                 .home = {.stiffness = 1.0, .damping = 0.05}});
+  SoftBody body(std::move(tissue), LeapfrogVerlet{}, zone);
+  body.step(h);
+  std::vector<long> counts;
+  for (int const stride : {0, 1}) {
+    long const before = Counting::questions;
+    for (int k = 0; k < 200; ++k) {
+      body.apply_force(n * 8 + 8 + stride * (k / 40), {0.0, 0.0, -0.5});
+      body.step(h);
+    }
+    counts.push_back(Counting::questions - before);
+  }
+  long const before = Counting::questions;
+  for (int k = 0; k < 200; ++k) body.step(h);
+  counts.push_back(Counting::questions - before);
+  return counts;
+}
+
+}  // namespace
+
+TEST_CASE("a step in a zone asks as much of a body of 400 particles as of one of 40,000") {
+  for (ZoneOfInfluence const& zone : {ZoneOfInfluence{.rings = 2}, ZoneOfInfluence{.rings = 2, .tolerance = 0.01}}) {
+    auto const small = questions_in_a_zone(20, zone);
+    auto const large = questions_in_a_zone(200, zone);   // its mean edge, what is small is counted in, differs by 1 %
+    for (std::size_t k = 0; k < small.size(); ++k) CHECK(double(large[k]) == Approx(double(small[k])).epsilon(0.01));
+    CHECK(small[0] < 200 * (zone.tolerance > 0 ? 800 : 200));
+  }
 }
