@@ -167,7 +167,7 @@ TEST_CASE("a framed mesh is in the picture as a whole, and fills it", "[vtk][pic
   mesh.points.row(0) *= 3.0;
   mesh.points.row(1).array() += 0.4;
   for (double const aspect : {4.0 / 3.0, 1.0, 0.5})
-    for (Vector3<double> const from : {Vector3<double>(0.1, -0.7, 0.8), Vector3<double>(1.0, 0.3, 0.1), Vector3<double>(-0.2, 0.1, -3.0)}) {
+    for (Vector3<double> const& from : {Vector3<double>(0.1, -0.7, 0.8), Vector3<double>(1.0, 0.3, 0.1), Vector3<double>(-0.2, 0.1, -3.0)}) {
       Camera const camera = framing(mesh, from, {0.1, 0.9, 0.3}, aspect);
       Vector3<double> const ahead = (camera.target - camera.position).normalized(), right = ahead.cross(camera.up).normalized();
       double const half = std::tan(camera.view_angle / 2 * 3.14159265358979323846 / 180.0);

@@ -51,7 +51,8 @@ class BodySystem {
     auto&& result = wide(out);
     if constexpr (requires { assembly_.accelerate(at, speed, inverse_mass_.data(), applied_.wide(), force_.wide(), result); }) {
       if constexpr (std::same_as<std::remove_cvref_t<decltype(result)>, WideView<Scalar>>)
-        if (x_.size() == moving_) {   // no border: forces gather where their accelerations go
+        if (x_.size() == moving_ && result.data() != at.data() && result.data() != speed.data()) {
+          // No border: forces gather where their accelerations go.
           result.setZero();
           assembly_.accelerate(at, speed, inverse_mass_.data(), applied_.wide(), result, result);
           return;
