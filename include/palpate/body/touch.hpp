@@ -33,7 +33,7 @@ struct SurfaceContact {
 /// or a border stops the walk, or tissue that is turned over, the surface around the last touched point is searched. What is found
 /// has to be near it in the undisturbed body too, and look the same way; else the contact stays where it was.
 /// Contact ends when the tip is above the surface, both as it is now and undisturbed, and where the body is restored under the tip:
-/// then the tip has to come from outside again. It ends too when the tip is deeper than the undisturbed body's bounding box is long; and a
+/// then the tip has to come from outside again. It ends too when the tip is farther from the touched point than the undisturbed body's bounding box is long; and a
 /// blade's, kept beside the surface, when the tip has come out of a closed body on a side that looks the other way.
 ///   depth = r − (tip − home point)·n
 /// Units      m.
@@ -62,7 +62,7 @@ class Touch {
     if (contact_.touching) {
       follow(body, tip);
       if (contact_.off_surface && !keep_beside) end();
-      if (contact_.touching && contact_.depth > longest_)
+      if (contact_.touching && (tip - contact_.point).norm() > longest_)
         end();
       else if (contact_.touching && keep_beside && has_passed_through(body, tip))
         last_tip_ = tip;
