@@ -158,6 +158,22 @@ class BodyShape {
     tissue_.balance_copies(p, copy);
   }
 
+  /// Slides a particle over the surface, to barycentric weights of a triangle at it: it is another point of the same surface then, undeformed,
+  /// at home and as the body is now. Mass, velocity and forces stay with it. Not beside a temporary particle.
+  void slide_particle(int p, int t, Vector const& w)
+    requires SeparableTissue<Tissue>
+  {
+    Corners const c = tissue_.surface().corners(t);
+    auto const mean = [&](auto const& at) { return Vector(w[0] * at(c[0]) + w[1] * at(c[1]) + w[2] * at(c[2])); };
+    Vector const rest = mean([&](int i) { return Vector(tissue_.rest_position(i)); });
+    for (auto* columns : {&state_.position, &state_.home, &state_.normal}) (*columns)[p] = mean([&](int i) { return Vector((*columns)[i]); });
+    if (Scalar const length = state_.normal[p].norm(); length > 0) state_.normal[p] /= length;
+    tissue_.move_rest(p, rest);
+    if (tree_is_fitted_) tree_.refit(state_.position.view(), tissue_.surface().triangles_at(p));
+    ++topology_revision_;
+    disturbed_.push_back(p);
+  }
+
   /// Divides a triangle like insert_in_triangle, for the eye only: the particle follows the triangle's corners, without mass or springs.
   int insert_temporary(int t, Vector const& w)
     requires CuttableTissue<Tissue>

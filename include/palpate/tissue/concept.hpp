@@ -100,4 +100,8 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, int i, Vector3<ty
   tissue.remove_temporary(i, corners);
 };
 
+/// Also lets a particle rest at another place of its surface: what hangs on it follows, its mass stays with it.
+template <class T>
+concept SeparableTissue = CuttableTissue<T> && requires(T& tissue, int i, Vector3<typename T::Scalar> rest) { tissue.move_rest(i, rest); };
+
 }  // namespace palpate

@@ -147,6 +147,13 @@ class MassSpringElements {
     refresh_link(before, behind, behind_law), refresh_link(now, behind, behind_law);
   }
 
+  /// Lets a particle rest elsewhere. Its links get the rest lengths of the new undeformed shape; stiffness, shares and masses stay.
+  void move_rest(int p, Vector3<Scalar> const& rest) noexcept {
+    rest_[p] = rest;
+    for (int const l : links_.at(p)) links_[l].rest_length = (1 - prestrain_) * undeformed_length(links_[l].a, links_[l].b);
+    ++revision_;
+  }
+
   /// Divides triangle t like insert_in_triangle, for the eye only: the new particle has no mass and no springs, and t's springs stay.
   int insert_temporary(int t, Vector3<Scalar> const& w) {
     Corners const c = surface_.corners(t);
