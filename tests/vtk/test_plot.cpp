@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+// Yardstick: where a value belongs on its axis, worked out by hand, and the pixels that VTK's reader finds there.
+#include "catch.hpp"
+#include "scratch_folder.hpp"
+
+#include <palpate/vtk/plot.hpp>
+#include <palpate/vtk/virtual_display.hpp>
+
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGReader.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+/// How many pixels within `reach` of a point of the frame, in shares of the frame from its lower left corner, have this colour.
+int pixels_at(std::filesystem::path const& file, double across, double up, int reach, std::array<int, 3> const& colour) {
+  vtkNew<vtkPNGReader> reader;
+  reader->SetFileName(file.string().c_str());
+  reader->Update();
+  auto* const image = reader->GetOutput();
+  int const width = image->GetDimensions()[0], height = image->GetDimensions()[1];
+  int const x = static_cast<int>(std::lround((0.11 + (0.77 - 0.11) * across) * width));
+  int const y = static_cast<int>(std::lround((0.12 + (0.91 - 0.12) * up) * height));
+  int found = 0;
+  for (int row = y - reach; row <= y + reach; ++row)
+    for (int column = x - reach; column <= x + reach; ++column) {
+      bool same = true;
+      for (int c = 0; c < 3; ++c)
+        same = same && std::abs(image->GetScalarComponentAsDouble(column, row, 0, c) - colour[static_cast<std::size_t>(c)]) <= 12;
+      found += same;
+    }
+  return found;
+}
+
+constexpr std::array<int, 3> blue{0, 114, 178}, orange{213, 94, 0}, green{0, 158, 115};
+
+}  // namespace
+
+TEST_CASE("a point is drawn where its value belongs on logarithmic and plain axes", "[vtk][plot]") {
+  VirtualDisplay const display;
+  REQUIRE(display.ready());
+  ScratchFolder const folder;
+  // Decades 1e-4 … 1 across: 1e-3 lies at a quarter, 0.1 at three quarters. Up 0 … 10.
+  std::vector<PlotSeries> const series{{"first", {1e-3}, {2.5}, false},
+                                       {"left out", {}, {}, false},
+                                       {"third", {0.1, 0.1, -1.0, std::numeric_limits<double>::quiet_NaN(), 0.1}, {7.5, 99.0, 5.0, 5.0, std::numeric_limits<double>::infinity()}, false}};
+  PlotStyle style;
+  style.title = "Yardstick";
+  style.x = {"time [s]", true, 1e-4, 1.0};
+  style.y = {"depth [mm]", false, 0.0, 10.0};
+  auto const file = folder.path() / "plot.png";
+  write_plot(file, series, style);
+  CHECK(pixels_at(file, 0.25, 0.25, 4, blue) > 20);
+  CHECK(pixels_at(file, 0.75, 0.75, 4, green) > 20);   // the third series keeps its colour, the second has no point
+  CHECK(pixels_at(file, 0.5, 0.5, 60, blue) == 0);
+  CHECK(pixels_at(file, 0.5, 0.5, 60, green) == 0);
+  CHECK(pixels_at(file, 0.75, 0.75, 4, blue) == 0);
+
+  // A line joins its points: half way between decades 1e-4 and 1 and between 0 and 10 is the middle.
+  write_plot(file, std::vector<PlotSeries>{{"line", {1e-4, 1.0}, {0.0, 10.0}, true, false}}, style);
+  CHECK(pixels_at(file, 0.5, 0.5, 4, blue) > 4);
+  CHECK(pixels_at(file, 0.3, 0.7, 20, blue) == 0);
+}
+
+TEST_CASE("without limits an axis is rounded to whole decades and whole ticks", "[vtk][plot]") {
+  VirtualDisplay const display;
+  REQUIRE(display.ready());
+  ScratchFolder const folder;
+  auto const file = folder.path() / "plot.png";
+  // 3e-3 … 20: decades 1e-3 … 1e2, so 0.1^½ is the middle. 1.2 … 8.7: ticks of 2, so 0 … 10 and 5 is the middle.
+  write_plot(file, std::vector<PlotSeries>{{"ends", {3e-3, 20.0}, {1.2, 8.7}, false}, {"middle", {std::sqrt(0.1)}, {5.0}, false}}, {.x = {"x", true}, .y = {"y"}});
+  CHECK(pixels_at(file, 0.5, 0.5, 4, orange) > 20);
+}
+
+TEST_CASE("what can not be drawn is refused", "[vtk][plot][error]") {
+  VirtualDisplay const display;
+  ScratchFolder const folder;
+  auto const file = folder.path() / "plot.png";
+  CHECK_THROWS_AS(write_plot(file, std::vector<PlotSeries>{}), InvalidArgument);
+  CHECK_THROWS_AS(write_plot(file, std::vector<PlotSeries>{{"one", {1.0}, {1.0, 2.0}}}), InvalidArgument);
+  CHECK_THROWS_AS(write_plot(file, std::vector<PlotSeries>{{"below", {-1.0}, {1.0}}}, {.x = {"x", true}}), InvalidArgument);
+  CHECK_THROWS_AS(write_plot(file, std::vector<PlotSeries>{{"one", {1.0}, {1.0}}}, {.width = 3}), InvalidArgument);
+  CHECK_FALSE(std::filesystem::exists(file));
+  CHECK_THROWS_AS(write_plot(folder.write("file", "x") / "plot.png", std::vector<PlotSeries>{{"one", {1.0}, {1.0}}}), FileError);
+}
