@@ -33,6 +33,7 @@ std::vector<double> energies(Case const& at, I const& integrator, int steps) {
 /// An undamped body keeps its energy. How far an integrator's swings, and whether it drifts away.
 template <class I>
 void add_energy(Rows& rows, Case const& at, char const* name, I const& integrator, int steps) {
+  if (!at.scene.swings) return;
   std::vector<double> const shares = energies(at, integrator, steps);
   Row row = at.row("energy", name);
   row.step = at.swing_step;
@@ -41,8 +42,7 @@ void add_energy(Rows& rows, Case const& at, char const* name, I const& integrato
     row.energy_swing = 0;
     for (double const share : shares) row.energy_swing = std::max(row.energy_swing, std::abs(share - 1));
     auto const tenth = static_cast<std::ptrdiff_t>(steps / 10);
-    row.energy_drift = (std::accumulate(shares.end() - tenth, shares.end(), 0.0) - std::accumulate(shares.begin(), shares.begin() + tenth, 0.0)) /
-                       static_cast<double>(tenth);
+    row.energy_drift = std::accumulate(shares.end() - tenth, shares.end(), 0.0) / std::accumulate(shares.begin(), shares.begin() + tenth, 0.0) - 1;
     row.status = std::to_string(steps) + " steps";
   } else {
     row.energy_swing = row.energy_drift = std::numeric_limits<double>::infinity();

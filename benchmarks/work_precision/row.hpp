@@ -30,7 +30,7 @@ struct Row {
   double energy_swing = unknown;    // largest |E − E₀|/E₀ of an undamped run
   double time = unknown;            // s, on the energy's path
   double energy = unknown;          // E/E₀ then, a mean since the point before
-  double energy_drift = unknown;    // change of E/E₀ from the first tenth of that run to its last, mean over each
+  double energy_drift = unknown;    // mean energy in the last tenth of that run over that in the first, less 1
   std::string status{};             // ok, diverged; where from
 };
 

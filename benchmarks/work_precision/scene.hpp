@@ -23,6 +23,7 @@ struct Scene {
   Vector3<double> force = Vector3<double>::Zero();   // N, on the touched particle
   std::function<double(double)> share = [](double) { return 1.0; };   // of the force that acts at a time [s]
   bool smooth_load = false;   // else it is constant within an interval, and every integrator keeps its order
+  bool swings = true;   // its undamped twin is run as well, for its energy
   std::function<double(double)> exact{};   // m along `velocity`, of every particle at a time; empty where no closed form is known
 
   double interval() const { return duration / samples; }

@@ -50,6 +50,7 @@ Scene impulse(std::string name, double damping_ratio) {
   scene.duration = 2;
   scene.samples = 4;
   scene.velocity = {0, 0, speed};
+  scene.swings = damping_ratio == 0;   // else its twin is that one
   scene.exact = [=](double t) { return impulse_response(damping_ratio, frequency, speed, t); };
   return scene;
 }
