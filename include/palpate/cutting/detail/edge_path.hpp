@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
@@ -20,7 +21,7 @@ bool is_open_edge(Body const& body, int a, int b) noexcept {
   return surface.triangle_with_edge(a, b) < 0 || surface.triangle_with_edge(b, a) < 0;
 }
 
-/// Visits the particles that share an edge with p, some of them twice.
+/// Visits the particles that share an edge with p, most of them twice.
 template <class Body, class Visit>
 void for_each_beside(Body const& body, int p, Visit visit) {
   auto const& surface = body.tissue().surface();
@@ -35,17 +36,69 @@ bool is_beside(Body const& body, int p, int q) noexcept {
   return surface.triangle_with_edge(p, q) >= 0 || surface.triangle_with_edge(q, p) >= 0;
 }
 
+/// Whether a particle, whose triangles are one fan, lies on a border or lip. In a closed fan every edge is the next of one triangle and the last
+/// of another; in an open one the first and the last differ.
 template <class Body>
-bool is_on_border(Body const& body, int p) {
-  bool border = false;
-  for_each_beside(body, p, [&](int q) { border = border || is_open_edge(body, p, q); });
-  return border;
+bool is_on_border(Body const& body, int p) noexcept {
+  auto const& surface = body.tissue().surface();
+  std::ptrdiff_t difference = 0;
+  for (int const t : surface.triangles_at(p)) {
+    auto const c = surface.corners(t);
+    auto const k = static_cast<std::size_t>(surface.corner_of(t, p));
+    difference += c[(k + 1) % 3] - c[(k + 2) % 3];
+  }
+  return difference != 0;
 }
+
+/// A value for each of some particles of a large body. clear() and a look-up cost nothing that grows with the body; an entry that is new
+/// is Value{}. A reference is good until the next look-up of a new particle.
+template <class Value>
+class ParticleTable {
+ public:
+  void clear() noexcept {
+    used_ = 0;
+    if (++round_ != 0) return;
+    for (Entry& entry : entries_) entry.round = 0;
+    round_ = 1;
+  }
+
+  Value& operator[](int particle) {
+    if (2 * used_ >= entries_.size()) grow();
+    Entry& entry = place(particle);
+    if (entry.round != round_) entry = {round_, particle, Value{}}, ++used_;
+    return entry.value;
+  }
+
+ private:
+  struct Entry {
+    unsigned round = 0;
+    int particle = -1;
+    Value value;
+  };
+
+  Entry& place(int particle) noexcept {
+    std::size_t const mask = entries_.size() - 1;
+    std::size_t i = static_cast<std::size_t>((static_cast<std::uint64_t>(particle) * 0x9e3779b97f4a7c15u) >> 32) & mask;
+    while (entries_[i].round == round_ && entries_[i].particle != particle) i = (i + 1) & mask;
+    return entries_[i];
+  }
+
+  void grow() {
+    std::vector<Entry> old(std::max<std::size_t>(64, 2 * entries_.size()));
+    old.swap(entries_);
+    for (Entry const& entry : old)
+      if (entry.round == round_) place(entry.particle) = entry;
+  }
+
+  std::vector<Entry> entries_;   // a power of two
+  std::size_t used_ = 0;
+  unsigned round_ = 1;
+};
 
 /// Finds the path of mesh edges along the blade's way: the shortest, where what lies beside the way counts more.
 ///   cost of an edge ab = |ab| (1 + (d_a² + 4 d_m² + d_b²)/s²),   d the distance from the way, m the middle of ab, s the mean edge
-/// A vertex farther off the way than 1½ of its longest edge is not on the path, the goal excepted.
-/// Cost       O(m log m), m the vertices beside the way. Allocates when the body has grown.
+/// A vertex farther off the way than its longest edge is not on the path, the goal excepted.
+/// Cost       O(m log m), m the vertices beside the way, however large the body is. Allocates when m has grown.
 template <RealScalar Scalar>
 class EdgePath {
  public:
@@ -54,28 +107,37 @@ class EdgePath {
   /// From one of `starts` to `goal`, both included; false when no path leads there.
   template <class Body>
   bool find(Body const& body, BladeWay<Scalar> const& way, std::span<int const> starts, int goal) {
-    begin(body);
-    Vector const end = body.tissue().rest_position(goal);
-    for (int const start : starts) reach(body, start, -1, 0, end);
+    seen_.clear(), open_.clear(), settled_.clear(), path_.clear();
+    squared_scale_ = body.mean_edge() * body.mean_edge();
+    end_ = body.tissue().rest_position(goal);
+    for (int const start : starts) {
+      Vector const at = body.tissue().rest_position(start);
+      reach(seen_[start], start, at, way.squared_distance(at), -1, 0);
+    }
     while (!open_.empty()) {
       std::pop_heap(open_.begin(), open_.end());
       int const p = open_.back().particle;
       open_.pop_back();
-      if (mark(p) == round_ + 1) continue;
-      mark(p) = round_ + 1;
+      if (seen_[p].state == State::settled) continue;
+      seen_[p].state = State::settled;
       settled_.push_back(p);
       if (p == goal) {
         trace(goal);
         return true;
       }
       Vector const at = body.tissue().rest_position(p);
-      Scalar const off = way.squared_distance(at);
+      Scalar const off = seen_[p].off, so_far = seen_[p].cost;
       for_each_beside(body, p, [&](int q) {
-        if (mark(q) == round_ + 1) return;
+        Seen& there = seen_[q];
+        if (there.state == State::settled || there.state == State::beside || there.from == p) return;
         Vector const to = body.tissue().rest_position(q);
-        Scalar const off_there = way.squared_distance(to);
-        if (q != goal && mark(q) < round_ && off_there > Scalar(2.25) * longest_squared(body, q)) return;
-        reach(body, q, p, cost_[index(p)] + cost(way, at, off, to, off_there), end);
+        bool const is_new = there.state == State::unseen;
+        Scalar const off_there = is_new ? way.squared_distance(to) : there.off;
+        if (is_new && q != goal && off_there > longest_squared(body, q)) {
+          there.state = State::beside;
+          return;
+        }
+        reach(there, q, to, off_there, p, so_far + cost(way, at, off, to, off_there));
       });
     }
     return false;
@@ -89,8 +151,7 @@ class EdgePath {
     Scalar const off_place = way.squared_distance(place);
     for (int const p : settled_) {
       if (!is_on_border(body, p)) continue;
-      Vector const at = body.tissue().rest_position(p);
-      Scalar const whole = cost_[index(p)] + cost(way, at, way.squared_distance(at), place, off_place);
+      Scalar const whole = seen_[p].cost + cost(way, body.tissue().rest_position(p), seen_[p].off, place, off_place);
       if (whole < best_cost) best_cost = whole, best = p;
     }
     if (best < 0) return false;
@@ -102,6 +163,13 @@ class EdgePath {
   void reverse() { std::reverse(path_.begin(), path_.end()); }
 
  private:
+  enum class State { unseen, beside, reached, settled };
+  struct Seen {
+    State state = State::unseen;
+    int from = -1;
+    Scalar cost = 0;
+    Scalar off = 0;   // m², from the way
+  };
   struct Open {
     Scalar estimate;
     int particle;
@@ -110,30 +178,15 @@ class EdgePath {
     }
   };
 
-  static std::size_t index(int p) noexcept { return static_cast<std::size_t>(p); }
-  unsigned& mark(int p) noexcept { return mark_[index(p)]; }
   Scalar cost(BladeWay<Scalar> const& way, Vector const& a, Scalar off_a, Vector const& b, Scalar off_b) const {
     Scalar const off_middle = way.squared_distance(Vector((a + b) / 2));
     return (b - a).norm() * (1 + (off_a + 4 * off_middle + off_b) / squared_scale_);
   }
 
-  template <class Body>
-  void begin(Body const& body) {
-    std::size_t const n = index(body.size());
-    if (mark_.size() < n) mark_.resize(n, 0), cost_.resize(n), from_.resize(n);
-    if (round_ > std::numeric_limits<unsigned>::max() - 4) std::fill(mark_.begin(), mark_.end(), 0u), round_ = 0;
-    round_ += 2;   // marks: below round_ not seen in this search, round_ reached, round_ + 1 settled
-    open_.clear(), settled_.clear(), path_.clear();
-    squared_scale_ = body.mean_edge() * body.mean_edge();
-  }
-
-  template <class Body>
-  void reach(Body const& body, int p, int from, Scalar cost, Vector const& end) {
-    if (mark(p) == round_ && cost_[index(p)] <= cost) return;
-    mark(p) = round_;
-    cost_[index(p)] = cost;
-    from_[index(p)] = from;
-    open_.push_back({cost + (end - body.tissue().rest_position(p)).norm(), p});
+  void reach(Seen& there, int p, Vector const& at, Scalar off, int from, Scalar cost) {
+    if (there.state == State::reached && there.cost <= cost) return;
+    there = {State::reached, from, cost, off};
+    open_.push_back({cost + (end_ - at).norm(), p});
     std::push_heap(open_.begin(), open_.end());
   }
 
@@ -147,16 +200,14 @@ class EdgePath {
 
   void trace(int end) {
     path_.clear();
-    for (int p = end; p >= 0; p = from_[index(p)]) path_.push_back(p);
+    for (int p = end; p >= 0; p = seen_[p].from) path_.push_back(p);
     std::reverse(path_.begin(), path_.end());
   }
 
-  std::vector<unsigned> mark_;
-  std::vector<Scalar> cost_;
-  std::vector<int> from_;
+  ParticleTable<Seen> seen_;
   std::vector<Open> open_;
   std::vector<int> settled_, path_;
-  unsigned round_ = 0;
+  Vector end_ = Vector::Zero();
   Scalar squared_scale_ = 1;   // m²
 };
 
