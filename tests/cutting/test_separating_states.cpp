@@ -234,6 +234,29 @@ TEST_CASE("while a progressive cutter is in the body a separating one waits, and
   CHECK(tool.report().vertex_vertex == 5);
 }
 
+TEST_CASE("separating and progressive cutters in one body, one after the other") {
+  Random random(Seed{77});
+  auto const mesh = make_grid<double>(12, 12, 0.01);
+  Grid body(make_tissue(mesh));
+  auto const point = [&] { return std::array<double, 2>{random.uniform(5.0, 105.0), random.uniform(5.0, 105.0)}; };
+  for (int k = 0; k < 30; ++k) {
+    CAPTURE(k);
+    bool const separates = k % 2 == 0;
+    testing::CutInvariants const before(body, {.moves_vertices = separates});
+    std::vector<std::array<double, 2>> const path{point(), point()};
+    double const tick = 1e-3 * random.uniform(0.5, 12.0);
+    if (separates) {
+      auto tool = scalpel();
+      stroke(body, tool, path, true, tick);
+    } else {
+      ProgressiveCutter<double> tool({.puncture_depth = 0.002});
+      stroke(body, tool, path, true, tick);
+    }
+    REQUIRE(testing::to_text(before.check(body)) == "");
+  }
+  CHECK(body.size() > 200);
+}
+
 TEST_CASE("a wound under pre-tension opens across the blade, behind it") {
   auto const skin = make_grid<double>(11, 11, 0.01);
   auto tissue = make_tissue(skin, 0.1);
@@ -308,7 +331,7 @@ TEST_CASE("a separating cut is the same however the body moves") {
     Vector3<double> const centre = mesh.points.rowwise().mean();
     for (int k = 0; k < 8; ++k) {
       CAPTURE(k, mesh.points.cols());
-      auto const off = [&] { return Vector3<double>(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.3, 0.3)); };
+      auto const off = [&] { return Vector3<double>{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.3, 0.3)}; };
       Vector3<double> const top = centre + Vector3<double>(0, 0, centre.z() == 0.0 && mesh.points.cols() == 196 ? 0.0 : 0.05);
       Points<double> const path = sampled<double>({top + 2 * edge * off() - Vector3<double>(3 * edge, 0, 0), top + 2 * edge * off(),
                                                    top + 2 * edge * off() + Vector3<double>(3 * edge, 0, 0)}, edge * random.uniform(0.1, 1.5));

@@ -30,22 +30,24 @@ struct SeparatingCutterOptions {
 ///   double const change = scalpel.report().area_change;   // m²
 ///
 /// The cut goes from the vertex nearest to the puncture to the vertex nearest to the blade, over the edges nearest to the blade's way. Its
-/// vertices are moved onto that way, in the undeformed shape and with it at home and now; then each gets one copy per fan of
-/// triangles, and mass, home spring and links are shared by area. So a wound opens only along the blade.
-/// A vertex moves at most once. It stops where a triangle beside it would fall below quality 0.4 (q = 4√3 A/Σ side²), or further below it, or
-/// turn by more than 30°. Borders, lips, nailed and held particles are not moved: an end there may lie half an edge off the blade.
-/// One edge between two inner vertices can not open; it waits for the next, and a stroke that ends before changes nothing.
+/// vertices are moved onto that way, in the undeformed shape, at home and now; then each gets one copy per fan of triangles, and mass,
+/// home spring and links are shared by area. So a wound opens only along the blade.
+/// While the blade is in the tissue the wound ends one edge before the vertex nearest to it. One edge between two inner vertices can not
+/// open: it waits for the next, and a stroke that ends before changes nothing.
+/// A vertex moves at most once, within the triangles at it, and not so far that a triangle's quality q = 4√3 A/Σ side² falls below 0.4,
+/// or further below that, or that a triangle turns by more than 30°. Borders, lips, nailed and held particles are not moved.
 /// Once punctured, cutting goes on until the tip leaves the surface. A stroke that leaves over the border opens there. When it comes
-/// back it goes on from there, or starts anew where it had gone farther than an edge from the surface.
+/// back it goes on from there, or starts anew where it had been farther than an edge from the surface.
 /// A body restored under the blade is a new one to it, as for ProgressiveCutter.
 /// Units      m, N.
-/// Source     \cite meseure1997 spec M8; erratum: a copy at full stiffness doubles the edge's, here it is shared. Spec H4.
+/// Source     \cite meseure1997, spec M8; erratum: copied at full stiffness the edges of the wound are twice as stiff, here they share it.
+///            Spec H4: detaching opens across the blade alone.
 /// Invariant  after every tick: a valid mesh with the same triangles, none turned over; mass, momentum and the totals of home and link
 ///            stiffness unchanged. Rest area, centre of mass and rest lengths change with the vertices that move: the report says the area.
-/// Cost       a tick is O(m log m), m the vertices beside the blade's way, and nothing but the search for the nearest vertex while that
-///            stays. It allocates when the body outgrows what was reserved.
-/// Limits     the wound ends at vertices, up to half an edge before or behind the blade. A tick that passes two wounds at once leaves
-///            the strip between them uncut. While another cutter has a temporary particle in the body, it waits.
+/// Cost       a tick in which the nearest vertex changes is O(m log m), m the vertices beside the blade's way, whatever the size of the
+///            body; another is O(1). It allocates when the body outgrows what was reserved, or a tick is longer than those before.
+/// Limits     where vertices may not move, and at sharp turns, the cut lies up to an edge off the blade's way. A tick that passes two wounds
+///            at once leaves the strip between them uncut. While another cutter has a temporary particle in the body, it waits.
 template <RealScalar Scalar>
 class SeparatingCutter {
  public:

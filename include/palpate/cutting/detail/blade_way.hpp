@@ -83,12 +83,18 @@ class BladeWay {
     return stretches_.empty() ? (point - blade_.point).squaredNorm() : stretches_[nearest(point)].squared_distance(point);
   }
 
-  /// From a point across the nearest stretch onto it, or onto its line; zero where the blade has not yet gone far enough to tell.
+  /// From a point to the nearest one of the way, which goes straight on beyond its ends; zero where the blade has not yet gone far
+  /// enough to tell a direction.
   Vector onto(Vector const& point) const {
     if (stretches_.empty()) return Vector::Zero();
-    BladeStretch<Scalar> const& stretch = stretches_[nearest(point)];
+    std::size_t const k = nearest(point);
+    BladeStretch<Scalar> const& stretch = stretches_[k];
     if (!(stretch.length > spacing_ / 2)) return Vector::Zero();
-    return -stretch.side.dot(point - stretch.from) * stretch.side;
+    Vector const d = point - stretch.from;
+    Scalar const progress = stretch.along.dot(d);
+    Scalar const before = k > 0 ? std::min(progress, Scalar(0)) : Scalar(0);
+    Scalar const behind = k + 1 < stretches_.size() ? std::max(progress - stretch.length, Scalar(0)) : Scalar(0);
+    return -stretch.side.dot(d) * stretch.side - (before + behind) * stretch.along;
   }
 
  private:
