@@ -333,8 +333,9 @@ TEST_CASE("a separating cut is the same however the body moves") {
       CAPTURE(k, mesh.points.cols());
       auto const off = [&] { return Vector3<double>{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.3, 0.3)}; };
       Vector3<double> const top = centre + Vector3<double>(0, 0, centre.z() == 0.0 && mesh.points.cols() == 196 ? 0.0 : 0.05);
+      double const tick = edge * random.uniform(0.1, 1.5);
       Points<double> const path = sampled<double>({top + 2 * edge * off() - Vector3<double>(3 * edge, 0, 0), top + 2 * edge * off(),
-                                                   top + 2 * edge * off() + Vector3<double>(3 * edge, 0, 0)}, edge * random.uniform(0.1, 1.5));
+                                                   top + 2 * edge * off() + Vector3<double>(3 * edge, 0, 0)}, tick);
       Grid const body(make_tissue(mesh));
       auto const still = cut_along(body, path, false), moved = cut_along(body, path, true);
       REQUIRE(still.points.cols() == moved.points.cols());
