@@ -48,7 +48,7 @@ class MovingSet {
   void reserve(int particle_count) {
     selection_.reserve(particle_count);
     border_.reserve(particle_count);
-    for (auto* list : {&touched_, &moving_, &next_}) list->reserve(2 * static_cast<std::size_t>(particle_count));
+    for (auto* list : {&touched_, &last_touched_, &moving_, &next_}) list->reserve(2 * static_cast<std::size_t>(particle_count));
   }
 
   std::span<int const> particles() const noexcept { return moving_; }
@@ -103,12 +103,20 @@ class MovingSet {
   /// Finds the particles to compute; true where they are others than before. What stops loses its velocity in `state`, which is the
   /// body's own. `fresh`: no time has passed yet.
   bool choose(View const& body, ParticleState<Scalar>& state, bool fresh) {
-    selection_.clear();
+    last_touched_.swap(touched_);
     touched_.clear();
-    for (int const i : body.forced) touched_.push_back(i);
-    for (int const i : body.held) touched_.push_back(i);
+    touched_.insert(touched_.end(), body.forced.begin(), body.forced.end());
+    touched_.insert(touched_.end(), body.held.begin(), body.held.end());
+    bool const adapts = [&] {
+      if constexpr (AdaptsToError<RegionType>)
+        return region_.adapts();
+      else
+        return false;
+    }();
+    if (touched_ == last_touched_ && !touched_.empty() && choice(body) == chosen_for_ && !awake_ && !has_left_ && !adapts) return false;
+    selection_.clear();
     if constexpr (AdaptsToError<RegionType>)
-      if (region_.adapts()) adapt(body);
+      if (adapts) adapt(body);
     if (awake_)
       for (int i = 0; i < body.size(); ++i) selection_.add(i);
     region_.select(body.tissue, std::span<int const>(touched_), selection_);
@@ -197,7 +205,7 @@ class MovingSet {
 
   RegionType given_, region_;   // as the host wants it, and as it has adapted itself
   Selection selection_, border_;
-  std::vector<int> touched_, moving_, next_;
+  std::vector<int> touched_, last_touched_, moving_, next_;
   Choice chosen_for_;
   Scalar mean_edge_ = 0;   // m
   Scalar offset_ = 0;      // m
