@@ -14,6 +14,7 @@
 
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 
 using namespace palpate;
@@ -30,7 +31,31 @@ bool same_state(Body const& a, Body const& b) {
   return a.positions() == b.positions() && a.velocities() == b.velocities() && a.time() == b.time();
 }
 
+/// Moves everything and then gives up.
+struct GivesUp {
+  template <System S>
+  void step(S& system, typename S::Scalar h) const {
+    system.positions() += h * system.velocities();
+    system.velocities().setOnes();
+    system.remembered_acceleration().setOnes();
+    if (h > 1e-3) throw std::runtime_error("too long a step for me");
+  }
+  template <RealScalar Scalar>
+  Scalar stable_step(ModalBounds<Scalar> const&) const {
+    return 1;
+  }
+};
+
 }  // namespace
+
+TEST_CASE("an integrator that throws leaves the body as it was") {
+  SoftBody body(square.tissue(), GivesUp{}, WholeBody{});
+  REQUIRE(body.step(1e-4));
+  SoftBody const before = body;
+  CHECK_THROWS_WITH(body.step(0.1), "too long a step for me");
+  CHECK(same_state(body, before));
+  CHECK(body.step(1e-4));
+}
 
 TEMPLATE_TEST_CASE("forces add up, act during one step and are gone", "", ExplicitEuler, SymplecticEuler, LeapfrogVerlet, VelocityVerlet, RungeKutta4) {
   // Free tissue without home springs and dampers: momentum = Σ force · h, whatever the springs do.

@@ -1,34 +1,45 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/divergence.hpp>
+#include <palpate/body/particle_state.hpp>
+#include <palpate/core/four.hpp>
 #include <palpate/core/padded_columns.hpp>
+#include <palpate/core/serial.hpp>
 #include <palpate/integrator/concept.hpp>
 #include <palpate/tissue/concept.hpp>
+#include <palpate/tissue/push.hpp>
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
 #include <limits>
 #include <span>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace palpate {
 
 /// The moving particles of a body as an integrator sees them (concept `System`): columns 0 … n−1, with the particles that hold the
-/// border of the moving set behind them. The columns stay from step to step; they are gathered again only after a change from outside.
+/// border of the moving set behind them.
+/// Where all of the body moves, the columns are the body's own; else they are gathered, stay from step to step, and are handed back
+/// after each.
 /// Layout     a fourth row of zeros stands under each column, so that it is one or two registers; wide() shows it.
 /// Cost       acceleration is O(elements of the moving set); nothing is allocated once the largest set has been seen. What this class
 ///            handed out is used where it is; another x or v is copied first.
-template <TissueModel Tissue>
+/// Threads    one; with an Execution other than Serial, as that says, where a body has more than one block.
+template <TissueModel Tissue, class Execution = Serial>
 class BodySystem {
  public:
   using Scalar = typename Tissue::Scalar;
   using Matrix = Matrix3X<Scalar>;
+  using State = ParticleState<Scalar>;
 
-  NarrowView<Scalar> positions() noexcept { return x_.view(moving_); }
-  NarrowView<Scalar> velocities() noexcept { return v_.view(moving_); }
-  NarrowView<Scalar> remembered_acceleration() noexcept { return memory_.view(); }
+  NarrowView<Scalar> positions() noexcept { return now(x_, &State::position).view(moving_); }
+  NarrowView<Scalar> velocities() noexcept { return now(v_, &State::velocity).view(moving_); }
+  NarrowView<Scalar> remembered_acceleration() noexcept { return now(memory_, &State::remembered).view(moving_); }
   bool remembers() const noexcept { return remembers_; }
 
   NarrowView<Scalar> scratch(int k) noexcept {   // sized on demand: most integrators use few
@@ -46,35 +57,69 @@ class BodySystem {
 
   template <class X, class V, class Out>
   void acceleration(Eigen::MatrixBase<X> const& x, Eigen::MatrixBase<V> const& v, Out&& out) {
-    auto const at = with_border(x.derived(), x_, border_x_);
-    auto const speed = with_border(v.derived(), v_, border_v_);
+    WideView<Scalar> const at = with_border(x.derived(), border_x_), speed = with_border(v.derived(), border_v_);
     auto&& result = wide(out);
-    if constexpr (requires { assembly_.accelerate(at, speed, inverse_mass_.data(), applied_.wide(), force_.wide(), result); }) {
-      if constexpr (std::same_as<std::remove_cvref_t<decltype(result)>, WideView<Scalar>>)
-        if (x_.size() == moving_ && result.data() != at.data() && result.data() != speed.data()) {
-          // No border: forces gather where their accelerations go.
-          result.setZero();
-          assembly_.accelerate(at, speed, inverse_mass_.data(), applied_.wide(), result, result);
-          return;
-        }
-      assembly_.accelerate(at, speed, inverse_mass_.data(), applied_.wide(), force_.wide(), result);
-      force_.set_zero();
-    } else {
-      auto force = force_.view();
-      assembly_.add_forces(narrow(at), narrow(speed), force);
-      for (int i = 0; i < moving_; ++i)
-        result.col(i).template head<3>() = inverse_mass_[static_cast<std::size_t>(i)] * force.col(i) + applied_[i];
-      force_.set_zero();
-    }
+    auto const store = [&result](int i, Four const& a) {
+      if constexpr (int{std::remove_cvref_t<decltype(result)>::RowsAtCompileTime} == 4)
+        detail::store(result.data() + 4 * static_cast<std::ptrdiff_t>(i), a);
+      else
+        for (int k = 0; k < 3; ++k) result(k, i) = a[k];
+    };
+    accelerate(at, speed, [](int, int) {}, [&](int) { return store; });
+  }
+
+  /// A whole step of an integrator that StepsByParts: see palpate::step_by_parts. In a body of more than one block no copy is kept: a
+  /// particle that would leave the bound stays, and where there is one, the step is undone.
+  template <class Parts>
+  void step_by_parts(Parts const& parts) {
+    Scalar* const x = now(x_, &State::position).wide().data();
+    Scalar* const v = now(v_, &State::velocity).wide().data();
+    Scalar* const m = now(memory_, &State::remembered).wide().data();
+    Scalar *const kept_x = x_.wide().data(), *const kept_v = v_.wide().data(), *const kept_m = memory_.wide().data();
+    diverged_.assign(static_cast<std::size_t>(blocks()), {});
+    accelerate(
+        WideView<Scalar>(x, 4, all_), WideView<Scalar>(m, 4, all_),
+        [=, keeps = keeps_](int first, int end) {
+          std::ptrdiff_t k = 4 * static_cast<std::ptrdiff_t>(first);
+          std::ptrdiff_t const last = 4 * static_cast<std::ptrdiff_t>(end);
+          auto const start = [=]<class Columns>(std::type_identity<Columns>, std::ptrdiff_t at) {
+            Columns x_i, v_i, m_i;
+            detail::load(x_i, x + at), detail::load(v_i, v + at), detail::load(m_i, m + at);
+            if (keeps) detail::store(kept_x + at, x_i), detail::store(kept_v + at, v_i), detail::store(kept_m + at, m_i);
+            parts.before(x_i, v_i, m_i);
+            detail::store(x + at, x_i), detail::store(v + at, v_i), detail::store(m + at, m_i);
+          };
+          for (; k + 8 <= last; k += 8) start(std::type_identity<detail::Eight<Scalar>>{}, k);
+          if (k < last) start(std::type_identity<Four>{}, k);
+        },
+        [&, bound = bound_](int block) {
+          Divergence<Scalar>* const found = &diverged_[static_cast<std::size_t>(block)];
+          return [=](int i, Four const& acceleration) {
+            std::ptrdiff_t const k = 4 * static_cast<std::ptrdiff_t>(i);
+            Four x_i, v_i, a_i = acceleration;
+            detail::load(x_i, x + k), detail::load(v_i, v + k);
+            parts.after(x_i, v_i, a_i);
+            if (!detail::all_below(Four(x_i * x_i + (v_i - v_i)), bound * bound)) {   // v − v is NaN where v is not finite
+              if (found->particle < 0 || i < found->particle) *found = {i, diverged_value<Scalar>(x_i, v_i, bound)};
+              detail::load(x_i, x + k), detail::load(v_i, v + k);
+              a_i = Four{};
+              parts.after(x_i, v_i, a_i);
+            }
+            detail::store(x + k, x_i), detail::store(v + k, v_i), detail::store(m + k, a_i);
+          };
+        });
+    for (Divergence<Scalar> const& found : diverged_)
+      if (found.particle >= 0 && (diverged_one_.particle < 0 || found.particle < diverged_one_.particle)) diverged_one_ = found;
+    if (diverged_one_.particle >= 0 && direct_ != nullptr && !keeps_) undo(parts, x, v, m);
   }
 
   /// Takes the tangent of what acts on the moving set, at positions(); the two below are of that one.
   void linearise()
     requires Linearises<Tissue>
   {
-    assembly_.linearise(x_.wide(), inverse_mass_.data());
-    if (x_.size() == moving_) return;
-    direction_.resize(x_.size()), product_.resize(x_.size());
+    assembly_.linearise(now(x_, &State::position).wide(), inverse_mass_.data());
+    if (all_ == moving_) return;
+    direction_.resize(all_), product_.resize(all_);
     direction_.set_zero();   // the border does not move
   }
   template <class D, class Out>
@@ -82,8 +127,8 @@ class BodySystem {
     requires Linearises<Tissue>
   {
     if constexpr (is_padded<D> && is_padded<Out>)
-      if (x_.size() == moving_) return assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
-    if (x_.size() == moving_) direction_.resize(moving_), product_.resize(moving_);
+      if (all_ == moving_) return assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
+    if (all_ == moving_) direction_.resize(moving_), product_.resize(moving_);
     if constexpr (int{D::RowsAtCompileTime} == 4)
       direction_.wide().leftCols(moving_) = d;
     else
@@ -95,12 +140,14 @@ class BodySystem {
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Out&& out)
     requires Linearises<Tissue>
   {
-    product_.resize(x_.size());
+    product_.resize(all_);
     assembly_.tangent_diagonal(mass, damping, stiffness, product_.wide().data());
     hand_out(out);
   }
 
   int moving() const noexcept { return moving_; }
+
+  explicit BodySystem(Execution run = {}) : run_(std::move(run)) {}
 
   /// Chooses the moving particles and gathers what acts on them.
   void choose(Tissue const& tissue, std::span<int const> moving) {
@@ -109,70 +156,57 @@ class BodySystem {
     place_.resize(static_cast<std::size_t>(tissue.size()), -1);
     tissue.assemble(moving, assembly_);
     moving_ = static_cast<int>(moving.size());
-    int const all = static_cast<int>(assembly_.particles().size());
-    for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_}) columns->resize(all);
-    for (auto* columns : {&memory_, &applied_}) columns->resize(moving_);
+    all_ = static_cast<int>(assembly_.particles().size());
+    for (auto* columns : {&x_, &v_, &memory_, &border_x_, &border_v_, &force_}) columns->resize(all_);
     inverse_mass_.resize(static_cast<std::size_t>(moving_));
-    in_order_ = moving_ == tissue.size();
+    is_whole_ = moving_ == tissue.size();
     for (int k = 0; k < moving_; ++k) {
       int const p = moving[static_cast<std::size_t>(k)];
-      in_order_ = in_order_ && p == k;
+      is_whole_ = is_whole_ && p == k;
       place_[static_cast<std::size_t>(p)] = k;
       inverse_mass_[static_cast<std::size_t>(k)] = 1 / tissue.mass(p);
     }
-    pushed_.clear();
     is_gathered_ = false;
   }
 
   /// Room for sets up to this size, so that choosing them does not allocate.
   void reserve(int particles, int links) {
-    for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_, &memory_, &applied_, &direction_, &product_})
-      columns->reserve(particles);
+    for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_, &memory_, &direction_, &product_}) columns->reserve(particles);
     inverse_mass_.reserve(static_cast<std::size_t>(particles));
     for (auto& columns : scratch_) columns.reserve(particles);
-    place_.reserve(static_cast<std::size_t>(particles)), pushed_.reserve(2 * static_cast<std::size_t>(particles));
+    place_.reserve(static_cast<std::size_t>(particles)), pushes_.reserve(2 * static_cast<std::size_t>(particles)), diverged_.reserve(16);
     if constexpr (requires { assembly_.reserve(particles, links); }) assembly_.reserve(particles, links);
   }
 
-  /// What is gathered is void: the state was changed from outside, or a step is not kept.
+  /// What is gathered is void: the state was changed from outside.
   void forget() noexcept { is_gathered_ = false; }
 
-  /// Takes the state of the moving set and its border, where that has changed, and the forces [N] on the particles in `forced`.
-  template <class State>
-  void gather(State const& state, std::span<int const> forced, Vector3<Scalar> const& gravity, bool remembers) {
+  /// Makes ready for a step that stays within `bound` [m] of the origin, with the forces [N] on the particles in `forced`. `by_parts`: the step
+  /// will be one step_by_parts.
+  void begin(State& state, std::span<int const> forced, Vector3<Scalar> const& gravity, bool remembers, Scalar bound, bool by_parts) {
     remembers_ = remembers;
-    if (!is_gathered_) {
-      for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &memory_, &applied_}) columns->set_zero();   // a step that diverged leaves none
-      auto const particles = assembly_.particles();
-      for (int k = 0; k < x_.size(); ++k) {
-        int const p = particles[static_cast<std::size_t>(k)];
-        border_x_[k] = x_[k] = state.position[p];
-        border_v_[k] = v_[k] = state.velocity[p];
-        if (k < moving_) memory_[k] = state.remembered[p];
-      }
-      applied_.view().colwise() = gravity;
-      pushed_.clear();
-      is_gathered_ = true;
-    }
-    for (int const k : pushed_) applied_[k] = gravity;
-    pushed_.clear();
-    for (int const p : forced) {
-      int const k = place_[static_cast<std::size_t>(p)];
-      if (k < 0) continue;
-      applied_[k] = inverse_mass_[static_cast<std::size_t>(k)] * state.applied[p] + gravity;
-      pushed_.push_back(k);
-    }
+    gravity_ = gravity;
+    bound_ = bound;
+    by_parts_ = by_parts;
+    diverged_one_ = {};
+    direct_ = is_whole_ ? &state : nullptr;
+    keeps_ = direct_ != nullptr && (!by_parts || blocks() == 1);
+    if (direct_ == nullptr)
+      gather(state);
+    else if (!by_parts)
+      x_.wide() = state.position.wide(), v_.wide() = state.velocity.wide(), memory_.wide() = state.remembered.wide();
+    pushes_.clear();
+    for (int const p : forced)
+      if (int const k = place_[static_cast<std::size_t>(p)]; k >= 0) pushes_.push_back({k, state.applied[p]});
+    auto const by_column = [](Push<Scalar> const& a, Push<Scalar> const& b) { return a.column < b.column; };
+    if (!std::is_sorted(pushes_.begin(), pushes_.end(), by_column)) std::sort(pushes_.begin(), pushes_.end(), by_column);
+    auto const same = [](Push<Scalar> const& a, Push<Scalar> const& b) { return a.column == b.column; };   // a particle may be listed twice
+    pushes_.erase(std::unique(pushes_.begin(), pushes_.end(), same), pushes_.end());
   }
 
-  /// Hands the state of the moving set back.
-  template <class State>
-  void scatter(State& state) const {
-    if (in_order_) {
-      state.position.wide() = x_.wide();
-      state.velocity.wide() = v_.wide();
-      state.remembered.wide() = memory_.wide();
-      return;
-    }
+  /// The step counts: hands its state back.
+  void commit(State& state) const noexcept {
+    if (direct_ != nullptr) return;
     for (int i = 0; i < moving_; ++i) {
       int const p = assembly_.particles()[static_cast<std::size_t>(i)];
       state.position[p] = x_[i];
@@ -180,20 +214,86 @@ class BodySystem {
       state.remembered[p] = memory_[i];
     }
   }
+  /// It does not: the state is as before. Where it is so to rounding only, because no copy was kept, what the integrator remembered is lost:
+  /// false.
+  bool roll_back(State& state) noexcept {
+    is_gathered_ = false;
+    if (keeps_) {
+      state.position.wide() = x_.wide(), state.velocity.wide() = v_.wide(), state.remembered.wide() = memory_.wide();
+    } else if (direct_ != nullptr) {
+      state.remembered.set_zero();
+      return false;
+    }
+    return true;
+  }
 
-  /// Whether every moving particle is within `bound` [m] of the origin and has a finite velocity; may say no where it is close.
-  bool is_within(Scalar bound) const noexcept {
-    auto const x = x_.wide().leftCols(moving_);
-    auto const v = v_.wide().leftCols(moving_);
-    return x.squaredNorm() < bound * bound && v.squaredNorm() <= std::numeric_limits<Scalar>::max();   // no NaN passes either
+  /// The first particle [of the body] that the step has taken, or would have, out of the bound or to a velocity that is not finite.
+  Divergence<Scalar> find_diverged() noexcept {
+    Divergence<Scalar> found = by_parts_ ? diverged_one_ : palpate::find_diverged<Scalar>(positions(), velocities(), bound_);
+    if (found.particle >= 0) found.particle = assembly_.particles()[static_cast<std::size_t>(found.particle)];
+    return found;
   }
 
  private:
+  using Four = detail::Four<Scalar>;
   using Narrow = typename PaddedColumns<Scalar>::ConstView;
   static Narrow narrow(WideView<Scalar> const& columns) noexcept { return Narrow(columns.data(), 3, columns.cols()); }
 
   template <class D>
   static constexpr bool is_padded = std::same_as<std::remove_cvref_t<D>, NarrowView<Scalar>> || std::same_as<std::remove_cvref_t<D>, WideView<Scalar>>;
+
+  PaddedColumns<Scalar>& now(PaddedColumns<Scalar>& gathered, PaddedColumns<Scalar> State::*own) noexcept {
+    return direct_ != nullptr ? direct_->*own : gathered;
+  }
+
+  template <class Parts>
+  void undo(Parts const& parts, Scalar* x, Scalar* v, Scalar const* m) const noexcept {
+    for (std::ptrdiff_t k = 0; k < 4 * static_cast<std::ptrdiff_t>(moving_); k += 4) {
+      Four x_i, v_i, a_i;
+      detail::load(x_i, x + k), detail::load(v_i, v + k), detail::load(a_i, m + k);
+      parts.undo(x_i, v_i, a_i);
+      detail::store(x + k, x_i), detail::store(v + k, v_i);
+    }
+  }
+
+  /// The state of the moving set and its border, where that has changed. The memory's border is that of the velocities: an integrator may
+  /// leave the velocities it asks forces for there.
+  void gather(State const& state) {
+    if (is_gathered_) return;
+    for (auto* columns : {&x_, &v_, &memory_, &border_x_, &border_v_}) columns->set_zero();   // a step that diverged leaves none
+    auto const particles = assembly_.particles();
+    for (int k = 0; k < all_; ++k) {
+      int const p = particles[static_cast<std::size_t>(k)];
+      border_x_[k] = x_[k] = state.position[p];
+      border_v_[k] = v_[k] = state.velocity[p];
+      memory_[k] = k < moving_ ? state.remembered[p] : state.velocity[p];
+    }
+    is_gathered_ = true;
+  }
+
+  template <class Before, class AfterOf>
+  void accelerate(WideView<Scalar> const& x, WideView<Scalar> const& v, Before const& before, AfterOf const& after_of) {
+    if constexpr (requires { assembly_.blocks(); }) {
+      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<Push<Scalar> const>(pushes_), force_.wide().data(), run_, before, after_of);
+    } else {
+      before(0, moving_);
+      auto force = force_.view();
+      assembly_.add_forces(narrow(x), narrow(v), force);
+      for (auto const& push : pushes_) force.col(push.column) += push.force;
+      auto after = after_of(0);
+      for (int i = 0; i < moving_; ++i) {
+        Vector3<Scalar> const a = inverse_mass_[static_cast<std::size_t>(i)] * force.col(i) + gravity_;
+        after(i, Four{a[0], a[1], a[2], Scalar(0)});
+      }
+      force_.set_zero();
+    }
+  }
+  int blocks() const noexcept {
+    if constexpr (requires { assembly_.blocks(); })
+      return assembly_.blocks();
+    else
+      return 1;
+  }
 
   template <class Out>
   void hand_out(Out&& out) {
@@ -205,9 +305,10 @@ class BodySystem {
 
   /// x and behind it the border: where both lie so in memory already, or copied into `buffer`, which holds the border.
   template <class X>
-  WideView<Scalar> with_border(X const& x, PaddedColumns<Scalar>& own, PaddedColumns<Scalar>& buffer) const {
-    if constexpr (std::same_as<X, NarrowView<Scalar>> || std::same_as<X, WideView<Scalar>>)
-      if (own.size() == moving_ || x.data() == own.wide().data()) return WideView<Scalar>(const_cast<Scalar*>(x.data()), 4, own.size());
+  WideView<Scalar> with_border(X const& x, PaddedColumns<Scalar>& buffer) noexcept {
+    if constexpr (is_padded<X>)
+      if (all_ == moving_ || x.data() == x_.wide().data() || x.data() == v_.wide().data() || x.data() == memory_.wide().data())
+        return WideView<Scalar>(const_cast<Scalar*>(x.data()), 4, all_);
     if constexpr (int{X::RowsAtCompileTime} == 4)
       buffer.wide().leftCols(moving_) = x;
     else
@@ -217,16 +318,25 @@ class BodySystem {
 
   typename Tissue::Assembly assembly_;
   int moving_ = 0;
+  int all_ = 0;                    // with the border
   bool remembers_ = false;
   bool is_gathered_ = false;
-  bool in_order_ = false;                                    // the moving set is all particles in the body's order
-  PaddedColumns<Scalar> x_, v_, border_x_, border_v_, force_;   // moving set, then border; force_ is zero between calls
-  PaddedColumns<Scalar> memory_, applied_;                      // moving set; applied forces and gravity as accelerations
-  PaddedColumns<Scalar> direction_, product_;                   // as x_: of multiply_tangent
+  bool is_whole_ = false;          // the moving set is all particles in the body's order
+  bool by_parts_ = false;
+  bool keeps_ = false;             // a copy of the state before the step
+  State* direct_ = nullptr;        // during a step of the whole body: its state
+  Vector3<Scalar> gravity_ = Vector3<Scalar>::Zero();
+  Scalar bound_ = 0;
+  Execution run_;
+  PaddedColumns<Scalar> x_, v_, memory_;                    // moving set, then border; or the whole body before the step
+  PaddedColumns<Scalar> border_x_, border_v_, force_;       // as x_; force_ is zero between calls
+  PaddedColumns<Scalar> direction_, product_;               // as x_: of multiply_tangent
   std::array<PaddedColumns<Scalar>, 12> scratch_;
-  std::vector<Scalar> inverse_mass_;   // 1/kg, moving set
-  std::vector<int> place_;    // particle of the body → column, −1 outside the moving set
-  std::vector<int> pushed_;   // columns that a force was applied to in the last step
+  std::vector<Scalar> inverse_mass_;      // 1/kg, moving set
+  std::vector<int> place_;                // particle of the body → column, −1 outside the moving set
+  std::vector<Push<Scalar>> pushes_;      // in the order of their columns
+  std::vector<Divergence<Scalar>> diverged_;   // the first of each block, its column
+  Divergence<Scalar> diverged_one_;
 };
 
 }  // namespace palpate

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/wide.hpp>
+
 #include <cmath>
-#include <cstddef>
 #include <limits>
-#include <optional>
-#include <span>
 
 namespace palpate {
 
@@ -16,20 +15,23 @@ struct Divergence {
   Scalar value = 0;     // the coordinate [m] or velocity [m/s] that is out of bounds, NaN included
 };
 
-/// Which particle of `system`, whose columns are the particles in `moving`, is farther than `bound` [m] from the origin or not finite.
-template <class System>
-std::optional<Divergence<typename System::Scalar>> find_diverged(System& system, std::span<int const> moving,
-                                                                 typename System::Scalar bound) noexcept {
-  using Scalar = typename System::Scalar;
-  if (system.is_within(bound)) return {};
-  auto const x = system.positions();
-  auto const v = system.velocities();
-  constexpr Scalar largest = std::numeric_limits<Scalar>::max();
-  for (int i = 0; i < system.moving(); ++i)
-    for (int k = 0; k < 6; ++k) {
-      Scalar const value = k < 3 ? x(k, i) : v(k - 3, i);
-      if (!(std::abs(value) < bound || (k >= 3 && std::abs(value) <= largest))) return Divergence<Scalar>{moving[static_cast<std::size_t>(i)], value};
-    }
+/// The coordinate of x that is not within `bound` of the origin, or else the component of v that is not finite.
+template <RealScalar Scalar, class X, class V>
+Scalar diverged_value(X const& x, V const& v, Scalar bound) noexcept {
+  for (int k = 0; k < 3; ++k)
+    if (!(std::abs(x[k]) < bound)) return x[k];
+  for (int k = 0; k < 3; ++k)
+    if (!std::isfinite(v[k])) return v[k];
+  return 0;
+}
+
+/// The first column that is farther than `bound` [m] from the origin or has a velocity that is not finite.
+template <RealScalar Scalar>
+Divergence<Scalar> find_diverged(NarrowView<Scalar> const& x, NarrowView<Scalar> const& v, Scalar bound) noexcept {
+  if (wide(x).squaredNorm() < bound * bound && wide(v).squaredNorm() <= std::numeric_limits<Scalar>::max()) return {};   // no NaN passes
+  for (int i = 0; i < x.cols(); ++i)
+    if (!(x.col(i).cwiseAbs().maxCoeff() < bound) || !x.col(i).allFinite() || !v.col(i).allFinite())
+      return {i, diverged_value<Scalar>(x.col(i), v.col(i), bound)};
   return {};
 }
 

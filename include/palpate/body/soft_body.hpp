@@ -12,6 +12,7 @@
 #include <palpate/body/substeps.hpp>
 #include <palpate/body/truncation.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/serial.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/region/concept.hpp>
@@ -41,10 +42,11 @@ namespace palpate {
 /// Shapes     positions(), velocities(): 3 × size(), one column per particle, in the order of the mesh; particles that a cut adds
 ///            are appended.
 /// Errors     InvalidArgument or OutOfRange for a bad index or a value that is not finite; the body is left as it was.
-///            A step that would diverge is not taken: the last finite state stays and the report says which particle.
+///            A step that would diverge is not taken: the last finite state stays, to rounding where more than 4,096 particles of a
+///            whole body move, and the report says which particle.
 /// Cost       step: O(moving particles). It allocates only when the moving set outgrows what was reserved.
 /// Threads    one thread at a time; queries refit the search tree when the body has moved.
-template <class TissueType, class IntegratorType, class RegionType>
+template <class TissueType, class IntegratorType, class RegionType, class ExecutionType = Serial>
 class SoftBody : public BodyShape<TissueType> {
   using Shape = BodyShape<TissueType>;
   static_assert(TissueModel<TissueType>, "SoftBody: the first policy is no TissueModel; see palpate/tissue/concept.hpp, or use MassSpring<double>.");
@@ -52,6 +54,7 @@ class SoftBody : public BodyShape<TissueType> {
   static_assert(!ImplicitIntegrator<IntegratorType> || LinearisedSystem<BodySystem<TissueType>>,
                 "SoftBody: this integrator is implicit and needs the tangent stiffness of the tissue: take MassSpring with a law that has "
                 "tangent_stiffness(elongation, rest_length), or an explicit integrator such as LeapfrogVerlet.");
+  static_assert(Execution<ExecutionType>, "SoftBody: the fourth policy is no Execution; Serial{} and OnCores(2) are.");
   static_assert(Region<RegionType>, "SoftBody: the third policy is no Region; WholeBody{} and ZoneOfInfluence{.rings = 2} are.");
 
  public:
@@ -62,8 +65,8 @@ class SoftBody : public BodyShape<TissueType> {
 
   /// With pre-tension in the tissue the body is settled first: it starts in equilibrium.
   /// Without an integrator and a region: LeapfrogVerlet{} and WholeBody{}.
-  explicit SoftBody(Tissue matter, IntegratorType integrator = {}, RegionType region = {})
-      : Shape(std::move(matter)), integrator_(std::move(integrator)), moving_(std::move(region)) {
+  explicit SoftBody(Tissue matter, IntegratorType integrator = {}, RegionType region = {}, ExecutionType execution = {})
+      : Shape(std::move(matter)), integrator_(std::move(integrator)), system_(std::move(execution)), moving_(std::move(region)) {
     Vector const diagonal = positions().rowwise().maxCoeff() - positions().rowwise().minCoeff();
     bound_ = 1000 * diagonal.norm();
     offset_ = positions().cwiseAbs().maxCoeff();
@@ -375,25 +378,26 @@ class SoftBody : public BodyShape<TissueType> {
     report.moving = static_cast<int>(moving_.particles().size());
     report.stable_step = known_stable_step_;
     if (h > known_stable_step_) report.status = StepStatus::above_stable_step;
-    if (!moving_.is_empty()) {
-      system_.gather(state_, forces_.forced(), gravity_, remembers_);
-      integrator_.step(system_, h);
-      if (auto const diverged = find_diverged(system_, moving_.particles(), bound_ + offset_)) {
+    if (!moving_.is_empty() && h > 0) {
+      system_.begin(state_, forces_.forced(), gravity_, remembers_, bound_ + offset_, StepsByParts<IntegratorType>);
+      try {
+        integrator_.step(system_, h);
+      } catch (...) {   // one of the host's
+        if (!system_.roll_back(state_)) remembers_ = false;
+        throw;
+      }
+      if (auto const diverged = system_.find_diverged(); diverged.particle >= 0) {
+        if (!system_.roll_back(state_)) remembers_ = false;
         report.status = StepStatus::diverged;
-        report.particle = diverged->particle;
-        report.value = diverged->value;
+        report.particle = diverged.particle;
+        report.value = diverged.value;
         report.stable_step = stable_step();
-        system_.forget();
         return report;
       }
-      if (h > 0) {
-        system_.scatter(state_);
-        remembers_ = true;
-        last_step_ = h;
-        tree_is_fitted_ = false;
-      } else {
-        system_.forget();
-      }
+      system_.commit(state_);
+      remembers_ = true;
+      last_step_ = h;
+      tree_is_fitted_ = false;
     }
     this->place_temporary();
     time_ += h;
@@ -460,7 +464,7 @@ class SoftBody : public BodyShape<TissueType> {
   }
 
   IntegratorType integrator_;
-  BodySystem<Tissue> system_;
+  BodySystem<Tissue, ExecutionType> system_;
   ModalEstimate<Tissue> modal_estimate_;
   MovingSet<Tissue, RegionType> moving_;
   AppliedForces forces_;
@@ -485,5 +489,7 @@ template <TissueModel Tissue>
 SoftBody(Tissue) -> SoftBody<Tissue, LeapfrogVerlet, WholeBody>;
 template <TissueModel Tissue, class IntegratorType>
 SoftBody(Tissue, IntegratorType) -> SoftBody<Tissue, IntegratorType, WholeBody>;
+template <TissueModel Tissue, class IntegratorType, class RegionType>
+SoftBody(Tissue, IntegratorType, RegionType) -> SoftBody<Tissue, IntegratorType, RegionType>;
 
 }  // namespace palpate

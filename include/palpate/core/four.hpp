@@ -23,12 +23,20 @@ struct FourOf {
 template <RealScalar Scalar>
 using Four = typename FourOf<Scalar>::Type;
 
+/// Two columns behind each other, for what is done to each number by itself.
 template <RealScalar Scalar>
-inline void load(Four<Scalar>& to, Scalar const* from) noexcept {
+struct EightOf {
+  typedef Scalar Type __attribute__((vector_size(8 * sizeof(Scalar))));
+};
+template <RealScalar Scalar>
+using Eight = typename EightOf<Scalar>::Type;
+
+template <class Columns, RealScalar Scalar>
+inline void load(Columns& to, Scalar const* from) noexcept {
   std::memcpy(&to, from, sizeof(to));
 }
-template <RealScalar Scalar>
-inline void store(Scalar* to, Four<Scalar> const& from) noexcept {
+template <RealScalar Scalar, class Columns>
+inline void store(Scalar* to, Columns const& from) noexcept {
   std::memcpy(to, &from, sizeof(from));
 }
 
@@ -53,12 +61,32 @@ inline void square_root(Four<double>& to, Four<double> const& from) noexcept {
 #endif
 }
 
-/// sums[k] = the sum of the four of column k.
-template <class Columns>
-inline void sum_each(Columns& sums, Columns const (&column)[4]) noexcept {
-  Columns const left = __builtin_shufflevector(column[0], column[1], 0, 4, 2, 6) + __builtin_shufflevector(column[0], column[1], 1, 5, 3, 7);
-  Columns const right = __builtin_shufflevector(column[2], column[3], 0, 4, 2, 6) + __builtin_shufflevector(column[2], column[3], 1, 5, 3, 7);
+/// sums[k] = the sum of the four of column k. Two shuffles for each pair of columns that are one instruction each.
+inline void sum_each(Four<double>& sums, Four<double> const (&column)[4]) noexcept {
+  Four<double> const left = __builtin_shufflevector(column[0], column[1], 0, 4, 2, 6) + __builtin_shufflevector(column[0], column[1], 1, 5, 3, 7);
+  Four<double> const right = __builtin_shufflevector(column[2], column[3], 0, 4, 2, 6) + __builtin_shufflevector(column[2], column[3], 1, 5, 3, 7);
   sums = __builtin_shufflevector(left, right, 0, 1, 4, 5) + __builtin_shufflevector(left, right, 2, 3, 6, 7);
+}
+inline void sum_each(Four<float>& sums, Four<float> const (&column)[4]) noexcept {
+  Four<float> const left = __builtin_shufflevector(column[0], column[1], 0, 4, 1, 5) + __builtin_shufflevector(column[0], column[1], 2, 6, 3, 7);
+  Four<float> const right = __builtin_shufflevector(column[2], column[3], 0, 4, 1, 5) + __builtin_shufflevector(column[2], column[3], 2, 6, 3, 7);
+  sums = __builtin_shufflevector(left, right, 0, 1, 4, 5) + __builtin_shufflevector(left, right, 2, 3, 6, 7);
+}
+
+/// Whether each of the four is below the bound; a NaN is not.
+inline bool all_below(Four<float> const& value, float bound) noexcept {
+#ifdef __SSE2__
+  return _mm_movemask_ps(_mm_cmplt_ps(value, _mm_set1_ps(bound))) == 15;
+#else
+  return value[0] < bound && value[1] < bound && value[2] < bound && value[3] < bound;
+#endif
+}
+inline bool all_below(Four<double> const& value, double bound) noexcept {
+#ifdef __AVX__
+  return _mm256_movemask_pd(_mm256_cmp_pd(value, _mm256_set1_pd(bound), _CMP_LT_OQ)) == 15;
+#else
+  return value[0] < bound && value[1] < bound && value[2] < bound && value[3] < bound;
+#endif
 }
 
 }  // namespace palpate::detail

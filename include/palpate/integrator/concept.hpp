@@ -16,7 +16,7 @@ namespace palpate {
 ///   remembered_acceleration()     assignable 3 × n: what the integrator left there at its last step; it travels with its
 ///                                 particle through cuts and is zero for a particle that has just begun to move
 ///   remembers()                   false before the first step, after reset() and when the integrator left nothing
-/// Applied forces are constant during the step. What a body hands out may have zeros between its columns: wide() computes through them.
+/// `out` may be the columns given as v. Applied forces are constant during the step. What a body hands out may have zeros between its columns: wide() computes through them.
 template <class S>
 concept System = requires(S& system, typename S::Matrix& columns, int k) {
   typename S::Scalar;
@@ -86,6 +86,38 @@ concept Integrator = std::copyable<I> && (detail::Steps<I, detail::SystemArchety
 /// An integrator whose step takes a LinearisedSystem and nothing less.
 template <class I>
 concept ImplicitIntegrator = Integrator<I> && !detail::Steps<I, detail::SystemArchetype>;
+
+/// An integrator whose step is one call of step_by_parts and touches the state in no other way, and says so.
+template <class I>
+concept StepsByParts = Integrator<I> && requires { requires I::by_parts; };
+
+/// A step that does the same to each particle by itself, then asks for the forces once, then does the same to each again:
+///   parts.before(x, v, m)   m is what was remembered; leaves there the velocity that the forces are asked for at
+///   parts.after(x, v, a)    a is the acceleration at (x, m); what is left there will be remembered
+///   parts.undo(x, v, a)     from x, v and a after the step back to x and v before it, to rounding
+/// x, v, m and a are what one particle has of each: columns that can be added, subtracted and multiplied by a number. A body goes through its
+/// particles part by part and does all of this, and looks for divergence, while the numbers of a part are near; a large one keeps no copy
+/// of its state but undoes a step that diverges.
+template <System S, class Parts>
+void step_by_parts(S& system, Parts const& parts) {
+  if constexpr (requires { system.step_by_parts(parts); }) {
+    system.step_by_parts(parts);
+  } else {
+    auto&& x = system.positions();
+    auto&& v = system.velocities();
+    auto&& m = system.remembered_acceleration();
+    auto const each = [&](auto const& change) {
+      for (int i = 0; i < x.cols(); ++i) {
+        Vector3<typename S::Scalar> x_i = x.col(i), v_i = v.col(i), m_i = m.col(i);
+        change(x_i, v_i, m_i);
+        x.col(i) = x_i, v.col(i) = v_i, m.col(i) = m_i;
+      }
+    };
+    each([&](auto& x_i, auto& v_i, auto& m_i) { parts.before(x_i, v_i, m_i); });
+    system.acceleration(x, m, m);
+    each([&](auto& x_i, auto& v_i, auto& a_i) { parts.after(x_i, v_i, a_i); });
+  }
+}
 
 /// The extremes of a linearised body's modes x″ = −κ x − γ x′, from which a stable step follows.
 template <RealScalar Scalar>

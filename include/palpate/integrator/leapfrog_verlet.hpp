@@ -18,19 +18,40 @@ namespace palpate {
 struct LeapfrogVerlet {
   static constexpr int order = 2;
   static constexpr double forces_at = 0.5;   // of the step: see StatesWhereForcesAct
+  static constexpr bool by_parts = true;
+
+  /// What happens to one particle; see step_by_parts.
+  template <RealScalar Scalar>
+  struct Parts {
+    Scalar h;
+    template <class Column>
+    void before(Column& x, Column& v, Column& a) const noexcept {
+      x += h / 2 * v;
+      a = v + h / 2 * a;
+    }
+    template <class Column>
+    void after(Column& x, Column& v, Column& a) const noexcept {
+      v += h * a;
+      x += h / 2 * v;
+    }
+    template <class Column>
+    void undo(Column& x, Column& v, Column const& a) const noexcept {
+      x -= h / 2 * v;
+      v -= h * a;
+      x -= h / 2 * v;
+    }
+  };
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& x = wide(system.positions());
-    auto&& v = wide(system.velocities());
-    auto&& a = wide(system.remembered_acceleration());
-    auto&& middle_v = wide(system.scratch(0));
-    x += h / 2 * v;
-    if (!system.remembers()) system.acceleration(x, v, a);
-    middle_v = v + h / 2 * a;
-    system.acceleration(x, middle_v, a);
-    v += h * a;
-    x += h / 2 * v;
+    if (!system.remembers()) {
+      auto&& x = wide(system.positions());
+      auto&& v = wide(system.velocities());
+      auto&& middle_x = wide(system.scratch(0));
+      middle_x = x + h / 2 * v;
+      system.acceleration(middle_x, v, wide(system.remembered_acceleration()));
+    }
+    step_by_parts(system, Parts<typename S::Scalar>{h});
   }
 
   template <RealScalar Scalar>

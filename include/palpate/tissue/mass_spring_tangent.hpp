@@ -29,10 +29,10 @@ class MassSpringTangent {
     Four more_along;         ///< w (T′ − s) [N/m]
     Four damping;            ///< w c [N·s/m]
     Four direction[4];       ///< n, from the upper end to the lower
-    std::array<int, 4> other;   ///< the upper ends
+    std::array<int, 4> other;   ///< 4 × the upper ends
   };
   struct Group {
-    std::array<int, 4> own;   ///< the lower ends
+    std::array<int, 4> own;   ///< 4 × the lower ends
     int rows;
   };
   /// What acts on a particle alone.
@@ -107,8 +107,8 @@ class MassSpringTangent {
   }
 
  private:
-  static Scalar const* column(Scalar const* columns, int i) noexcept { return columns + 4 * static_cast<std::ptrdiff_t>(i); }
-  static Scalar* column(Scalar* columns, int i) noexcept { return columns + 4 * static_cast<std::ptrdiff_t>(i); }
+  static Scalar const* column(Scalar const* columns, int offset) noexcept { return columns + offset; }
+  static Scalar* column(Scalar* columns, int offset) noexcept { return columns + offset; }
 
   Scalar of_particle(Scalar mass, Scalar damping, Scalar stiffness, std::size_t i) const noexcept {
     return mass * particles[i].mass + damping * particles[i].damping + stiffness * particles[i].stiffness;

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+
+namespace palpate {
+
+/// Does work(0) … work(n − 1), one after the other. The least an Execution can be.
+struct Serial {
+  template <class Work>
+  void operator()(int n, Work const& work) const {
+    for (int k = 0; k < n; ++k) work(k);
+  }
+};
+
+/// Does work(0) … work(n − 1), in any order or at once, and returns when all are done; the parts of the work do not touch each other.
+template <class E>
+concept Execution = std::copyable<E> && requires(E const& run) { run(1, [](int) {}); };
+
+static_assert(Execution<Serial>);
+
+}  // namespace palpate
