@@ -24,6 +24,7 @@ catch2            Catch2 2.13 or 3
 libbenchmark-dev  Google Benchmark 1.7 or newer
 libfcl-dev        FCL 0.7
 libccd-dev        libccd 2
+libtbb-dev        oneTBB
 libbullet-dev     Bullet 3, a peer in the benchmarks
 clang-16          clang 16 as clang++-16
 libclang-rt-16-dev  the sanitizers of clang 16

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-# Finds what the core needs (Eigen, threads) and what the asked components need (FCL, VTK).
+# Finds what the core needs (Eigen, threads) and what the asked components need (FCL, oneTBB, VTK).
 #
-# PALPATE_COMPONENTS names the components this build uses: any of collision, vtk. A component that is named must be
+# PALPATE_COMPONENTS names the components this build uses: any of collision, parallel, vtk. A component that is named must be
 # found. Without the variable, a build of palpate itself takes those whose libraries are there, and a host that pulls
 # palpate in with add_subdirectory() gets the core alone.
 include(cmake/palpate_vtk.cmake)
@@ -15,8 +15,9 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 
-set(palpate_known_components collision vtk)
+set(palpate_known_components collision parallel vtk)
 set(palpate_has_collision OFF)
+set(palpate_has_parallel OFF)
 set(palpate_has_vtk OFF)
 if(DEFINED PALPATE_COMPONENTS)
   set(palpate_components ${PALPATE_COMPONENTS})
@@ -34,6 +35,12 @@ foreach(component IN LISTS palpate_components)
       set(palpate_has_collision ON)
     endif()
     set(palpate_missing "FCL 0.7 with libccd (Debian: libfcl-dev libccd-dev)")
+  elseif(component STREQUAL "parallel")
+    find_package(TBB QUIET)
+    if(TARGET TBB::tbb)
+      set(palpate_has_parallel ON)
+    endif()
+    set(palpate_missing "oneTBB (Debian: libtbb-dev)")
   elseif(component STREQUAL "vtk")
     palpate_find_vtk()
     if(VTK_FOUND)
@@ -41,7 +48,7 @@ foreach(component IN LISTS palpate_components)
     endif()
     set(palpate_missing "VTK 9 (Debian: libvtk9-dev)")
   else()
-    message(FATAL_ERROR "PALPATE_COMPONENTS: there is no component '${component}' (components: collision, vtk).")
+    message(FATAL_ERROR "PALPATE_COMPONENTS: there is no component '${component}' (components: collision, parallel, vtk).")
   endif()
   if(NOT palpate_has_${component})
     if(DEFINED PALPATE_COMPONENTS)

@@ -8,6 +8,7 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/core/random.hpp>
+#include <palpate/core/serial.hpp>
 #include <palpate/core/units.hpp>
 #include <palpate/core/version.hpp>
 
@@ -84,6 +85,7 @@
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
+#include <palpate/cutting/separating_cutter.hpp>
 
 // force: what the hand feels
 #include <palpate/force/concept.hpp>

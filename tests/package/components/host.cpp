@@ -9,6 +9,11 @@
 #ifdef with_collision
 #include <palpate/collision/fcl_surface.hpp>
 #endif
+#ifdef with_parallel
+#include <palpate/parallel/on_cores.hpp>
+
+#include <atomic>
+#endif
 #ifdef with_vtk
 #include <palpate/vtk/read_mesh.hpp>
 
@@ -32,6 +37,12 @@ int main() {
   double const distance = surface.distance(palpate::SphereTip<double>{0.1}, {0.5, 0.5, 0.3}).distance;
   std::printf("collision: distance %.3f m\n", distance);
   right = right && near(distance, 0.2);
+#endif
+#ifdef with_parallel
+  std::atomic<int> sum = 0;
+  palpate::OnCores{2}(10, [&](int k) { sum += k; });
+  std::printf("parallel: sum %d\n", sum.load());
+  right = right && sum == 45;
 #endif
 #ifdef with_vtk
   // A triangle of 30 mm x 40 mm.

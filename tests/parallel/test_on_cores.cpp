@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// OnCores: a body on several cores. Yardstick: the same body on one, byte by byte.
+#include "catch.hpp"
+
+#include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/mesh/grid.hpp>
+#include <palpate/parallel/on_cores.hpp>
+#include <palpate/region/whole_body.hpp>
+#include <palpate/tissue/mass_spring.hpp>
+
+#include <cmath>
+
+using namespace palpate;
+
+namespace {
+
+template <class Body>
+void live(Body& body) {
+  for (int step = 0; step < 200; ++step) {
+    for (int i = 5; i < body.size(); i += 53) body.apply_force(i, {0.01 * std::sin(0.2 * step + i), 0.0, 0.03});
+    REQUIRE(body.step(1e-4));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a body on several cores moves as on one, to the bit") {
+  auto const tissue = [] {
+    return MassSpring<double>(make_grid<double>(100, 100, 0.005), {.mass = {.total = 3.0}, .link = {.stiffness = 100.0, .damping = 0.02}, .home = {.stiffness = 10.0}});
+  };
+  SoftBody alone(tissue(), LeapfrogVerlet{}, WholeBody{});
+  live(alone);
+  CHECK(alone.kinetic_energy() > 0);
+  for (int const cores : {1, 2, 5}) {
+    SoftBody together(tissue(), LeapfrogVerlet{}, WholeBody{}, OnCores(cores));
+    live(together);
+    CHECK(together.positions() == alone.positions());
+    CHECK(together.velocities() == alone.velocities());
+    auto copy = together;   // shares the threads
+    CHECK(copy.step(1e-4));
+  }
+}
+
+TEST_CASE("no cores are refused") {
+  CHECK_THROWS_WITH(OnCores(0), "a body on 0 cores; give at least 1");
+  CHECK_THROWS_AS(OnCores(-3), InvalidArgument);
+}
