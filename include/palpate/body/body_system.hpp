@@ -8,7 +8,7 @@
 #include <palpate/core/serial.hpp>
 #include <palpate/integrator/concept.hpp>
 #include <palpate/tissue/concept.hpp>
-#include <palpate/tissue/push.hpp>
+#include <palpate/tissue/column_force.hpp>
 
 #include <algorithm>
 #include <array>
@@ -198,9 +198,9 @@ class BodySystem {
     pushes_.clear();
     for (int const p : forced)
       if (int const k = place_[static_cast<std::size_t>(p)]; k >= 0) pushes_.push_back({k, state.applied[p]});
-    auto const by_column = [](Push<Scalar> const& a, Push<Scalar> const& b) { return a.column < b.column; };
+    auto const by_column = [](ColumnForce<Scalar> const& a, ColumnForce<Scalar> const& b) { return a.column < b.column; };
     if (!std::is_sorted(pushes_.begin(), pushes_.end(), by_column)) std::sort(pushes_.begin(), pushes_.end(), by_column);
-    auto const same = [](Push<Scalar> const& a, Push<Scalar> const& b) { return a.column == b.column; };   // a particle may be listed twice
+    auto const same = [](ColumnForce<Scalar> const& a, ColumnForce<Scalar> const& b) { return a.column == b.column; };   // a particle may be listed twice
     pushes_.erase(std::unique(pushes_.begin(), pushes_.end(), same), pushes_.end());
   }
 
@@ -274,7 +274,7 @@ class BodySystem {
   template <class Before, class AfterOf>
   void accelerate(WideView<Scalar> const& x, WideView<Scalar> const& v, Before const& before, AfterOf const& after_of) {
     if constexpr (requires { assembly_.blocks(); }) {
-      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<Push<Scalar> const>(pushes_), force_.wide().data(), run_, before, after_of);
+      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), force_.wide().data(), run_, before, after_of);
     } else {
       before(0, moving_);
       auto force = force_.view();
@@ -334,7 +334,7 @@ class BodySystem {
   std::array<PaddedColumns<Scalar>, 12> scratch_;
   std::vector<Scalar> inverse_mass_;      // 1/kg, moving set
   std::vector<int> place_;                // particle of the body → column, −1 outside the moving set
-  std::vector<Push<Scalar>> pushes_;      // in the order of their columns
+  std::vector<ColumnForce<Scalar>> pushes_;      // in the order of their columns
   std::vector<Divergence<Scalar>> diverged_;   // the first of each block, its column
   Divergence<Scalar> diverged_one_;
 };

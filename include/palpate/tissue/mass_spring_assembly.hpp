@@ -5,7 +5,7 @@
 #include <palpate/core/wide.hpp>
 #include <palpate/tissue/mass_spring_layout.hpp>
 #include <palpate/tissue/mass_spring_tangent.hpp>
-#include <palpate/tissue/push.hpp>
+#include <palpate/tissue/column_force.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -47,7 +47,7 @@ class MassSpringAssembly {
   /// read it again: it may change both. `run(n, walk)` calls walk(0) … walk(n − 1), in any order or at once, and returns when all are done.
   /// Shapes     x, v, force: 4 × particles().size(), contiguous, the fourth row 0; force is zero before and after.
   template <class Run, class Before, class AfterOf>
-  void accelerate(Scalar const* x, Scalar const* v, Vector3<Scalar> const& gravity, std::span<Push<Scalar> const> pushes, Scalar* force,
+  void accelerate(Scalar const* x, Scalar const* v, Vector3<Scalar> const& gravity, std::span<ColumnForce<Scalar> const> pushes, Scalar* force,
                   Run const& run, Before const& before, AfterOf const& after_of) const {
     auto const all = static_cast<Eigen::Index>(particles().size());
     WideView<Scalar> const at_x(const_cast<Scalar*>(x), 4, all), at_v(const_cast<Scalar*>(v), 4, all);
@@ -169,7 +169,7 @@ class MassSpringAssembly {
   /// From forces to what `after` makes of accelerations, for a part whose links have all been walked. The forces are zero then.
   template <class NextPush, class After>
   void finish(WideView<Scalar> const& x, WideView<Scalar> const& v, Vector3<Scalar> const& gravity, WideView<Scalar>& f,
-              typename Layout::Part const part, std::span<Push<Scalar> const> pushes, NextPush& next_push, After& after) const noexcept {
+              typename Layout::Part const part, std::span<ColumnForce<Scalar> const> pushes, NextPush& next_push, After& after) const noexcept {
     while (next_push != pushes.end() && next_push->column < part.first) ++next_push;
     for (; next_push != pushes.end() && next_push->column < part.end; ++next_push)
       f.col(next_push->column).template head<3>() += next_push->force;

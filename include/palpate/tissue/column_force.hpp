@@ -7,7 +7,7 @@ namespace palpate {
 
 /// A force [N] from outside on the particle of one column.
 template <RealScalar Scalar>
-struct Push {
+struct ColumnForce {
   int column = 0;
   Vector3<Scalar> force = Vector3<Scalar>::Zero();
 };
