@@ -166,8 +166,7 @@ run_tests() {
   provide "$test_needs"
 
   step "gcc, warnings are errors: all headers, tests, examples, benchmarks"
-  # With more memory before it tidies up, gcc takes a tenth less time.
-  configure ci -D CMAKE_CXX_COMPILER=g++ -D CMAKE_CXX_FLAGS="--param=ggc-min-expand=200 --param=ggc-min-heapsize=500000"
+  configure ci -D CMAKE_CXX_COMPILER=g++
   cmake --build --preset ci --parallel "$jobs"
   step "gcc: run the tests"
   with_display ctest --preset ci --parallel "$jobs"
