@@ -89,8 +89,9 @@ class BodySystem {
             parts.before(x_i, v_i, m_i);
             detail::store(x + at, x_i), detail::store(v + at, v_i), detail::store(m + at, m_i);
           };
-          for (; k + 8 <= last; k += 8) start(std::type_identity<detail::Eight<Scalar>>{}, k);
-          if (k < last) start(std::type_identity<Four>{}, k);
+          if constexpr (sizeof(detail::Eight<Scalar>) <= detail::register_size)
+            for (; k + 8 <= last; k += 8) start(std::type_identity<detail::Eight<Scalar>>{}, k);
+          for (; k < last; k += 4) start(std::type_identity<Four>{}, k);
         },
         [&, bound = bound_](int block) {
           Divergence<Scalar>* const found = &diverged_[static_cast<std::size_t>(block)];

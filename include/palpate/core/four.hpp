@@ -23,7 +23,16 @@ struct FourOf {
 template <RealScalar Scalar>
 using Four = typename FourOf<Scalar>::Type;
 
-/// Two columns behind each other, for what is done to each number by itself.
+/// The widest register [bytes] that this program is compiled for.
+#if defined(__AVX512F__)
+inline constexpr int register_size = 64;
+#elif defined(__AVX__)
+inline constexpr int register_size = 32;
+#else
+inline constexpr int register_size = 16;
+#endif
+
+/// Two columns behind each other, for what is done to each number by itself; where a register holds them, else the compiler goes through memory.
 template <RealScalar Scalar>
 struct EightOf {
   typedef Scalar Type __attribute__((vector_size(8 * sizeof(Scalar))));
