@@ -4,13 +4,13 @@
 #include <palpate/core/error.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/cut_front.hpp>
+#include <palpate/cutting/detail/blade.hpp>
 #include <palpate/tissue/concept.hpp>
 
 #include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 namespace palpate {
@@ -47,11 +47,10 @@ class ProgressiveCutter {
  public:
   using Vector = Vector3<Scalar>;
 
-  explicit ProgressiveCutter(ProgressiveCutterOptions<Scalar> const& options = {}) : options_(options), touch_(options.tip_radius) {
-    require_positive("puncture_depth", options.puncture_depth, "m");
-    require_positive("puncture_force", options.puncture_force, "N");
-    if (options.snap && !(*options.snap >= 0 && std::isfinite(*options.snap)))
-      throw InvalidArgument(detail::message("snap is ", *options.snap, " m; it must be finite and not negative"));
+  explicit ProgressiveCutter(ProgressiveCutterOptions<Scalar> const& options = {})
+      : blade_(options.puncture_depth, options.puncture_force, options.tip_radius), snap_(options.snap) {
+    if (snap_ && !(*snap_ >= 0 && std::isfinite(*snap_)))
+      throw InvalidArgument(detail::message("snap is ", *snap_, " m; it must be finite and not negative"));
   }
 
   /// Moves the tip [m] by one tick; `force` is what the tool presses the tissue with [N], for puncture_force.
@@ -60,62 +59,35 @@ class ProgressiveCutter {
   void advance(Body& body, Vector const& tip, Scalar force = 0) {
     static_assert(CuttableTissue<typename Body::Tissue>,
                   "ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue. MassSpring has it.");
-    if (!tip.allFinite())
-      throw InvalidArgument(detail::message("the tip is at (", tip[0], ", ", tip[1], ", ", tip[2], "); it must be finite"));
-    if (!body.tissue().cuttable())
-      throw InvalidArgument("this body is built from a volume; only a body built from a surface can be cut");
-    if (touch_.was_restored(body)) reset(body);
-    touch_.update(body, tip, state_ == CuttingPhase::moving);
-    SurfaceContact<Scalar> const& contact = touch_.contact();
-    if (!contact.touching) {
-      if (state_ == CuttingPhase::moving) front_.finish(body);
-      state_ = CuttingPhase::no_contact;
-      return;
-    }
-    if (state_ != CuttingPhase::moving) {
-      state_ = CuttingPhase::indenting;
-      if (contact.depth < options_.puncture_depth && !(force >= options_.puncture_force)) return;
-      state_ = CuttingPhase::moving;
-      front_.start(body, contact.triangle, contact.barycentric, snap(body));
-    } else if (!contact.off_surface) {
-      front_.advance(body, contact.triangle, contact.barycentric);
-    } else {
-      return;
-    }
-    touch_.restart_from(body, front_.triangle(body), tip);
+    using Front = CutFront<Scalar>;
+    using Contact = SurfaceContact<Scalar>;
+    auto const start = [&](Front& front, Contact const& contact) {
+      front.start(body, contact.triangle, contact.barycentric, snap_ ? *snap_ : body.mean_edge() / 5);
+      return front.triangle(body);
+    };
+    auto const go_on = [&](Front& front, Contact const& contact) {
+      if (contact.off_surface) return -1;
+      front.advance(body, contact.triangle, contact.barycentric);
+      return front.triangle(body);
+    };
+    blade_.advance(body, tip, force, start, go_on);
   }
 
   /// Takes the tool away: a cut in progress ends where the blade is, and the tip has to come from outside again.
   template <class Body>
   void reset(Body& body) {
-    if (touch_.was_restored(body))
-      front_ = {};   // what it knew of the body does not exist any more
-    else if (state_ == CuttingPhase::moving)
-      front_.finish(body);
-    touch_.reset();
-    state_ = CuttingPhase::no_contact;
+    blade_.reset(body);
   }
 
-  CuttingPhase state() const noexcept { return state_; }
-  CutReport const& report() const noexcept { return front_.report(); }
-  SurfaceContact<Scalar> const& contact() const noexcept { return touch_.contact(); }
+  CuttingPhase state() const noexcept { return blade_.state(); }
+  CutReport const& report() const noexcept { return blade_.front().report(); }
+  SurfaceContact<Scalar> const& contact() const noexcept { return blade_.contact(); }
   /// Particles that were one before the current or last cut: the two lips of the wound, pair by pair.
-  std::vector<std::array<int, 2>> const& lips() const noexcept { return front_.lips(); }
+  std::vector<std::array<int, 2>> const& lips() const noexcept { return blade_.front().lips(); }
 
  private:
-  static void require_positive(std::string_view what, Scalar value, std::string_view unit) {
-    if (!(value > 0)) throw InvalidArgument(detail::message(what, " is ", value, " ", unit, "; it must be positive"));
-  }
-
-  template <class Body>
-  Scalar snap(Body const& body) {
-    return options_.snap ? *options_.snap : body.mean_edge() / 5;
-  }
-
-  ProgressiveCutterOptions<Scalar> options_;
-  Touch<Scalar> touch_;
-  CutFront<Scalar> front_;
-  CuttingPhase state_ = CuttingPhase::no_contact;
+  detail::Blade<Scalar, CutFront<Scalar>> blade_;
+  std::optional<Scalar> snap_;
 };
 
 }  // namespace palpate

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/body/touch.hpp>
-#include <palpate/core/error.hpp>
-#include <palpate/core/phase.hpp>
 #include <palpate/cutting/concept.hpp>
+#include <palpate/cutting/detail/blade.hpp>
 #include <palpate/cutting/detail/separating_front.hpp>
 #include <palpate/tissue/concept.hpp>
 
 #include <array>
 #include <limits>
-#include <string_view>
 #include <vector>
 
 namespace palpate {
@@ -53,10 +50,8 @@ class SeparatingCutter {
  public:
   using Vector = Vector3<Scalar>;
 
-  explicit SeparatingCutter(SeparatingCutterOptions<Scalar> const& options = {}) : options_(options), touch_(options.tip_radius) {
-    require_positive("puncture_depth", options.puncture_depth, "m");
-    require_positive("puncture_force", options.puncture_force, "N");
-  }
+  explicit SeparatingCutter(SeparatingCutterOptions<Scalar> const& options = {})
+      : blade_(options.puncture_depth, options.puncture_force, options.tip_radius) {}
 
   /// Moves the tip [m] by one tick; `force` is what the tool presses the tissue with [N], for puncture_force.
   /// Throws InvalidArgument for a tip that is not finite, or a body that can not be cut; then nothing has changed.
@@ -64,72 +59,50 @@ class SeparatingCutter {
   void advance(Body& body, Vector const& tip, Scalar force = 0) {
     static_assert(SeparableTissue<typename Body::Tissue>,
                   "SeparatingCutter: this tissue can not be cut along its edges; it lacks the ability SeparableTissue. MassSpring has it.");
-    if (!tip.allFinite())
-      throw InvalidArgument(detail::message("the tip is at (", tip[0], ", ", tip[1], ", ", tip[2], "); it must be finite"));
-    if (!body.tissue().cuttable())
-      throw InvalidArgument("this body is built from a volume; only a body built from a surface can be cut");
-    if (touch_.was_restored(body)) reset(body);
-    touch_.update(body, tip, state_ == CuttingPhase::moving);
-    SurfaceContact<Scalar> const& contact = touch_.contact();
-    if (!contact.touching) {
-      if (state_ == CuttingPhase::moving) front_.finish(body);
-      state_ = CuttingPhase::no_contact;
-      return;
-    }
-    if (state_ != CuttingPhase::moving) {
-      state_ = CuttingPhase::indenting;
-      if (contact.depth < options_.puncture_depth && !(force >= options_.puncture_force)) return;
-      state_ = CuttingPhase::moving;
+    auto const start = [&](Front& front, Contact const& contact) {
       is_away_ = false;
-      front_.start(body, contact.triangle, contact.barycentric);
-    } else if (body.temporary_particle() < 0 && go_on(body, tip)) {
-      touch_.restart_from(body, contact.triangle, tip);
-    }
+      front.start(body, contact.triangle, contact.barycentric);
+      return -1;
+    };
+    auto const go_on = [&](Front& front, Contact const& contact) {
+      return body.temporary_particle() < 0 && move(body, front, contact, tip) ? contact.triangle : -1;
+    };
+    blade_.advance(body, tip, force, start, go_on);
   }
 
   /// Takes the tool away: a cut in progress ends, and the tip has to come from outside again.
   template <class Body>
   void reset(Body& body) {
-    if (touch_.was_restored(body))
-      front_ = {};   // what it knew of the body does not exist any more
-    else if (state_ == CuttingPhase::moving)
-      front_.finish(body);
-    touch_.reset();
-    state_ = CuttingPhase::no_contact;
+    blade_.reset(body);
   }
 
-  CuttingPhase state() const noexcept { return state_; }
-  SeparatingReport<Scalar> const& report() const noexcept { return front_.report(); }
-  SurfaceContact<Scalar> const& contact() const noexcept { return touch_.contact(); }
+  CuttingPhase state() const noexcept { return blade_.state(); }
+  SeparatingReport<Scalar> const& report() const noexcept { return blade_.front().report(); }
+  SurfaceContact<Scalar> const& contact() const noexcept { return blade_.contact(); }
   /// Particles that were one before the current or last cut: the two lips of the wound, pair by pair.
-  std::vector<std::array<int, 2>> const& lips() const noexcept { return front_.lips(); }
+  std::vector<std::array<int, 2>> const& lips() const noexcept { return blade_.front().lips(); }
 
  private:
-  static void require_positive(std::string_view what, Scalar value, std::string_view unit) {
-    if (!(value > 0)) throw InvalidArgument(detail::message(what, " is ", value, " ", unit, "; it must be positive"));
-  }
+  using Front = detail::SeparatingFront<Scalar>;
+  using Contact = SurfaceContact<Scalar>;
 
-  /// True when the body was changed.
+  /// Moves the blade in the tissue. True when that changed the body.
   template <class Body>
-  bool go_on(Body& body, Vector const& tip) {
-    SurfaceContact<Scalar> const& contact = touch_.contact();
+  bool move(Body& body, Front& front, Contact const& contact, Vector const& tip) {
     if (contact.off_surface) {
       bool const was_away = is_away_;
       Vector const offset = tip - contact.point;
       is_away_ = (offset - offset.dot(contact.normal) * contact.normal).norm() > body.mean_edge();
-      return !was_away && front_.leave(body, contact.triangle, contact.barycentric);
+      return !was_away && front.leave(body, contact.triangle, contact.barycentric);
     }
     if (is_away_) {
       is_away_ = false;
-      return front_.enter(body, contact.triangle, contact.barycentric);
+      return front.enter(body, contact.triangle, contact.barycentric);
     }
-    return front_.advance(body, contact.triangle, contact.barycentric);
+    return front.advance(body, contact.triangle, contact.barycentric);
   }
 
-  SeparatingCutterOptions<Scalar> options_;
-  Touch<Scalar> touch_;
-  detail::SeparatingFront<Scalar> front_;
-  CuttingPhase state_ = CuttingPhase::no_contact;
+  detail::Blade<Scalar, Front> blade_;
   bool is_away_ = false;   // the blade is beside the surface, more than an edge
 };
 
