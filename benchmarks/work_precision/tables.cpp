@@ -55,11 +55,16 @@ Row const* find(Rows const& rows, char const* kind, std::string const& scene, st
   return nullptr;
 }
 
-void print_costs(Rows const& rows, std::vector<std::string> const& scenes, std::vector<std::string> const& integrators, double wanted) {
-  std::printf("\nms of computing for a second of the scene at an error of %g, between runs on logarithmic scales\n| integrator |", wanted);
+/// The title and head of a table with a row for each integrator and a column for each scene; the last line is left open.
+void print_head(std::string const& title, std::vector<std::string> const& scenes) {
+  std::printf("\n%s\n| integrator |", title.c_str());
   for (auto const& scene : scenes) std::printf(" %s |", scene.c_str());
   std::printf("\n|---|");
   for (std::size_t k = 0; k < scenes.size(); ++k) std::printf("---|");
+}
+
+void print_costs(Rows const& rows, std::vector<std::string> const& scenes, std::vector<std::string> const& integrators, double wanted) {
+  print_head("ms of computing for a second of the scene at an error of " + number(wanted, "%g") + ", between runs on logarithmic scales", scenes);
   for (auto const& integrator : integrators) {
     std::printf("\n| `%s` |", integrator.c_str());
     for (auto const& scene : scenes) std::printf(" %s |", number(1e3 * crossing(rows, scene, integrator, &Row::error, wanted).cost, "%.2g").c_str());
@@ -68,10 +73,7 @@ void print_costs(Rows const& rows, std::vector<std::string> const& scenes, std::
 }
 
 void print_limits(Rows const& rows, std::vector<std::string> const& scenes, std::vector<std::string> const& integrators) {
-  std::printf("\nlongest stable step, stable_step() / measured [ms]\n| integrator |");
-  for (auto const& scene : scenes) std::printf(" %s |", scene.c_str());
-  std::printf("\n|---|");
-  for (std::size_t k = 0; k < scenes.size(); ++k) std::printf("---|");
+  print_head("longest stable step, stable_step() / measured [ms]", scenes);
   for (auto const& integrator : integrators) {
     std::printf("\n| `%s` |", integrator.c_str());
     for (auto const& scene : scenes) {
@@ -88,10 +90,7 @@ void print_limits(Rows const& rows, std::vector<std::string> const& scenes, std:
 }
 
 void print_energies(Rows const& rows, std::vector<std::string> const& scenes, std::vector<std::string> const& integrators) {
-  std::printf("\nenergy of the undamped body at half of leapfrog's limit: largest swing / drift from the first tenth to the last\n| integrator |");
-  for (auto const& scene : scenes) std::printf(" %s |", scene.c_str());
-  std::printf("\n|---|");
-  for (std::size_t k = 0; k < scenes.size(); ++k) std::printf("---|");
+  print_head("energy of the undamped body at half of leapfrog's limit: largest swing / drift from the first tenth to the last", scenes);
   for (auto const& integrator : integrators) {
     std::printf("\n| `%s` |", integrator.c_str());
     for (auto const& scene : scenes) {
