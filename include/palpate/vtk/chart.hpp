@@ -3,21 +3,16 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/phase.hpp>
+#include <palpate/vtk/detail/chart_window.hpp>
 #include <palpate/vtk/detail/off_screen.hpp>
 
 #include <vtkAxis.h>
 #include <vtkChartLegend.h>
 #include <vtkChartXY.h>
-#include <vtkContextScene.h>
-#include <vtkContextView.h>
 #include <vtkDoubleArray.h>
 #include <vtkNew.h>
-#include <vtkPen.h>
 #include <vtkPlot.h>
-#include <vtkRenderWindow.h>
-#include <vtkRenderer.h>
 #include <vtkTable.h>
-#include <vtkTextProperty.h>
 
 #include <algorithm>
 #include <array>
@@ -65,22 +60,14 @@ template <class X>
 void write_force_chart(std::filesystem::path const& file, std::span<ForceSample const> samples, ChartStyle const& style,
                        std::string const& title, char const* x_title, int legend, X const& x) {
   if (samples.empty()) throw InvalidArgument(message("can not draw ", file.string(), ": there are no samples"));
-  if (style.width < 64 || style.height < 64 || style.width > 16384 || style.height > 16384)
-    throw InvalidArgument(message("a chart of ", style.width, " x ", style.height, " pixels; give 64 … 16384"));
+  require_chart_size(style.width, style.height);
   require_display(file);
-  MessageTrap const trap;
 
-  vtkNew<vtkContextView> view;
-  view->GetRenderWindow()->SetOffScreenRendering(1);
-  view->GetRenderWindow()->SetMultiSamples(8);
-  view->GetRenderWindow()->SetSize(style.width, style.height);
-  view->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
-  vtkNew<vtkChartXY> chart;
-  view->GetScene()->AddItem(chart);
+  ChartWindow window(style.width, style.height);
+  vtkChartXY* const chart = window.chart();
 
   int const text_size = std::max(10, style.height / 36);
-  chart->SetTitle(style.title.empty() ? title : style.title);
-  chart->GetTitleProperties()->SetFontSize(text_size * 5 / 4);
+  window.set_title(style.title.empty() ? title : style.title, text_size);
   chart->SetShowLegend(true);
   chart->GetLegend()->SetLabelSize(text_size);
   chart->GetLegend()->SetHorizontalAlignment(legend);
@@ -121,20 +108,13 @@ void write_force_chart(std::filesystem::path const& file, std::span<ForceSample 
     line->SetLabel(to_string(phase));
   }
 
-  for (int const side : {vtkAxis::BOTTOM, vtkAxis::LEFT}) {
-    vtkAxis* const axis = chart->GetAxis(side);
-    axis->SetTitle(side == vtkAxis::BOTTOM ? x_title : "force [N]");
-    axis->GetTitleProperties()->SetFontSize(text_size);
-    axis->GetTitleProperties()->BoldOff();
-    axis->GetLabelProperties()->SetFontSize(text_size);
-    axis->GetGridPen()->SetColor(225, 225, 225, 255);
-    axis->SetBehavior(vtkAxis::FIXED);
-  }
+  dress_axis(chart->GetAxis(vtkAxis::BOTTOM), x_title, text_size);
+  dress_axis(chart->GetAxis(vtkAxis::LEFT), "force [N]", text_size);
   if (!(largest_x > smallest_x)) largest_x = smallest_x + 1e-3;
   double const height = largest_force > 0.0 ? largest_force : 1.0;
   chart->GetAxis(vtkAxis::BOTTOM)->SetRange(smallest_x, largest_x);
   chart->GetAxis(vtkAxis::LEFT)->SetRange(-0.02 * height, 1.08 * height);   // zero is seen above the axis
-  write_png(file, view->GetRenderWindow());
+  window.write(file);
 }
 
 }  // namespace detail

@@ -2,23 +2,20 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/vtk/detail/chart_window.hpp>
 #include <palpate/vtk/detail/off_screen.hpp>
-#include <palpate/vtk/detail/plot_axis.hpp>
+#include <palpate/vtk/detail/plot_range.hpp>
+#include <palpate/vtk/plot_axis.hpp>
 
 #include <vtkAxis.h>
 #include <vtkBrush.h>
 #include <vtkChartLegend.h>
 #include <vtkChartXY.h>
-#include <vtkContextScene.h>
-#include <vtkContextView.h>
 #include <vtkDoubleArray.h>
 #include <vtkNew.h>
 #include <vtkPen.h>
 #include <vtkPlotPoints.h>
-#include <vtkRenderWindow.h>
-#include <vtkRenderer.h>
 #include <vtkTable.h>
-#include <vtkTextProperty.h>
 
 #include <algorithm>
 #include <array>
@@ -69,8 +66,7 @@ inline constexpr double plot_left = 0.11, plot_right = 0.77, plot_bottom = 0.12,
 /// Errors     `InvalidArgument` when x and y of a series differ in number, or no point is left; `FileError` without a display (see
 ///            `VirtualDisplay`) or when the file can not be written; none is left half-written.
 inline void write_plot(std::filesystem::path const& file, std::span<PlotSeries const> series, PlotStyle const& style = {}) {
-  if (style.width < 64 || style.height < 64 || style.width > 16384 || style.height > 16384)
-    throw InvalidArgument(detail::message("a chart of ", style.width, " x ", style.height, " pixels; give 64 … 16384"));
+  detail::require_chart_size(style.width, style.height);
   detail::PlotRange across(style.x), up(style.y);
   for (PlotSeries const& one : series) {
     if (one.x.size() != one.y.size())
@@ -81,15 +77,9 @@ inline void write_plot(std::filesystem::path const& file, std::span<PlotSeries c
   if (across.is_empty()) throw InvalidArgument(detail::message("can not draw ", file.string(), ": no point is left"));
   across.round(), up.round();
   detail::require_display(file);
-  detail::MessageTrap const trap;
 
-  vtkNew<vtkContextView> view;
-  view->GetRenderWindow()->SetOffScreenRendering(1);
-  view->GetRenderWindow()->SetMultiSamples(8);
-  view->GetRenderWindow()->SetSize(style.width, style.height);
-  view->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
-  vtkNew<vtkChartXY> chart;
-  view->GetScene()->AddItem(chart);
+  detail::ChartWindow window(style.width, style.height);
+  vtkChartXY* const chart = window.chart();
   chart->SetAutoSize(false);
   chart->SetLayoutStrategy(vtkChart::AXES_TO_RECT);
   auto const width = static_cast<float>(style.width), height = static_cast<float>(style.height);
@@ -97,10 +87,7 @@ inline void write_plot(std::filesystem::path const& file, std::span<PlotSeries c
                           static_cast<float>(detail::plot_right - detail::plot_left) * width,
                           static_cast<float>(detail::plot_top - detail::plot_bottom) * height));
   int const text_size = std::max(10, style.height / 40);
-  if (!style.title.empty()) {
-    chart->SetTitle(style.title);
-    chart->GetTitleProperties()->SetFontSize(text_size * 5 / 4);
-  }
+  if (!style.title.empty()) window.set_title(style.title, text_size);
 
   for (std::size_t s = 0; s < series.size(); ++s) {
     PlotSeries const& one = series[s];
@@ -141,7 +128,7 @@ inline void write_plot(std::filesystem::path const& file, std::span<PlotSeries c
   chart->GetLegend()->SetVerticalAlignment(vtkChartLegend::CUSTOM);
   chart->GetLegend()->SetPoint(static_cast<float>(detail::plot_right + 0.01) * width, static_cast<float>(detail::plot_bottom) * height);
   chart->GetLegend()->GetPen()->SetOpacity(0);
-  detail::write_png(file, view->GetRenderWindow());
+  window.write(file);
 }
 
 }  // namespace palpate

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/vtk/detail/chart_window.hpp>
+#include <palpate/vtk/plot_axis.hpp>
+
 #include <vtkAxis.h>
 #include <vtkDoubleArray.h>
 #include <vtkNew.h>
-#include <vtkPen.h>
 #include <vtkStringArray.h>
-#include <vtkTextProperty.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,15 +15,7 @@
 #include <limits>
 #include <string>
 
-namespace palpate {
-
-struct PlotAxis {
-  std::string title{};        ///< with its unit
-  bool logarithmic = false;   ///< values that are not above 0 are left out
-  double from = 0, to = 0;    ///< equal: from the points; a point outside is left out
-};
-
-namespace detail {
+namespace palpate::detail {
 
 /// What an axis shows: grows with the points, then is rounded to whole ticks. A logarithmic axis is drawn as a plain one of decades.
 class PlotRange {
@@ -75,14 +68,9 @@ class PlotRange {
       places->InsertNextValue(k * tick_);
       labels->InsertNextValue(logarithmic_ && std::lround(k * tick_) == 0 ? "1" : text);
     }
-    axis->SetBehavior(vtkAxis::FIXED);
+    dress_axis(axis, title, text_size);
     axis->SetRange(low_, high_);
     axis->SetCustomTickPositions(places, labels);
-    axis->SetTitle(title);
-    axis->GetTitleProperties()->SetFontSize(text_size);
-    axis->GetTitleProperties()->BoldOff();
-    axis->GetLabelProperties()->SetFontSize(text_size);
-    axis->GetGridPen()->SetColor(225, 225, 225, 255);
   }
 
  private:
@@ -90,6 +78,4 @@ class PlotRange {
   double low_ = std::numeric_limits<double>::infinity(), high_ = -std::numeric_limits<double>::infinity(), tick_ = 1;
 };
 
-}  // namespace detail
-
-}  // namespace palpate
+}  // namespace palpate::detail
