@@ -5,6 +5,7 @@
 
 // core: scalars, errors, random numbers, units
 #include <palpate/core/error.hpp>
+#include <palpate/core/execution.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/core/random.hpp>

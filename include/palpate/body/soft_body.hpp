@@ -12,6 +12,7 @@
 #include <palpate/body/substeps.hpp>
 #include <palpate/body/truncation.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/execution.hpp>
 #include <palpate/core/serial.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/measures.hpp>

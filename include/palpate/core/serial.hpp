@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <concepts>
+#include <palpate/core/execution.hpp>
 
 namespace palpate {
 
@@ -12,10 +12,6 @@ struct Serial {
     for (int k = 0; k < n; ++k) work(k);
   }
 };
-
-/// Does work(0) … work(n − 1), in any order or at once, and returns when all are done; the parts of the work do not touch each other.
-template <class E>
-concept Execution = std::copyable<E> && requires(E const& run) { run(1, [](int) {}); };
 
 static_assert(Execution<Serial>);
 

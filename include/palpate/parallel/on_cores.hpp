@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/core/execution.hpp>
 #include <palpate/core/serial.hpp>
 
 #include <tbb/parallel_for.h>
