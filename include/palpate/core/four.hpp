@@ -4,24 +4,15 @@
 #include <palpate/core/matrix.hpp>
 
 #include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <type_traits>
 
 #ifdef __SSE2__
 #include <immintrin.h>
 #endif
 
 namespace palpate::detail {
-
-/// Four scalars that are added, multiplied and divided at once: a column (x, y, z, 0), or one number of four links.
-/// A vector type of gcc and clang; without registers of that width the compiler takes it apart. Functions take it by reference:
-/// how it is passed by value depends on the processor that is compiled for.
-/// Not Eigen's arrays: those would not stay in registers through the force loop, and std::sqrt is not vectorised as long as it may set errno.
-template <RealScalar Scalar>
-struct FourOf {
-  typedef Scalar Type __attribute__((vector_size(4 * sizeof(Scalar))));   // `using` takes no dependent attribute in clang
-};
-template <RealScalar Scalar>
-using Four = typename FourOf<Scalar>::Type;
 
 /// The widest register [bytes] that this program is compiled for.
 #if defined(__AVX512F__)
@@ -31,6 +22,45 @@ inline constexpr int register_size = 32;
 #else
 inline constexpr int register_size = 16;
 #endif
+
+/// Four scalars that are added, multiplied and divided at once: a column (x, y, z, 0), or one number of four links.
+/// A vector type of gcc and clang. Functions take it by reference: how it is passed by value depends on the processor that is compiled for.
+/// Not Eigen's arrays: those would not stay in registers through the force loop, and std::sqrt is not vectorised as long as it may set errno.
+template <RealScalar Scalar>
+struct FourOf {
+  typedef Scalar Type __attribute__((vector_size(4 * sizeof(Scalar))));   // `using` takes no dependent attribute in clang
+};
+
+/// Four doubles where a register holds two: a vector type of that width would be taken apart into single numbers.
+struct TwoPairs {
+  typedef double Pair __attribute__((vector_size(16)));
+  Pair low, high;
+
+  TwoPairs() = default;
+  TwoPairs(Pair const& first, Pair const& second) noexcept : low(first), high(second) {}
+  TwoPairs(double x, double y, double z, double w) noexcept : low{x, y}, high{z, w} {}
+
+  double operator[](std::size_t k) const noexcept { return k < 2 ? low[k] : high[k - 2]; }
+
+  friend TwoPairs operator+(TwoPairs const& a, TwoPairs const& b) noexcept { return {a.low + b.low, a.high + b.high}; }
+  friend TwoPairs operator-(TwoPairs const& a, TwoPairs const& b) noexcept { return {a.low - b.low, a.high - b.high}; }
+  friend TwoPairs operator*(TwoPairs const& a, TwoPairs const& b) noexcept { return {a.low * b.low, a.high * b.high}; }
+  friend TwoPairs operator/(TwoPairs const& a, TwoPairs const& b) noexcept { return {a.low / b.low, a.high / b.high}; }
+  friend TwoPairs operator*(double a, TwoPairs const& b) noexcept { return {a * b.low, a * b.high}; }
+  friend TwoPairs operator*(TwoPairs const& a, double b) noexcept { return {a.low * b, a.high * b}; }
+  friend TwoPairs operator/(double a, TwoPairs const& b) noexcept { return {a / b.low, a / b.high}; }
+  friend TwoPairs operator/(TwoPairs const& a, double b) noexcept { return {a.low / b, a.high / b}; }
+  TwoPairs operator-() const noexcept { return {-low, -high}; }
+  TwoPairs& operator+=(TwoPairs const& b) noexcept { return *this = *this + b; }
+  TwoPairs& operator-=(TwoPairs const& b) noexcept { return *this = *this - b; }
+  TwoPairs& operator*=(TwoPairs const& b) noexcept { return *this = *this * b; }
+  TwoPairs& operator*=(double b) noexcept { return *this = *this * b; }
+  TwoPairs& operator/=(TwoPairs const& b) noexcept { return *this = *this / b; }
+  TwoPairs& operator/=(double b) noexcept { return *this = *this / b; }
+};
+
+template <RealScalar Scalar>
+using Four = std::conditional_t<(4 * sizeof(Scalar) > register_size), TwoPairs, typename FourOf<Scalar>::Type>;
 
 /// Two columns behind each other, for what is done to each number by itself; where a register holds them, else the compiler goes through memory.
 template <RealScalar Scalar>
@@ -49,6 +79,13 @@ inline void store(Scalar* to, Columns const& from) noexcept {
   std::memcpy(to, &from, sizeof(from));
 }
 
+inline void load(TwoPairs& to, double const* from) noexcept {   // pair by pair: an object that is copied as a whole stays in memory
+  load(to.low, from), load(to.high, from + 2);
+}
+inline void store(double* to, TwoPairs const& from) noexcept {
+  store(to, from.low), store(to + 2, from.high);
+}
+
 /// to = √from, each correctly rounded.
 inline void square_root(Four<float>& to, Four<float> const& from) noexcept {
 #ifdef __SSE2__
@@ -61,25 +98,47 @@ inline void square_root(Four<double>& to, Four<double> const& from) noexcept {
 #if defined(__AVX__)
   to = _mm256_sqrt_pd(from);
 #elif defined(__SSE2__)
-  __m128d half[2];
-  std::memcpy(half, &from, sizeof(half));
-  for (__m128d& two : half) two = _mm_sqrt_pd(two);
-  std::memcpy(&to, half, sizeof(half));
+  to = {_mm_sqrt_pd(from.low), _mm_sqrt_pd(from.high)};
 #else
-  for (int k = 0; k < 4; ++k) to[k] = std::sqrt(from[k]);
+  to = {std::sqrt(from[0]), std::sqrt(from[1]), std::sqrt(from[2]), std::sqrt(from[3])};
 #endif
 }
 
 /// sums[k] = the sum of the four of column k. Two shuffles for each pair of columns that are one instruction each.
 inline void sum_each(Four<double>& sums, Four<double> const (&column)[4]) noexcept {
+#if defined(__AVX__)
   Four<double> const left = __builtin_shufflevector(column[0], column[1], 0, 4, 2, 6) + __builtin_shufflevector(column[0], column[1], 1, 5, 3, 7);
   Four<double> const right = __builtin_shufflevector(column[2], column[3], 0, 4, 2, 6) + __builtin_shufflevector(column[2], column[3], 1, 5, 3, 7);
   sums = __builtin_shufflevector(left, right, 0, 1, 4, 5) + __builtin_shufflevector(left, right, 2, 3, 6, 7);
+#else
+  TwoPairs::Pair half[4];
+  for (int k = 0; k < 4; ++k) half[k] = column[k].low + column[k].high;
+  sums = {__builtin_shufflevector(half[0], half[1], 0, 2) + __builtin_shufflevector(half[0], half[1], 1, 3),
+          __builtin_shufflevector(half[2], half[3], 0, 2) + __builtin_shufflevector(half[2], half[3], 1, 3)};
+#endif
 }
 inline void sum_each(Four<float>& sums, Four<float> const (&column)[4]) noexcept {
   Four<float> const left = __builtin_shufflevector(column[0], column[1], 0, 4, 1, 5) + __builtin_shufflevector(column[0], column[1], 2, 6, 3, 7);
   Four<float> const right = __builtin_shufflevector(column[2], column[3], 0, 4, 1, 5) + __builtin_shufflevector(column[2], column[3], 2, 6, 3, 7);
   sums = __builtin_shufflevector(left, right, 0, 1, 4, 5) + __builtin_shufflevector(left, right, 2, 3, 6, 7);
+}
+
+/// Each of the four that is below the bound, or NaN, becomes the bound.
+template <class Columns, RealScalar Scalar>
+inline void raise_to(Columns& value, Scalar bound) noexcept {
+  value = value > bound ? value : bound + Columns{};
+}
+inline void raise_to(TwoPairs& value, double bound) noexcept {
+  raise_to(value.low, bound), raise_to(value.high, bound);
+}
+
+/// The fourth becomes zero.
+template <class Columns>
+inline void clear_last(Columns& column) noexcept {
+  column = __builtin_shufflevector(column, Columns{}, 0, 1, 2, 7);
+}
+inline void clear_last(TwoPairs& column) noexcept {
+  column.high = __builtin_shufflevector(column.high, TwoPairs::Pair{}, 0, 3);
 }
 
 /// Whether each of the four is below the bound; a NaN is not.
@@ -93,6 +152,9 @@ inline bool all_below(Four<float> const& value, float bound) noexcept {
 inline bool all_below(Four<double> const& value, double bound) noexcept {
 #ifdef __AVX__
   return _mm256_movemask_pd(_mm256_cmp_pd(value, _mm256_set1_pd(bound), _CMP_LT_OQ)) == 15;
+#elif defined(__SSE2__)
+  __m128d const most = _mm_set1_pd(bound);
+  return _mm_movemask_pd(_mm_and_pd(_mm_cmplt_pd(value.low, most), _mm_cmplt_pd(value.high, most))) == 3;
 #else
   return value[0] < bound && value[1] < bound && value[2] < bound && value[3] < bound;
 #endif

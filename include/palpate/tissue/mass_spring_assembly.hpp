@@ -8,6 +8,7 @@
 #include <palpate/tissue/column_force.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -155,14 +156,14 @@ class MassSpringAssembly {
     if constexpr (is_wide<Columns>)
       detail::store(to.data() + offset, from);
     else
-      for (int k = 0; k < 3; ++k) to(k, offset / 4) = from[k];
+      for (int k = 0; k < 3; ++k) to(k, offset / 4) = from[at(k)];
   }
 
   static void home_force(Four& force, Four const& position, Four const& velocity, Anchor const& anchor) noexcept {
     Four rest;
     detail::load(rest, anchor.rest_and_stiffness.data());
     Scalar const stiffness = rest[3];
-    rest = __builtin_shufflevector(rest, Four{}, 0, 1, 2, 7);
+    detail::clear_last(rest);
     force = stiffness * (rest - position) - anchor.damping * velocity;
   }
 
@@ -219,7 +220,7 @@ class MassSpringAssembly {
         for (int const after = r + group->rows; r < after; ++r)
           for (int k = 0; k < 4; ++k) {
             int const j = row[r].other[at(k)];
-            Four const pull = factor[r][k] * difference[4 * r + k];
+            Four const pull = factor[r][at(k)] * difference[4 * r + k];
             Four there;
             take_at(there, f, j);
             put_at(f, j, there + pull);
@@ -237,15 +238,15 @@ class MassSpringAssembly {
 
   /// From d·(v_i − v_j) to the factor of d in the pull of a link.
   static void set_factor(Four& factor, Four const& squared_length, Row const& row, Laws const& law) noexcept {
-    Four const square = squared_length > least ? squared_length : least + Four{};
-    Four length, rest_length, weight, tension, damping;
+    Four square = squared_length, length, rest_length, weight;
     detail::load(rest_length, row.rest_length.data()), detail::load(weight, row.weight.data());
+    detail::raise_to(square, least);
     detail::square_root(length, square);
     Four const elongation = length - rest_length;
-    for (int k = 0; k < 4; ++k) {
-      tension[k] = static_cast<Scalar>(law[at(k)].tension(elongation[k], rest_length[k]));
-      damping[k] = static_cast<Scalar>(law[at(k)].damping);
-    }
+    auto const tension_of = [&](std::size_t k) { return static_cast<Scalar>(law[k].tension(elongation[k], rest_length[k])); };
+    auto const damping_of = [&](std::size_t k) { return static_cast<Scalar>(law[k].damping); };
+    Four const tension = {tension_of(0), tension_of(1), tension_of(2), tension_of(3)};
+    Four const damping = {damping_of(0), damping_of(1), damping_of(2), damping_of(3)};
     factor = weight * (tension * length + damping * factor) / square;
   }
 
@@ -260,19 +261,21 @@ class MassSpringAssembly {
       squares[k] = to.direction[k] * to.direction[k];
     }
     detail::sum_each(squared_length, squares);
-    Four const square = squared_length > least ? squared_length : least + Four{};
-    detail::square_root(length, square);
+    detail::raise_to(squared_length, least);
+    detail::square_root(length, squared_length);
     Four const elongation = length - rest_length;
-    Four const per_length = 1 / length;
-    for (int k = 0; k < 4; ++k) {
-      Law const& law = laws[at(k)];
+    Four const per_length = Scalar(1) / length;
+    std::array<Scalar, 4> across, more_along, damping;
+    for (std::size_t k = 0; k < 4; ++k) {
+      Law const& law = laws[k];
       Scalar const tension = static_cast<Scalar>(law.tension(elongation[k], rest_length[k]));
       Scalar const along = static_cast<Scalar>(law.tangent_stiffness(elongation[k], rest_length[k]));
-      to.across[k] = std::max(Scalar(0), tension) * per_length[k];
-      to.more_along[k] = std::max(Scalar(0), along) - to.across[k];
-      to.damping[k] = static_cast<Scalar>(law.damping);
+      across[k] = std::max(Scalar(0), tension) * per_length[k];
+      more_along[k] = std::max(Scalar(0), along) - across[k];
+      damping[k] = static_cast<Scalar>(law.damping);
       to.direction[k] *= per_length[k];
     }
+    detail::load(to.across, across.data()), detail::load(to.more_along, more_along.data()), detail::load(to.damping, damping.data());
     to.across *= weight, to.more_along *= weight, to.damping *= weight;
     to.other = row.other;
   }

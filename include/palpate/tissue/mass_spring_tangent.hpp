@@ -69,7 +69,7 @@ class MassSpringTangent {
         along *= damping * row->damping + stiffness * row->more_along;
         Four const across = stiffness * row->across;
         for (std::size_t k = 0; k < 4; ++k) {
-          Four const pull = across[static_cast<int>(k)] * difference[k] + along[static_cast<int>(k)] * row->direction[k];
+          Four const pull = across[k] * difference[k] + along[k] * row->direction[k];
           Four there;
           detail::load(there, column(out, row->other[k]));
           detail::store(column(out, row->other[k]), Four(there - pull));
@@ -96,7 +96,7 @@ class MassSpringTangent {
         Four const along = damping * row->damping + stiffness * row->more_along;
         Four const across = stiffness * row->across;
         for (std::size_t k = 0; k < 4; ++k) {
-          Four const add = across[static_cast<int>(k)] * ones + along[static_cast<int>(k)] * row->direction[k] * row->direction[k];
+          Four const add = across[k] * ones + along[k] * row->direction[k] * row->direction[k];
           for (Scalar* const end_of_link : {column(out, row->other[k]), column(out, group.own[k])}) {
             Four there;
             detail::load(there, end_of_link);
