@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "strokes.hpp"
+
+#include <filesystem>
+
+namespace cutting {
+
+/// Writes folder/name_wireframe.png and folder/name_shaded.png: the same view of the same mesh.
+void write_pictures(std::filesystem::path const& folder, std::string const& name, Mesh const& mesh, Vector const& seen_from);
+
+}  // namespace cutting

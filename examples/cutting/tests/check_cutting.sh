@@ -1,0 +1,70 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# Draws all strokes with both cutters and checks what is written, said and returned, with good and with bad arguments.
+#   sh check_cutting.sh path/to/cutting path/to/check_pictures
+set -u
+cutting=$1
+check_pictures=$2
+folder=$(mktemp -d) || exit 1
+trap 'rm -rf "$folder"' EXIT
+cd "$folder" || exit 1
+failed=0
+
+fail() {
+  echo "FAILED: $*"
+  failed=1
+}
+
+# says CUTTER NAME PATTERN: the line of a stroke
+says() {
+  grep "^$2 " "$1.out" | grep -q -e "$3" || fail "$1: no \"$3\" in: $(grep "^$2 " "$1.out")"
+}
+
+# refused TEXT ARGUMENTS...: exit code 2, TEXT and the usage on standard error
+refused() {
+  text=$1
+  shift
+  "$cutting" "$@" >refused.out 2>refused.err
+  code=$?
+  [ "$code" -eq 2 ] || fail "\"$*\": exit code $code instead of 2"
+  grep -q -e "$text" refused.err || fail "\"$*\": no \"$text\" in: $(cat refused.err)"
+  [ ! -s refused.out ] || fail "\"$*\": drew something"
+}
+
+refused "in which folder"
+refused "usage:"
+refused "no cutter is called \"blunt\"" pictures --cutter blunt
+refused "what is \"--color\"" pictures --color
+refused "what is \"--cutter\"" pictures --cutter
+refused "what is \"more\"" pictures more
+: >file
+refused "choose another" file
+[ "$("$cutting" --help | head -n 1)" = "usage: cutting FOLDER [--cutter progressive|separating]" ] || fail "--help: $("$cutting" --help)"
+
+strokes="straight curved crossing loop around two_blades"
+for cutter in progressive separating; do
+  "$cutting" "pictures/$cutter" --cutter "$cutter" >"$cutter.out" 2>"$cutter.err"
+  code=$?
+  cat "$cutter.out"
+  if [ "$code" -eq 2 ] && grep -q 'no pictures can be drawn' "$cutter.err"; then
+    echo "SKIPPED: $(cat "$cutter.err")"
+    exit 77
+  fi
+  [ "$code" -eq 0 ] || fail "$cutter: exit code $code: $(cat "$cutter.err")"
+  [ ! -s "$cutter.err" ] || fail "$cutter: said on standard error: $(cat "$cutter.err")"
+  [ "$(wc -l <"$cutter.out")" -eq 6 ] || fail "$cutter: not six lines"
+  for name in $strokes; do
+    case $name in loop | around) pieces=2 ;; *) pieces=1 ;; esac
+    says "$cutter" "$name" "pieces $pieces "
+    says "$cutter" "$name" "invariants hold"
+    awk -v name="$name" '$1 == name { for (i = 1; i < NF; ++i) if ($i == "gap") exit !($(i + 1) > 5.0) }' "$cutter.out" ||
+      fail "$cutter: the wound of $name is not 5 mm open"
+    "$check_pictures" "pictures/$cutter/${name}_wireframe.png" "pictures/$cutter/${name}_shaded.png" || fail "$cutter: pictures of $name"
+  done
+  [ "$(find "pictures/$cutter" -type f | wc -l)" -eq 12 ] || fail "$cutter: not twelve files: $(ls "pictures/$cutter")"
+done
+for name in $strokes; do
+  says separating "$name" "triangles *+0 "
+done
+[ "$failed" -eq 0 ] && echo "all good"
+exit "$failed"
