@@ -8,6 +8,7 @@
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/tissue/concept.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -151,11 +152,32 @@ class BodyShape {
     disturbed_.insert(disturbed_.end(), {before, now});
   }
 
-  /// Shares the mass of two copies of one particle, still together, anew by the area around each.
+  /// Shares the mass of two copies of one particle, still together, anew by the area around each. Mass takes its velocity along.
   void balance_copies(int p, int copy)
     requires CuttableTissue<Tissue>
   {
+    Scalar const before = tissue_.mass(copy);
     tissue_.balance_copies(p, copy);
+    Scalar const gained = tissue_.mass(copy) - before;
+    if (gained > 0)
+      mix_velocity(p, copy, gained / tissue_.mass(copy));
+    else
+      mix_velocity(copy, p, -gained / tissue_.mass(p));
+  }
+
+  /// Evens out the masses around all that was edited since the last call, where the tissue can: a cutter asks for it once a tick.
+  /// Momentum is kept, and the kinetic energy does not rise.
+  void even_masses() {
+    if constexpr (EvensMasses<Tissue>) {
+      auto const moved = [&](int from, int to, Scalar share) { mix_velocity(from, to, share); };
+      for (std::size_t k = std::min(evened_, disturbed_.size()); k < disturbed_.size(); ++k) {
+        int const p = disturbed_[k];
+        if (p >= size()) continue;   // gone again
+        tissue_.even_mass(p, moved);
+        tissue_.for_each_neighbour(p, [&](int q) { tissue_.even_mass(q, moved); });
+      }
+      evened_ = disturbed_.size();
+    }
   }
 
   /// Slides a particle over the surface, to barycentric weights of a triangle at it: it is another point of the same surface then, undeformed,
@@ -287,9 +309,13 @@ class BodyShape {
   bool tree_is_fitted_ = false;
   std::optional<Temporary> temporary_;
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
+  std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
   std::size_t topology_revision_ = 0;
 
  private:
+  /// Particle `to` has got this share of its mass from `from`: an inelastic impact.
+  void mix_velocity(int from, int to, Scalar share) noexcept { state_.velocity[to] += share * (state_.velocity[from] - state_.velocity[to]); }
+
   void patch_tree(int t) {
     tree_.replace(state_.position.view(), t, tissue_.surface().corners(t));
     ++topology_revision_;

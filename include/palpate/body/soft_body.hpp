@@ -349,6 +349,7 @@ class SoftBody : public BodyShape<TissueType> {
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
     disturbed_.clear();
+    this->evened_ = 0;
     temporary_.reset();
     this->build_tree();
     stable_step_is_known_ = false;
@@ -446,6 +447,7 @@ class SoftBody : public BodyShape<TissueType> {
       std::erase_if(held_, [this](int i) { return i >= size(); });
       moving_.follow_edits(tissue_, disturbed_);
       disturbed_.clear();
+      this->evened_ = 0;
     }
     if (moving_.choose(view(), state_, !(time_ > 0))) system_.choose(tissue_, moving_.particles());
   }

@@ -4,7 +4,7 @@
 #include <palpate/core/matrix.hpp>
 
 #include <cmath>
-#include <cstddef>
+#include <concepts>
 #include <cstring>
 #include <type_traits>
 
@@ -40,7 +40,10 @@ struct TwoPairs {
   TwoPairs(Pair const& first, Pair const& second) noexcept : low(first), high(second) {}
   TwoPairs(double x, double y, double z, double w) noexcept : low{x, y}, high{z, w} {}
 
-  double operator[](std::size_t k) const noexcept { return k < 2 ? low[k] : high[k - 2]; }
+  template <std::integral Index>
+  double operator[](Index k) const noexcept {
+    return k < 2 ? low[k] : high[k - 2];
+  }
 
   friend TwoPairs operator+(TwoPairs const& a, TwoPairs const& b) noexcept { return {a.low + b.low, a.high + b.high}; }
   friend TwoPairs operator-(TwoPairs const& a, TwoPairs const& b) noexcept { return {a.low - b.low, a.high - b.high}; }

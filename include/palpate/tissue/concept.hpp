@@ -100,6 +100,10 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, int i, Vector3<ty
   tissue.remove_temporary(i, corners);
 };
 
+/// Also evens out the masses around a particle that a cut has left too light; see MassSpring::even_mass.
+template <class T>
+concept EvensMasses = CuttableTissue<T> && requires(T& tissue, int i) { tissue.even_mass(i, [](int, int, typename T::Scalar) {}); };
+
 /// Also lets a particle rest at another place of its surface: what hangs on it follows, its mass stays with it.
 template <class T>
 concept SeparableTissue = CuttableTissue<T> && requires(T& tissue, int i, Vector3<typename T::Scalar> rest) { tissue.move_rest(i, rest); };

@@ -92,6 +92,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     detail::check_index("particle", i, size());
     detail::require_positive("particle mass", mass, "kg");
     mass_[at(i)] = mass;
+    note_rate(i);
     ++revision_;
   }
 
@@ -99,6 +100,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     detail::check_index("particle", i, size());
     require_valid_home(spring);
     home_[at(i)] = spring;
+    note_rate(i);
     ++revision_;
   }
 
@@ -107,6 +109,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     detail::check_index("link", link, links_.size());
     detail::require_valid_law(law, links_[link].rest_length);
     links_[link].law = law;
+    note_rate(links_[link].a), note_rate(links_[link].b);
     ++revision_;
   }
   Scalar link_prestrain() const noexcept { return prestrain_; }
@@ -125,6 +128,19 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     detail::check_index("particle", i, size());
     nailed_[at(i)] = 0;
     ++revision_;
+  }
+
+  /// Lets a particle that a cut has left with little mass on stiff springs have some of those it lies between, and of its copies, so that the
+  /// body's stable step stays: the bound of its stiffness is then at most four times as large beside its mass as the largest of the
+  /// body as it was built. `moved(from, to, share)`: `to` has got this share of what it has now from `from`, and should take its velocity in
+  /// that proportion.
+  template <class Moved>
+  void even_mass(int particle, Moved const& moved) {
+    exchange_.relieve(*this, particle, 4 * fastest_, [&](int from, int to, Scalar amount) {
+      mass_[at(from)] -= amount, mass_[at(to)] += amount;
+      moved(from, to, amount / mass_[at(to)]);
+      ++revision_;
+    });
   }
 
   template <class Visit>
@@ -234,6 +250,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
  private:
   using Elements::at;
   using Elements::area_around;
+  using Elements::exchange_;
   using Elements::from_surface_;
   using Elements::home_;
   using Elements::links_;
@@ -260,7 +277,8 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     home_.assign(at(size()), options.home);
     nailed_.assign(at(size()), 0);
     links_.reserve(size(), 8 * size());
-    for (int i = 0; i < size(); ++i) links_.add_particle();
+    exchange_.reserve(size());
+    for (int i = 0; i < size(); ++i) links_.add_particle(), exchange_.add_particle();
   }
 
   void add_links(std::vector<std::array<int, 2>> const& edges, Law const& law) {
@@ -278,7 +296,12 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     for (Scalar const share : around) sum += share;
     for (int i = 0; i < size(); ++i)
       mass_[at(i)] = mass.lumping == Lumping::equal ? mass.total / Scalar(size()) : mass.total * around[at(i)] / sum;
+    for (int i = 0; i < size(); ++i) note_rate(i);
   }
+
+  void note_rate(int i) noexcept { fastest_ = std::max(fastest_, stiffness_bound(i) / mass_[at(i)]); }
+
+  Scalar fastest_ = 0;   // 1/s², the largest stiffness bound over mass that the host has asked for
 };
 
 static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>> && Linearises<MassSpring<double>>);

@@ -4,6 +4,7 @@
 #include <palpate/core/columns.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 #include <palpate/tissue/link_set.hpp>
+#include <palpate/tissue/mass_exchange.hpp>
 #include <palpate/tissue/mass_spring_options.hpp>
 
 #include <algorithm>
@@ -106,6 +107,7 @@ class MassSpringElements {
   /// Gives `triangles`, all at p, a copy of p as their corner; mass and home spring are shared by area. Returns the copy.
   int split_particle(int p, std::span<int const> triangles) {
     int const n = add_particle(rest_[p], nailed(p));
+    exchange_.set_copy_of(p);
     for (int const t : triangles) change_corner(t, p, n);
     balance_copies(p, n);
     return n;
@@ -189,7 +191,7 @@ class MassSpringElements {
   /// Room for this many particles and triangles, so that edits up to there do not allocate.
   void reserve(int particles, int triangles) {
     auto const n = at(particles);
-    rest_.reserve(particles), mass_.reserve(n), home_.reserve(n), nailed_.reserve(n);
+    rest_.reserve(particles), mass_.reserve(n), home_.reserve(n), nailed_.reserve(n), exchange_.reserve(particles);
     share_.reserve(triangles);
     surface_.reserve(particles, triangles);
     links_.reserve(particles, 3 * triangles);
@@ -213,6 +215,7 @@ class MassSpringElements {
     nailed_.push_back(nailed ? 1 : 0);
     surface_.add_vertex();
     links_.add_particle();
+    exchange_.add_particle();
     return size() - 1;
   }
 
@@ -220,6 +223,7 @@ class MassSpringElements {
     rest_.pop_back(), mass_.pop_back(), home_.pop_back(), nailed_.pop_back();
     surface_.pop_vertex();
     links_.pop_particle();
+    exchange_.pop_particle();
   }
 
   int add_triangle(Corners const& corners) {
@@ -244,6 +248,7 @@ class MassSpringElements {
       mass_[at(p)] -= weights[k] * taken;
     }
     mass_[at(n)] = taken;
+    exchange_.set_parents(parents, weights);
     ++revision_;
   }
 
@@ -300,6 +305,7 @@ class MassSpringElements {
   SurfaceTopology surface_;
   Columns<Scalar, 3> share_;   // triangle t, column k: its share of the link between its corners k and k + 1
   LinkSet<Scalar, Law> links_;
+  MassExchange<Scalar> exchange_;
   Scalar prestrain_ = 0;
   bool from_surface_ = true;
   std::size_t revision_ = 0;
