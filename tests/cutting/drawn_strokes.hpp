@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/soft_body.hpp>
+#include <palpate/core/random.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/boundary.hpp>
@@ -61,6 +62,28 @@ Points<S> stroke_over(palpate::TriangleMesh<S> const& mesh, Points<S> const& poi
   for (auto const& p : points) tips.push_back(tip(p, -depth));
   for (int i = 0; i <= 4; ++i) tips.push_back(tip(points.back(), -depth + (height + depth) * S(i) / 4));
   return tips;
+}
+
+/// A gently curved stroke of `edges` mean edges along a surface, from a random vertex in a random direction.
+template <class S>
+Points<S> stroke_along(palpate::TriangleMesh<S> const& mesh, palpate::Random& random, S edge, S edges, S tick) {
+  palpate::SurfaceTree<S> const tree(mesh);
+  auto const normals = palpate::vertex_normals(mesh);
+  palpate::Vector3<S> at = mesh.points.col(static_cast<Eigen::Index>(random.below(static_cast<std::uint64_t>(mesh.points.cols()))));
+  palpate::Vector3<S> ahead(random.uniform(S(-1), S(1)), random.uniform(S(-1), S(1)), random.uniform(S(-1), S(1)));
+  S const bend = random.uniform(S(-0.1), S(0.1)) * tick / edge;
+  Points<S> path;
+  for (int i = 0; i <= static_cast<int>(edges * edge / tick); ++i) {
+    auto const on = tree.nearest(mesh.points, at);
+    palpate::Vector3<S> n = palpate::Vector3<S>::Zero();
+    for (int k = 0; k < 3; ++k) n += on.barycentric[k] * normals.col(mesh.triangles(k, on.triangle));
+    n.normalize();
+    path.push_back(on.point);
+    ahead = (ahead - ahead.dot(n) * n).normalized();
+    ahead = (ahead + bend * n.cross(ahead)).normalized();
+    at = on.point + tick * ahead;
+  }
+  return stroke_over<S>(mesh, path, S(0.4) * edge, S(0.3) * edge);
 }
 
 /// Drives the cutter and checks all invariants after every tick; the first text that is not empty, with the tick, or "".

@@ -167,6 +167,33 @@ TEST_CASE("cuts that meet, cross and close: pieces and Euler characteristic by t
     CHECK(euler_characteristic(body.rest_mesh()) == 0);   // a tree with one point on the wound: 0 − 1 + 1
     CHECK(pieces() == 1);
   }
+  SECTION("an X: the second cut goes on beyond the first") {
+    draw_on({{0.0113, 0.0353, 0}, {0.0687, 0.0357, 0}});
+    draw_on({{0.0413, 0.0653, 0}, {0.0423, 0.0117, 0}});
+    CHECK(euler_characteristic(body.rest_mesh()) == 0);   // one tree inside: 1 − 1
+    CHECK(pieces() == 1);
+    // A T has the same characteristic: the lips tell how far the second cut goes.
+    double lowest = 1, highest = 0;
+    for (auto const& pair : cutter.lips()) {
+      CHECK(body.tissue().rest_position(pair[0]) == body.tissue().rest_position(pair[1]));
+      lowest = std::min(lowest, body.tissue().rest_position(pair[0])[1]);
+      highest = std::max(highest, body.tissue().rest_position(pair[0])[1]);
+    }
+    CHECK(lowest < 0.02);
+    CHECK(highest > 0.055);
+  }
+  SECTION("two cuts from border to border that cross leave four pieces") {
+    draw_on({{-0.005, 0.0353, 0}, {0.085, 0.0357, 0}});
+    CHECK(pieces() == 2);
+    draw_on({{0.0413, 0.085, 0}, {0.0423, -0.005, 0}});
+    CHECK(pieces() == 4);
+    CHECK(euler_characteristic(body.rest_mesh()) == 4);   // four discs
+  }
+  SECTION("a stroke that crosses itself frees the loop it closes") {
+    draw_on({{0.0113, 0.0353, 0}, {0.0587, 0.0357, 0}, {0.0593, 0.0593, 0}, {0.0357, 0.0587, 0}, {0.0353, 0.0117, 0}});
+    CHECK(pieces() == 2);
+    CHECK(euler_characteristic(body.rest_mesh()) == 1);   // a disc and an annulus
+  }
   SECTION("a path that closes on its own first point") {
     draw_on({{0.0213, 0.0217, 0}, {0.0587, 0.0223, 0}, {0.0573, 0.0583, 0}, {0.0223, 0.0567, 0}, {0.0213, 0.0217, 0}});
     CHECK(pieces() == 2);

@@ -39,14 +39,20 @@ class CutFront {
   /// A triangle at the front, to go on walking from.
   template <class Body>
   int triangle(Body const& body) const noexcept {
-    if (body.temporary_triangle() >= 0) return body.temporary_triangle();
+    if (has_temporary_) return body.temporary_triangle();
     return body.tissue().surface().triangles_at(anchor_.left()).front();
   }
 
-  /// Punctures: the path begins at a point of a triangle, or at the vertex or edge nearer than `snap` [m].
+  /// Whether another blade's temporary particle is in the body: then this one waits.
   template <class Body>
-  void start(Body& body, int triangle, Vector const& barycentric, Scalar snap) {
-    snapping_ = detail::Snapping<Scalar>(snap);
+  bool has_to_wait(Body const& body) const noexcept {
+    return !has_temporary_ && body.temporary_particle() >= 0;
+  }
+
+  /// Punctures: the path begins at a point of a triangle, or at the vertex or edge that it snaps to.
+  template <class Body>
+  void start(Body& body, int triangle, Vector const& barycentric, detail::Snapping<Scalar> const& snapping) {
+    snapping_ = snapping;
     anchor_.begin();
     host_ = -1;
     anchor_.place(put(body, triangle, barycentric));
@@ -55,6 +61,7 @@ class CutFront {
   /// The blade moves to a point of a triangle of the body as it is.
   template <class Body>
   void advance(Body& body, int triangle, Vector const& barycentric) {
+    if (has_to_wait(body)) return;
     Vector const target = detail::rest_point(body, triangle, barycentric);
     Vector const target_normal = detail::rest_normal(body, triangle, barycentric);
     if (is_temporary(body, triangle)) {   // still in the host
@@ -71,18 +78,34 @@ class CutFront {
       detail::RestWay<Scalar> const way(from, from_normal, target, target_normal);
       if (!(way.length2 > 0)) break;
       if (host_ < 0) host_ = host_towards(body, way, triangle);
-      if (host_ < 0) return;   // not ahead: the front waits
+      if (host_ < 0) {
+        if (!enter_beyond_wound(body, way, triangle, target)) return;   // not ahead: the front waits
+        from = body.tissue().rest_position(anchor_.left());
+        from_normal = body.home_normal(anchor_.left());
+        continue;
+      }
       Exit exit;
       Scalar progress = -way.length2;
+      bool is_at_lip = false;
       while (true) {   // round the anchor, until the way leaves over the edge that faces it
         arrived = host_ == triangle;
         if (arrived) break;
         exit = detail::exit_of(body, host_, way);
         bool const ends = exit.edge < 0 || exit.progress > way.length2 * (1 + Scalar(1e-6)) || !(exit.progress > progress);
         if (!ends && faces_anchor(body, exit)) break;
-        arrived = ends || !turn(body, exit);
+        arrived = ends;
         if (arrived) break;
+        if (!turn(body, exit)) {
+          is_at_lip = true;
+          break;
+        }
         progress = exit.progress;
+      }
+      if (is_at_lip) {
+        if (!enter_beyond_wound(body, way, triangle, target)) break;   // the blade waits in the host
+        from = body.tissue().rest_position(anchor_.left());
+        from_normal = body.home_normal(anchor_.left());
+        continue;
       }
       if (arrived) break;
       from_normal = exit_normal(body, exit);
@@ -156,7 +179,7 @@ class CutFront {
 
   template <class Body>
   bool is_temporary(Body const& body, int t) const noexcept {
-    if (body.temporary_triangle() < 0) return false;
+    if (!has_temporary_) return false;
     return t == body.temporary_triangle() || t >= body.tissue().surface().triangle_count() - 2;
   }
 
@@ -208,19 +231,76 @@ class CutFront {
   template <class Body>
   void cross(Body& body, Exit const& exit) {
     auto const [b, c] = ends(body, exit);
-    Scalar const length = detail::rest_length(body, b, c);
-    Scalar const limit = snapping_.near(length);
-    bool const to_b = exit.s * length <= limit && exit.s <= Scalar(0.5);
-    bool const to_c = (1 - exit.s) * length <= limit && exit.s > Scalar(0.5);
+    Vector const anchor = body.tissue().rest_position(anchor_.left()), start = body.tissue().rest_position(b);
+    Vector const edge = body.tissue().rest_position(c) - start;
+    Scalar const length = edge.norm(), height = 2 * body.tissue().triangle_area(host_) / length;
+    Scalar limit = snapping_.near(std::max(length, local_edge(body, exit)));
+    Scalar s = exit.s, way = (start + s * edge - anchor).norm();
+    if (height < limit) {   // a thin triangle, crossed at a slant
+      Scalar const foot = std::clamp((anchor - start).dot(edge) / (length * length), Scalar(0), Scalar(1));
+      Scalar const slide = limit / 2 * way / (height * length);
+      s = s < foot ? std::min(foot, s + slide) : std::max(foot, s - slide);
+      way = (start + s * edge - anchor).norm();
+    }
+    Scalar const nearer = std::min(s, 1 - s), beside = nearer * height * length / way;   // how far the nearer end is off the way
+    if (way < limit) limit *= limit / way;                                               // a short way through a narrow corner
+    bool const snaps = nearer * length <= limit || beside <= limit / 2;
+    bool const to_b = snaps && s <= Scalar(0.5), to_c = snaps && !to_b;
     if (to_b || to_c) {
       if (anchor_.cut_to(body, host_, to_b ? b : c)) count(true);
       kind_ = detail::SpotKind::vertex;
     } else {
       count(false);
-      anchor_.join(body, anchor_.insert_facing(body, b, c, exit.s));
+      anchor_.join(body, anchor_.insert_facing(body, b, c, s));
       kind_ = detail::SpotKind::edge;
     }
     host_ = -1;
+  }
+
+  /// The mean edge [m] of the triangle that the way leaves or of the one it enters, whichever is longer.
+  template <class Body>
+  Scalar local_edge(Body const& body, Exit const& exit) const {
+    Scalar longest = 0;
+    for (int const t : {host_, beyond(body, exit)}) {
+      if (t < 0) continue;
+      auto const c = body.tissue().surface().corners(t);
+      longest = std::max(longest, detail::rest_length(body, c[0], c[1]) + detail::rest_length(body, c[1], c[2]) + detail::rest_length(body, c[2], c[0]));
+    }
+    return longest / 3;
+  }
+
+  /// The way to the target leads over a wound or a border: the cut ends on this side, and goes on from where the way, followed back from the
+  /// target, comes to the other side. False when nothing lies between.
+  template <class Body>
+  bool enter_beyond_wound(Body& body, detail::RestWay<Scalar> const& way, int& triangle, Vector const& target) {
+    auto const& surface = body.tissue().surface();
+    detail::RestWay<Scalar> const back = way.reversed();
+    Scalar progress = -back.length2;
+    for (int t = triangle; surface.corner_of(t, anchor_.left()) < 0 && surface.corner_of(t, anchor_.right()) < 0;) {
+      Exit const exit = detail::exit_of(body, t, back);
+      if (exit.edge < 0 || !(exit.progress > progress) || exit.progress > back.length2 * (1 + Scalar(1e-3))) return false;
+      progress = exit.progress;
+      auto const c = surface.corners(t);
+      int const a = c[static_cast<std::size_t>(exit.edge)], b = c[(static_cast<std::size_t>(exit.edge) + 1) % 3];
+      int const next = surface.triangle_with_edge(b, a);
+      if (next >= 0) {
+        t = next;
+        continue;
+      }
+      if (host_ >= 0) anchor_.close(body);
+      host_ = -1;
+      Scalar const length = detail::rest_length(body, a, b), limit = snapping_.near(length);
+      if (std::min(exit.s, 1 - exit.s) * length <= limit) {
+        kind_ = detail::SpotKind::vertex;
+        anchor_.restart(exit.s <= Scalar(0.5) ? a : b);
+      } else {
+        kind_ = detail::SpotKind::edge;
+        anchor_.restart(anchor_.insert_on_edge(body, a, b, exit.s));
+        if (t == triangle) triangle = holder(body, anchor_.left(), target, triangle);
+      }
+      return true;
+    }
+    return false;
   }
 
   void count(bool to_vertex) {
@@ -258,12 +338,14 @@ class CutFront {
   void put_temporary(Body& body) {
     host_corners_ = body.tissue().surface().corners(host_);
     anchor_.divide(body, host_, inside(body), [&](Vector const& w) { return body.insert_temporary(host_, w); });
+    has_temporary_ = true;
   }
 
   /// The host gets its corners back; where the anchor is open it hangs on the left copy.
   template <class Body>
   void take_temporary_away(Body& body) {
-    if (body.temporary_particle() < 0) return;
+    if (!has_temporary_) return;
+    has_temporary_ = false;
     auto const& surface = body.tissue().surface();
     int const last = surface.triangle_count() - 1;
     std::array<int, 3> corners{surface.corners(body.temporary_triangle())[0], surface.corners(last - 1)[0], surface.corners(last)[0]};
@@ -276,6 +358,7 @@ class CutFront {
   detail::CutAnchor anchor_;
   detail::SpotKind kind_ = detail::SpotKind::interior;   // what the anchor was before the cut reached it
   int host_ = -1;                                        // the triangle that holds the blade, or −1 when the blade is at the anchor
+  bool has_temporary_ = false;
   std::array<int, 3> host_corners_{-1, -1, -1};          // of the host before it was divided
   Vector blade_ = Vector::Zero();                        // where the blade is, undeformed
   Vector blade_normal_ = Vector::Zero();

@@ -20,7 +20,7 @@ template <RealScalar Scalar>
 struct ProgressiveCutterOptions {
   Scalar puncture_depth = Scalar(0.005);                              ///< m below the undisturbed surface
   Scalar puncture_force = std::numeric_limits<Scalar>::infinity();    ///< N, of the tool on the tissue
-  std::optional<Scalar> snap = {};                                    ///< m, in the undeformed shape; a fifth of the mean edge if not given
+  std::optional<Scalar> snap = {};                                    ///< m, in the undeformed shape; a fifth of the edge in question if not given
   Scalar tip_radius = 0;                                              ///< m
 };
 
@@ -33,15 +33,16 @@ struct ProgressiveCutterOptions {
 /// wound is open up to where the tip entered it; when the tip leaves, the path through the triangle becomes permanent, a straight
 /// line. The triangle is found by walking in the undeformed shape along the plane through the last and the present touched point and
 /// their mean normal: the same path in material coordinates cuts the same way however the body moves.
-/// Once punctured, cutting goes on until the tip leaves the surface. A stroke that leaves over the border, or into an earlier wound,
-/// opens there and waits for the tip to come back onto the surface.
+/// Once punctured, cutting goes on until the tip leaves the surface. A stroke that comes to a border or an earlier wound opens it there, and goes
+/// on from the other side when the tip is on the surface beyond. Masses are evened out after each tick; see MassExchange.
 /// A body that is restored under the blade is a new one to it: the cut that was in progress is gone with the state it was in, its report
 /// and lips are empty, and the tip has to come from outside again.
 /// Units      m, N.
 /// Source     \cite zheng2006 ch. 3; spec Z8.
 /// Invariant  after every tick: a valid mesh, the mass and the rest area unchanged.
 /// Cost       a tick is O(triangles crossed). It allocates when the body outgrows what was reserved.
-/// Limits     one cutter in a body at a time has a cut in progress.
+/// Limits     one cutter in a body at a time has a cut in progress; another waits. A tick that passes two wounds at once leaves the strip between
+///            them uncut.
 template <RealScalar Scalar>
 class ProgressiveCutter {
  public:
@@ -61,8 +62,9 @@ class ProgressiveCutter {
                   "ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue. MassSpring has it.");
     using Front = CutFront<Scalar>;
     using Contact = SurfaceContact<Scalar>;
+    using Snapping = detail::Snapping<Scalar>;
     auto const start = [&](Front& front, Contact const& contact) {
-      front.start(body, contact.triangle, contact.barycentric, snap_ ? *snap_ : body.mean_edge() / 5);
+      front.start(body, contact.triangle, contact.barycentric, snap_ ? Snapping(*snap_) : Snapping(0, Scalar(0.2)));
       return front.triangle(body);
     };
     auto const go_on = [&](Front& front, Contact const& contact) {

@@ -65,7 +65,7 @@ class SeparatingCutter {
       return -1;
     };
     auto const go_on = [&](Front& front, Contact const& contact) {
-      return body.temporary_particle() < 0 && move(body, front, contact, tip) ? contact.triangle : -1;
+      return !front.has_to_wait(body) && move(body, front, contact, tip) ? contact.triangle : -1;
     };
     blade_.advance(body, tip, force, start, go_on);
   }

@@ -39,7 +39,7 @@ class Blade {
     if (touch_.was_restored(body)) reset(body);
     SurfaceContact<Scalar> const& contact = touch_.update(body, tip, state_ == CuttingPhase::moving);
     if (!contact.touching) {
-      if (state_ == CuttingPhase::moving) front_.finish(body);
+      if (state_ == CuttingPhase::moving) front_.finish(body), body.even_masses();
       state_ = CuttingPhase::no_contact;
       return;
     }
@@ -49,9 +49,11 @@ class Blade {
     } else {
       state_ = CuttingPhase::indenting;
       if (contact.depth < puncture_depth_ && !(force >= puncture_force_)) return;
+      if (front_.has_to_wait(body)) return;
       state_ = CuttingPhase::moving;
       restart = start(front_, contact);
     }
+    body.even_masses();
     if (restart >= 0) touch_.restart_from(body, restart, tip);
   }
 
@@ -61,7 +63,7 @@ class Blade {
     if (touch_.was_restored(body))
       front_ = {};   // what it knew of the body does not exist any more
     else if (state_ == CuttingPhase::moving)
-      front_.finish(body);
+      front_.finish(body), body.even_masses();
     touch_.reset();
     state_ = CuttingPhase::no_contact;
   }

@@ -27,6 +27,11 @@ class CutAnchor {
     came_from_ = left_ = right_ = -1;
   }
   void place(int particle) noexcept { left_ = right_ = particle; }
+  /// Goes on from elsewhere: no cut edge leads there.
+  void restart(int particle) noexcept {
+    place(particle);
+    came_from_ = -1;
+  }
 
   int left() const noexcept { return left_; }
   int right() const noexcept { return right_; }

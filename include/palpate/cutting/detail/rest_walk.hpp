@@ -62,6 +62,13 @@ struct RestWay {
   RestWay(Vector const& start, Vector const& start_normal, Vector const& end, Vector const& end_normal)
       : from(start), way(end - start), side(way.cross(start_normal + end_normal)), length2(way.squaredNorm()) {}
 
+  /// From the end to the start, in the same plane.
+  RestWay reversed() const {
+    RestWay back = *this;
+    back.from = from + way, back.way = -way, back.side = -side;
+    return back;
+  }
+
   Scalar to_the_right(Vector const& point) const { return side.dot(point - from); }
   /// How far along the way, times its length: 0 … length2.
   Scalar progress(Vector const& point) const { return way.dot(point - from); }

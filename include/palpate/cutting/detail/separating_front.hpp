@@ -45,6 +45,12 @@ class SeparatingFront {
   SeparatingReport<Scalar> const& report() const noexcept { return report_; }
   std::vector<std::array<int, 2>> const& lips() const noexcept { return lips_; }
 
+  /// Whether another blade's temporary particle is in the body: then this one waits.
+  template <class Body>
+  bool has_to_wait(Body const& body) const noexcept {
+    return body.temporary_particle() >= 0;
+  }
+
   /// Punctures: the cut begins at the vertex nearest to a point of a triangle.
   template <class Body>
   void start(Body const& body, int triangle, Vector const& barycentric) {
@@ -101,7 +107,7 @@ class SeparatingFront {
   /// The blade is lifted: the cut ends at the vertex nearest to it. An edge that waits then is not cut.
   template <class Body>
   void finish(Body& body) {
-    if (!chain_.empty() && body.temporary_particle() < 0) go_on(body, 0);
+    if (!chain_.empty() && !has_to_wait(body)) go_on(body, 0);
     chain_.clear(), ends_.clear();
     goal_ = -1;
   }

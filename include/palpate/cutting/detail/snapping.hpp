@@ -28,14 +28,15 @@ Vector3<Scalar> clamped(Vector3<Scalar> const& w, Scalar least = 0) {
   return raised / raised.sum();
 }
 
-/// When a point of a cut is taken for a vertex or put on an edge: nearer than a given length in the undeformed shape.
+/// When a point of a cut is taken for a vertex or put on an edge: nearer than a given length, or than a share of the edge or height it lies on,
+/// in the undeformed shape.
 template <RealScalar Scalar>
 class Snapping {
  public:
-  explicit Snapping(Scalar distance = 0) noexcept : distance_(distance) {}
+  explicit Snapping(Scalar distance = 0, Scalar share = 0) noexcept : distance_(distance), share_(std::max(share, least_share)) {}
 
   /// How near [m] to the end of something of this length [m].
-  Scalar near(Scalar length) const noexcept { return std::max(distance_, least_share * length); }
+  Scalar near(Scalar length) const noexcept { return std::max(distance_, share_ * length); }
 
   /// The point of a triangle with weights w: at a vertex, else at an edge, else inside.
   template <class Body>
@@ -50,9 +51,10 @@ class Snapping {
       if (distance <= near(size) && (nearest < 0 || distance < nearest)) nearest = distance, spot = {SpotKind::vertex, k, Scalar(0)};
     }
     if (spot.kind == SpotKind::vertex) return spot;
+    Scalar const mean_edge = (rest_length(body, c[0], c[1]) + rest_length(body, c[1], c[2]) + rest_length(body, c[2], c[0])) / 3;
     for (std::size_t k = 0; k < 3; ++k) {
       Scalar const height = rest_height(body, t, k), distance = height * w[static_cast<int>(k)];
-      if (!(distance <= near(height)) || (nearest >= 0 && distance >= nearest)) continue;
+      if (!(distance <= near(std::max(height, mean_edge / 2))) || (nearest >= 0 && distance >= nearest)) continue;
       Scalar const ahead = w[static_cast<int>((k + 1) % 3)], behind = w[static_cast<int>((k + 2) % 3)];
       nearest = distance, spot = {SpotKind::edge, k, behind / (ahead + behind)};
     }
@@ -68,12 +70,13 @@ class Snapping {
   Spot<Scalar> on_edge(Body const& body, std::array<int, 3> const& c, Spot<Scalar> spot) const {
     std::size_t const from = (spot.corner + 1) % 3, to = (spot.corner + 2) % 3;
     if (std::min(spot.s, 1 - spot.s) <= least_share) return {SpotKind::vertex, spot.s <= Scalar(0.5) ? from : to, Scalar(0)};
-    Scalar const least = distance_ / (2 * rest_length(body, c[from], c[to]));
+    Scalar const length = rest_length(body, c[from], c[to]);
+    Scalar const least = near(length) / (2 * length);
     spot.s = std::clamp(spot.s, std::min(Scalar(0.5), least), std::max(Scalar(0.5), 1 - least));
     return spot;
   }
 
-  Scalar distance_;
+  Scalar distance_, share_;
 };
 
 }  // namespace palpate::detail
