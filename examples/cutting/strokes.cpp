@@ -78,16 +78,13 @@ std::vector<Stroke> strokes_over(Mesh const& liver) {
     return last_exit(liver, Vector(0.01, 0.012, 0.006), Vector(0.0, std::sin(turn), std::cos(turn)));
   };
 
-  // Across a wound and back, since a progressive cut ends at a wound that it meets: what is beyond is cut on the way back.
-  Vector const behind(-0.05, 0.038, 0.0), in_front(-0.005, -0.026, 0.0);
-
   Vector const over_the_front(0.0, -0.55, 1.0), from_the_right(0.5, -0.8, 0.55);
   return {
       {.name = "straight", .blades = {line({-0.07, 0.0, 0.0}, {0.02, 0.012, 0.0})}, .seen_from = over_the_front},
       {.name = "curved", .blades = {from_above(wave, 0.14)}, .seen_from = over_the_front},
       {.name = "crossing",
        .blades = {line({-0.07, -0.012, 0.0}, {0.015, 0.028, 0.0})},
-       .afterwards = {line(behind, in_front), line(in_front, behind)},
+       .afterwards = {line({-0.05, 0.038, 0.0}, {-0.005, -0.026, 0.0})},
        .seen_from = over_the_front},
       {.name = "loop", .blades = {from_above(circle, 0.145)}, .part = {0.0, 0.015, 0.032}, .seen_from = over_the_front},
       {.name = "around", .blades = {tips_along(around, 0.30)}, .part = {0.03, 0.0, 0.0}, .seen_from = from_the_right},
