@@ -79,6 +79,7 @@
 // body: tissue, integrator and region, with state; where a tool touches it
 #include <palpate/body/damping.hpp>
 #include <palpate/body/modal_view.hpp>
+#include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/body/touch.hpp>
 

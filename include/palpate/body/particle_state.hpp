@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 namespace palpate {
@@ -68,6 +69,19 @@ struct ParticleState {
   void pop() noexcept {
     for (auto* columns : all()) columns->pop_back();
     held.pop_back();
+  }
+
+  /// Of these particles, in this order.
+  ParticleState part(std::span<int const> particles) const {
+    ParticleState made;
+    made.reserve(static_cast<int>(particles.size()));
+    auto const to = made.all();
+    auto const from = const_cast<ParticleState*>(this)->all();
+    for (int const i : particles) {
+      for (std::size_t k = 0; k < to.size(); ++k) to[k]->push_back((*from[k])[i]);
+      made.held.push_back(held[static_cast<std::size_t>(i)]);
+    }
+    return made;
   }
 
  private:

@@ -104,6 +104,12 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, int i, Vector3<ty
 template <class T>
 concept EvensMasses = CuttableTissue<T> && requires(T& tissue, int i) { tissue.even_mass(i, [](int, int, typename T::Scalar) {}); };
 
+/// Also makes tissue of one or more of its pieces alone: their particles, in the order given, with all that hangs on them.
+template <class T>
+concept DivisibleTissue = TissueModel<T> && requires(T const& tissue, std::span<int const> particles) {
+  { tissue.part(particles) } -> std::same_as<T>;
+};
+
 /// Also lets a particle rest at another place of its surface: what hangs on it follows, its mass stays with it.
 template <class T>
 concept SeparableTissue = CuttableTissue<T> && requires(T& tissue, int i, Vector3<typename T::Scalar> rest) { tissue.move_rest(i, rest); };

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace palpate {
@@ -40,6 +41,31 @@ class MassExchange {
     origins_.pop_back();
   }
   void reserve(int particles) { origins_.reserve(static_cast<std::size_t>(particles)); }
+
+  /// Of the particles listed, in their order; `now` says where each particle of the whole is in that list, −1 for none. A relation to one that
+  /// stays behind is lost, unless a copy of that one comes along.
+  MassExchange part(std::span<int const> particles, std::span<int const> now) const {
+    MassExchange made;
+    made.origins_.reserve(particles.size());
+    auto const along = [&](int i) {   // i, or a copy of it that comes along
+      for (int copy = at(i).next_copy; now[static_cast<std::size_t>(i)] < 0 && copy != i; copy = at(copy).next_copy)
+        if (int const there = now[static_cast<std::size_t>(copy)]; there >= 0) return there;
+      return now[static_cast<std::size_t>(i)];
+    };
+    for (int const i : particles) {
+      Origin origin = at(i);
+      for (int& parent : origin.parents)
+        if (parent >= 0 && (parent = along(parent)) < 0) {
+          origin.parents.fill(-1);
+          break;
+        }
+      int next = at(i).next_copy;
+      while (now[static_cast<std::size_t>(next)] < 0) next = at(next).next_copy;
+      origin.next_copy = now[static_cast<std::size_t>(next)];
+      made.origins_.push_back(origin);
+    }
+    return made;
+  }
 
   /// Gives particle i mass until its stiffness bound is at most `rate` [1/s²] times its mass, or a quarter more than that
   /// where its relatives can not spare as much, and so on. `move(from, to, amount)` does each transfer [kg].

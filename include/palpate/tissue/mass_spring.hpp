@@ -13,7 +13,10 @@
 #include <palpate/tissue/mass_spring_elements.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <span>
 #include <vector>
 
 namespace palpate {
@@ -143,6 +146,19 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     });
   }
 
+  /// The tissue of these particles alone, in this order: one or more whole pieces. Throws InvalidArgument where a link or triangle leads
+  /// out of them; then, and always, this tissue stays as it is.
+  MassSpring part(std::span<int const> particles) const {
+    std::vector<int> now(at(size()), -1);
+    if (particles.empty()) throw InvalidArgument("a part of no particles; list those of one piece, see connected_components()");
+    for (std::size_t k = 0; k < particles.size(); ++k) {
+      detail::check_index("particle", particles[k], size());
+      if (now[at(particles[k])] >= 0) throw InvalidArgument(detail::message("particle ", particles[k], " is listed twice"));
+      now[at(particles[k])] = static_cast<int>(k);
+    }
+    return MassSpring(*this, particles, now);
+  }
+
   template <class Visit>
   void for_each_neighbour(int i, Visit visit) const {
     for (int const l : links_.at(i)) visit(links_[l].a == i ? links_[l].b : links_[l].a);
@@ -248,6 +264,38 @@ class MassSpring : public MassSpringElements<S, SpringType> {
   }
 
  private:
+  MassSpring(MassSpring const& whole, std::span<int const> particles, std::vector<int> const& now) {
+    auto const leads_out = [&](auto const& ends) {
+      bool const first = now[at(ends[0])] >= 0;
+      for (int const end : ends)
+        if ((now[at(end)] >= 0) != first)
+          throw InvalidArgument(detail::message("particles ", ends[0], " and ", end, " hang together; a part is made of whole pieces, see connected_components()"));
+      return !first;
+    };
+    std::vector<SurfaceTopology::Corners> triangles;
+    for (int t = 0; t < whole.surface_.triangle_count(); ++t) {
+      auto const corners = whole.surface_.corners(t);
+      if (leads_out(corners)) continue;
+      triangles.push_back({now[at(corners[0])], now[at(corners[1])], now[at(corners[2])]});
+      share_.push_back(whole.share_[t]);
+    }
+    links_.reserve(static_cast<int>(particles.size()), whole.links_.size());
+    for (int const i : particles) {
+      rest_.push_back(whole.rest_[i]);
+      mass_.push_back(whole.mass_[at(i)]), home_.push_back(whole.home_[at(i)]), nailed_.push_back(whole.nailed_[at(i)]);
+      links_.add_particle();
+    }
+    for (int l = 0; l < whole.links_.size(); ++l) {
+      LinkType link = whole.links_[l];
+      if (leads_out(std::array{link.a, link.b})) continue;
+      link.a = now[at(link.a)], link.b = now[at(link.b)];
+      links_.add(link);
+    }
+    surface_ = SurfaceTopology(size(), Eigen::Map<Matrix<int, 3, Dynamic> const>(triangles.front().data(), 3, static_cast<Eigen::Index>(triangles.size())));
+    exchange_ = whole.exchange_.part(particles, now);
+    prestrain_ = whole.prestrain_, from_surface_ = whole.from_surface_, revision_ = whole.revision_, fastest_ = whole.fastest_;
+  }
+
   using Elements::at;
   using Elements::area_around;
   using Elements::exchange_;
@@ -304,6 +352,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
   Scalar fastest_ = 0;   // 1/s², the largest stiffness bound over mass that the host has asked for
 };
 
-static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>> && Linearises<MassSpring<double>>);
+static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>> && EvensMasses<MassSpring<double>> && DivisibleTissue<MassSpring<float>> &&
+              Linearises<MassSpring<double>>);
 
 }  // namespace palpate

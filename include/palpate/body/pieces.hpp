@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/soft_body.hpp>
+#include <palpate/mesh/components.hpp>
+
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+/// A body of its own of some of a body's particles, one or more whole pieces: with their shape, motion, forces, nails and hands, at the same time.
+/// Particle k of it is particles[k] of the whole, which stays as it is.
+///
+///   auto const pieces = connected_components(body.mesh());   // lists of particles, after a cut that has freed one
+///   auto specimen = part_of(body, pieces[1]);
+///
+/// Errors     InvalidArgument where the particles are not whole pieces, or while a cut is in progress; OutOfRange for a bad index.
+/// Cost       O(body); allocates.
+template <class Body>
+  requires DivisibleTissue<typename Body::Tissue>
+Body part_of(Body const& body, std::span<int const> particles) {
+  auto state = body.save();
+  auto tissue = body.tissue().part(particles);   // checks the list
+  std::vector<int> now(static_cast<std::size_t>(body.size()), -1);
+  for (std::size_t k = 0; k < particles.size(); ++k) now[static_cast<std::size_t>(particles[k])] = static_cast<int>(k);
+  auto const follow = [&](std::vector<int>& list) {
+    std::vector<int> kept;
+    for (int const i : list)
+      if (int const there = now[static_cast<std::size_t>(i)]; there >= 0) kept.push_back(there);
+    list = std::move(kept);
+  };
+  follow(state.held), follow(state.forced), follow(state.moving.particles);
+  state.tissue = std::move(tissue);
+  state.particles = state.particles.part(particles);
+  Body made = body;
+  made.restore(state);
+  return made;
+}
+
+}  // namespace palpate
