@@ -132,7 +132,7 @@ class BodyShape {
     tissue_.merge_last_particle(p);
     for (int const t : moved) patch_tree(t);   // while the tree may still look at the old corner
     state_.pop();
-    tree_is_fitted_ = false;
+    fit_tree_at(p);
     disturbed_.push_back(p);
   }
 
@@ -191,7 +191,7 @@ class BodyShape {
     for (auto* columns : {&state_.position, &state_.home, &state_.normal}) (*columns)[p] = mean([&](int i) { return Vector((*columns)[i]); });
     if (Scalar const length = state_.normal[p].norm(); length > 0) state_.normal[p] /= length;
     tissue_.move_rest(p, rest);
-    if (tree_is_fitted_) tree_.refit(state_.position.view(), tissue_.surface().triangles_at(p));
+    fit_tree_at(p);
     ++topology_revision_;
     disturbed_.push_back(p);
   }
@@ -231,7 +231,7 @@ class BodyShape {
     state_.home[t.particle] = home;
     state_.normal[t.particle] = normal.normalized();
     place_temporary();
-    tree_is_fitted_ = false;
+    fit_tree_at(t.particle);
   }
 
   /// Takes the temporary particle away again; the triangle it divided gets `corners`.
@@ -288,6 +288,11 @@ class BodyShape {
     if (tree_is_fitted_) return;
     tree_.refit(state_.position.view());
     tree_is_fitted_ = true;
+  }
+
+  /// One particle has moved.
+  void fit_tree_at(int particle) noexcept {
+    if (tree_is_fitted_) tree_.refit(state_.position.view(), tissue_.surface().triangles_at(particle));
   }
 
   /// The temporary particle follows the corners of the triangle it divides.
