@@ -31,6 +31,7 @@
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
+#include <palpate/mesh/wound_walls.hpp>
 
 // collision: where the tool is nearest
 #include <palpate/collision/closest_point.hpp>

@@ -131,7 +131,7 @@ void write_picture(std::filesystem::path const& file, TriangleMesh<Scalar> const
   renderer->GetActors()->GetLastActor()->SetBackfaceProperty(inside);
 
   if (style.wound_depth > 0.0) {
-    auto const walls = detail::wound_walls(mesh, style.wound_depth, style.wound, style.interior);
+    auto const walls = detail::coloured_walls(mesh, style.wound_depth, style.wound, style.interior);
     if (walls->GetNumberOfPolys() > 0) add(walls, style.wound, 0.25, 30.0)->SetInterpolationToPhong();
   }
 
