@@ -64,6 +64,7 @@ TEMPLATE_TEST_CASE("the cutting force is spring before the puncture, curve and o
   contact.previous_depth = S(0.011);
   contact.velocity = {S(0.02), S(0), S(-0.01)};
   Vector3<S> const organ(S(-2 * 0.012 * 0.02), S(0), S(0));
+  for (int tick = 0; tick < 5; ++tick) force(contact);   // the drop at the puncture
   CHECK(double((force(contact) - curve(S(0.012), Phase::loading) * contact.normal - organ).norm()) < tight);
   CHECK(force(contact).dot(contact.normal) > S(0));
 
@@ -155,6 +156,40 @@ TEST_CASE("with a reversal depth the force changes over from loading to unloadin
   CHECK(force(cut_from(depth, depth)).z() == curve(depth, Phase::loading));
 }
 
+TEST_CASE("at the puncture the force drops over its time, by the smooth step, and not at once") {
+  // Yardstick: spring 167 N/m · 10 mm before, the published curve after, s(t) = t² (3 − 2t) by hand at each millisecond.
+  double const before = 0.01 * 3.0 / 0.018, after = liver_loading<double>()(0.01);
+  CuttingForce force(liver_loading<double>());
+  ToolContact<double> contact{.phase = CuttingPhase::indenting, .depth = 0.01, .previous_depth = 0.0099};
+  CHECK(force(contact).z() == Approx(before));
+  contact.phase = CuttingPhase::moving;
+  double last = before;
+  for (int ms = 1; ms <= 8; ++ms) {
+    CAPTURE(ms);
+    double const t = std::min(1.0, ms / 5.0), share = 1 - t * t * (3 - 2 * t);
+    double const now = force(contact).z();
+    CHECK(now == Approx(share * before + (1 - share) * after));
+    CHECK(last - now <= 0.2965 * (before - after));   // the steepest of the five
+    last = now;
+  }
+  CHECK(last == Approx(after));
+  // Ten times as many ticks in as many milliseconds; then lifted in the middle of it: nothing is left in the next contact.
+  contact.phase = CuttingPhase::indenting;
+  force(contact);
+  contact.phase = CuttingPhase::moving, contact.seconds = 1e-4;
+  for (int tick = 1; tick < 25; ++tick) force(contact);
+  CHECK(force(contact).z() == Approx((before + after) / 2));
+  force(ToolContact<double>{});
+  CHECK(force(contact).z() == Approx(after));
+  contact.seconds = std::numeric_limits<double>::quiet_NaN();
+  CHECK(force(contact).z() == Approx(after));
+  CuttingForce sudden(liver_loading<double>(), CurveJoin<double>{.puncture_time = 0.0});
+  contact.phase = CuttingPhase::indenting;
+  sudden(contact);
+  contact.phase = CuttingPhase::moving;
+  CHECK(sudden(contact).z() == Approx(after));
+}
+
 TEST_CASE("noise acts after the puncture only, with the asked ratio, and is the same in every run") {
   auto const curve = liver_hysteresis<double>();
   CuttingForce quiet(curve);
@@ -162,6 +197,7 @@ TEST_CASE("noise acts after the puncture only, with the asked ratio, and is the 
   ToolContact<double> before{.phase = CuttingPhase::indenting, .depth = 0.005, .previous_depth = 0.004};
   for (int i = 0; i < 10; ++i) CHECK(force(before) == quiet(before));
   CHECK(force(ToolContact<double>{}).norm() == 0.0);
+  CHECK(quiet(ToolContact<double>{}).norm() == 0.0);
 
   auto const contact = cut_from(0.011, 0.012);
   double const signal = quiet(contact).z();
@@ -189,6 +225,7 @@ TEST_CASE("the indentation spring and the coupling are replaceable") {
   CuttingForce plain(liver_loading<double>());
   CHECK(plain(contact).z() == Approx(0.01 * 3.0 / 0.018));
   contact.phase = CuttingPhase::moving;
+  for (int tick = 0; tick < 5; ++tick) plain(contact);
   CHECK(plain(contact).z() == Approx(liver_loading<double>()(0.01)));
   CHECK(CuttingForce()(contact).norm() == 0.0);
 }
@@ -229,6 +266,7 @@ TEST_CASE("a cutting force checks its parts") {
   CHECK_THROWS_WITH(CuttingForce(curve, CurveJoin<double>{.fade_depth = -0.001}),
                     "CurveJoin: .fade_depth is -0.001 m; give a finite number, zero or more");
   CHECK_THROWS_AS(CuttingForce(curve, CurveJoin<double>{.reversal_depth = std::nan("")}), InvalidArgument);
+  CHECK_THROWS_AS(CuttingForce(curve, CurveJoin<double>{.puncture_time = -1.0}), InvalidArgument);
 }
 
 TEST_CASE("a tick of the cutting force allocates nothing") {

@@ -8,7 +8,7 @@ namespace palpate {
 
 /// What a force model knows about the tool in one servo tick. An open aggregate; every member has a default,
 /// so a caller names only what its model needs. All vectors in the world frame.
-/// Units      depths [m], velocity [m/s], force [N].
+/// Units      depths [m], velocity [m/s], force [N], seconds [s].
 /// Invariant  `normal` has length one and points out of the tissue. Depth grows into the tissue and is
 ///            measured from the home (undeformed) surface; a depth ≤ 0 is outside.
 template <RealScalar S>
@@ -21,6 +21,7 @@ struct ToolContact {
   Vector3<S> normal = Vector3<S>::UnitZ();           ///< outward normal of the tissue
   Vector3<S> velocity = Vector3<S>::Zero();          ///< of the tip
   Vector3<S> tissue_force = Vector3<S>::Zero();      ///< reaction of the deformed tissue on the tool, for the tight coupling
+  S seconds = S(0.001);                              ///< since the last servo tick
 };
 
 }  // namespace palpate

@@ -8,16 +8,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 namespace palpate {
 
-/// How `CuttingForce` joins its curves to zero force and to each other, so that the hand feels no step but
-/// the puncture. A part of `CuttingForce`; without it these defaults hold.
-/// Units      [m]
-/// Invariant  Both finite and not negative; checked by `validate`.
+/// How `CuttingForce` joins its curves to zero force and to each other, so that the hand feels no step. A part of
+/// `CuttingForce`; without it these defaults hold.
+/// Units      [m], [s]
+/// Invariant  All finite and not negative; checked by `validate`.
 template <RealScalar S>
 struct CurveJoin {
   using Scalar = S;
@@ -31,19 +32,29 @@ struct CurveJoin {
   /// the two, up to 0.3 N apart for the liver.
   S reversal_depth = S(0);
 
+  /// Time over which the force passes from what it was at the puncture to what it is after it, as 1 − s(t / puncture_time). 0: at once.
+  S puncture_time = S(0.005);
+
   void validate() const {
     if (!std::isfinite(fade_depth) || fade_depth < S(0))
       throw InvalidArgument(detail::message("CurveJoin: .fade_depth is ", fade_depth, " m; give a finite number, zero or more"));
     if (!std::isfinite(reversal_depth) || reversal_depth < S(0))
       throw InvalidArgument(
           detail::message("CurveJoin: .reversal_depth is ", reversal_depth, " m; give a finite number, zero or more"));
+    if (!std::isfinite(puncture_time) || puncture_time < S(0))
+      throw InvalidArgument(detail::message("CurveJoin: .puncture_time is ", puncture_time, " s; give a finite number, zero or more"));
   }
 
   /// Share of a curve at a depth: 0 at the surface, 1 from fade_depth on.
-  constexpr S fade(S depth) const noexcept {
-    if (!(depth > S(0))) return S(0);
-    if (depth >= fade_depth) return S(1);
-    S const t = depth / fade_depth;
+  constexpr S fade(S depth) const noexcept { return smooth(depth, fade_depth); }
+  /// Share of the force at the puncture so long after it: 1 at first, 0 from puncture_time on.
+  constexpr S puncture_share(S seconds) const noexcept { return S(1) - smooth(seconds, puncture_time); }
+
+ private:
+  static constexpr S smooth(S value, S whole) noexcept {
+    if (!(value > S(0))) return S(0);
+    if (value >= whole) return S(1);
+    S const t = value / whole;
     return t * t * (S(3) - S(2) * t);
   }
 };
@@ -109,8 +120,8 @@ constexpr bool is_part() noexcept {
 ///
 ///   no contact    F = 0
 ///   indenting     F = k d n + Σ models
-///   moving        F = Σ fade(d) curve(d) n + Σ models + Σ noise
-/// The loading curve holds when the depth is larger than before, else the smaller of the unloading and the
+///   moving        F = q F_p + (1 − q) (Σ fade(d) curve(d) n + Σ models) + Σ noise
+/// F_p the last force while indenting, q = 1 − s(t/puncture_time) for t seconds after the puncture: the drop there is no step. The loading curve holds when the depth is larger than before, else the smaller of the unloading and the
 /// loading curve. Every curve fades to zero at depth 0 (`CurveJoin`) and is zero outside.
 ///
 ///   CuttingForce force(liver_hysteresis<double>(), OrganForce<double>{.coefficient = 2.0}, WhiteGaussianNoise<double>({.seed = 7}));
@@ -122,8 +133,8 @@ constexpr bool is_part() noexcept {
 ///            the servo tick.
 /// Limits     A contact with values that are not finite gives zero force. The published curves (0.36 N at 18
 ///            mm) and the default spring (3 N there) stem from two experiments; the force falls at the
-///            puncture, by more than tissue would. Scale the curve (`scaled`). One object serves one tool:
-///            noise and `reversal_depth` keep state, `reset()` starts it anew.
+///            puncture, by more than tissue would, though not at once. Scale the curve (`scaled`). One object serves one
+///            tool: noise and the joins keep state, `reset()` starts it anew.
 template <class... Parts>
 class CuttingForce {
  public:
@@ -160,7 +171,10 @@ class CuttingForce {
   Vector operator()(ToolContact<Scalar> const& contact) noexcept {
     bool const moving = contact.phase == CuttingPhase::moving;
     if (!moving) loading_share_ = Scalar(1);
-    if (contact.phase == CuttingPhase::no_contact) return Vector::Zero();
+    if (contact.phase == CuttingPhase::no_contact) {
+      forget_puncture();
+      return Vector::Zero();
+    }
 
     Vector force = Vector::Zero();
     if constexpr (count_<Spring> == 0) force += Spring{}(contact);
@@ -168,6 +182,7 @@ class CuttingForce {
     each([&](auto& part) {
       if constexpr (kind<decltype(part)> == detail::PartKind::model) force += part(contact);
     });
+    join_at_puncture(force, contact, moving);
     if (moving) {
       Vector noise = Vector::Zero();
       each([&](auto& part) {
@@ -181,6 +196,7 @@ class CuttingForce {
   /// Starts noise and all other state anew: the same contacts give the same forces again.
   void reset() noexcept {
     loading_share_ = Scalar(1);
+    forget_puncture();
     each([&](auto& part) {
       if constexpr (detail::Resettable<std::remove_cvref_t<decltype(part)>>) part.reset();
     });
@@ -193,6 +209,23 @@ class CuttingForce {
   template <class Function>
   void each(Function function) {
     std::apply([&](auto&... part) { (function(part), ...); }, parts_);
+  }
+
+  void forget_puncture() noexcept {
+    puncture_force_.setZero();
+    since_puncture_ = join_.puncture_time;
+  }
+
+  /// While the tool indents, remembers the force; after the puncture lets it pass into the present one.
+  void join_at_puncture(Vector& force, ToolContact<Scalar> const& contact, bool moving) noexcept {
+    if (!force.allFinite()) return;
+    if (!moving) {
+      puncture_force_ = force;
+      since_puncture_ = Scalar(0);
+    } else if (since_puncture_ < join_.puncture_time) {
+      if (contact.seconds > Scalar(0)) since_puncture_ += contact.seconds;   // false for a NaN
+      force += join_.puncture_share(since_puncture_) * (puncture_force_ - force);
+    }
   }
 
   /// Sum of the curves [N]. Follows the loading share only when both depths are numbers, so one bad contact
@@ -224,6 +257,8 @@ class CuttingForce {
 
   std::tuple<Parts...> parts_;
   Join join_{};
+  Vector puncture_force_ = Vector::Zero();   // N, the last one while indenting
+  Scalar since_puncture_ = std::numeric_limits<Scalar>::max();   // s; from puncture_time on nothing is left of it
   Scalar loading_share_ = Scalar(1);   // 1 on the loading curve, 0 on the unloading curve
 };
 

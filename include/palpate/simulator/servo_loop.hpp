@@ -57,6 +57,7 @@ class ServoLoop {
 
   /// Reads the device. The tip and its velocity are then known; without velocity from the device it is the difference over h.
   void read(Scalar h) noexcept {
+    since_last_ = h;
     DeviceState<DeviceScalar> state = state_;
     DeviceStatus const status = device_.read(state);
     ++counts_.ticks;
@@ -90,6 +91,7 @@ class ServoLoop {
     contact.normal = model.normal;
     contact.velocity = velocity_;
     contact.tissue_force = model.tissue_force;
+    contact.seconds = since_last_;
     last_depth_ = contact.depth;
 
     Wrench<DeviceScalar> wrench;
@@ -155,6 +157,7 @@ class ServoLoop {
   Vector tip_ = Vector::Zero();
   Vector velocity_ = Vector::Zero();
   Scalar last_depth_ = 0;
+  Scalar since_last_ = 0;   // s, the tick before this one
   ServoCounts counts_;
 };
 
