@@ -39,10 +39,10 @@ class SurfaceTopology {
 
   /// The triangle that holds the directed edge from → to, or −1.
   int triangle_with_edge(int from, int to) const noexcept {
-    for (int const t : at_[from]) {
+    auto const at_from = at_[from], at_to = at_[to];
+    for (int const t : at_to.size() < at_from.size() ? at_to : at_from) {
       auto const c = triangles_[t];
-      for (int k = 0; k < 3; ++k)
-        if (c[k] == from && c[(k + 1) % 3] == to) return t;
+      if ((c[0] == from && c[1] == to) || (c[1] == from && c[2] == to) || (c[2] == from && c[0] == to)) return t;
     }
     return -1;
   }

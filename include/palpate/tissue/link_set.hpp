@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -37,6 +38,7 @@ class LinkSet {
 
   /// The link between two particles, or −1.
   int find(int a, int b) const noexcept {
+    if (at_[b].size() < at_[a].size()) std::swap(a, b);
     for (int const l : at_[a]) {
       LinkType const& link = (*this)[l];
       if (link.a == b || link.b == b) return l;

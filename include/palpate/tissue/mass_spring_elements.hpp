@@ -81,7 +81,8 @@ class MassSpringElements {
   int insert_on_edge(int a, int b, Scalar s) {
     int const left = surface_.triangle_with_edge(a, b);
     int const right = surface_.triangle_with_edge(b, a);
-    Law const law = links_[links_.find(a, b)].law;
+    int const divided = links_.find(a, b);
+    Law const law = links_[divided].law;
     Scalar const area = (left < 0 ? 0 : triangle_area(left)) + (right < 0 ? 0 : triangle_area(right));
     Scalar const left_modulus = left < 0 ? 0 : link_modulus(left);
     Scalar const right_modulus = right < 0 ? 0 : link_modulus(right);
@@ -98,7 +99,7 @@ class MassSpringElements {
       surface_.set_triangle(right, {n, a, d});
       children[2] = right, children[3] = add_triangle({b, n, d});
     }
-    refresh_link(a, b, law);
+    weigh_link(divided, a, b, Scalar(0), law);   // no triangle holds the whole edge any more
     for (std::size_t k = 0; k < 4; ++k)
       if (children[k] >= 0) share_links(children[k], k < 2 ? left_modulus : right_modulus, law);
     return n;
@@ -139,14 +140,12 @@ class MassSpringElements {
   void change_corner(int t, int before, int now) {
     Corners corners = surface_.corners(t);
     int const k = surface_.corner_of(t, before);
-    int const ahead = corners[at((k + 1) % 3)], behind = corners[at((k + 2) % 3)];
-    int const ahead_link = links_.find(before, ahead), behind_link = links_.find(before, behind);
-    Law const ahead_law = ahead_link < 0 ? Law{} : links_[ahead_link].law;
-    Law const behind_law = behind_link < 0 ? Law{} : links_[behind_link].law;
     corners[at(k)] = now;
     surface_.set_triangle(t, corners);
-    refresh_link(before, ahead, ahead_law), refresh_link(now, ahead, ahead_law);
-    refresh_link(before, behind, behind_law), refresh_link(now, behind, behind_law);
+    // On the side of t the old edges have no triangle left, and the new ones have t.
+    int const ahead = corners[at((k + 1) % 3)], behind = corners[at((k + 2) % 3)];
+    hand_over_link(before, now, ahead, share_[t][k], share_on(ahead, before), share_on(ahead, now));
+    hand_over_link(before, now, behind, share_[t][(k + 2) % 3], share_on(before, behind), share_on(now, behind));
   }
 
   /// Lets a particle rest elsewhere. Its links get the rest lengths of the new undeformed shape; stiffness, shares and masses stay.
@@ -239,7 +238,7 @@ class MassSpringElements {
   template <std::size_t Parents>
   void take_mass(int n, std::array<int, Parents> const& parents, std::array<Scalar, Parents> const& weights, Scalar divided_area) {
     Scalar taken = mass(parents[0]) * divided_area / area_around(parents[0]);
-    for (int const p : parents) taken = std::min(taken, mass(p) * divided_area / area_around(p));
+    for (std::size_t k = 1; k < Parents; ++k) taken = std::min(taken, mass(parents[k]) * divided_area / area_around(parents[k]));
     for (std::size_t k = 0; k < Parents; ++k) {
       int const p = parents[k];
       Scalar const part = weights[k] * taken / mass(p);
@@ -274,20 +273,33 @@ class MassSpringElements {
       int const l = links_.find(a, b);
       Scalar const length = undeformed_length(a, b);
       Law const& held = l < 0 ? law : links_[l].law;
-      share_[t][static_cast<int>(k)] =
-          modulus * area / (length * length * tangent_stiffness_of(held, Scalar(0), (1 - prestrain_) * length));
-      refresh_link(a, b, law);
+      Scalar const share = modulus * area / (length * length * tangent_stiffness_of(held, Scalar(0), (1 - prestrain_) * length));
+      share_[t][static_cast<int>(k)] = share;
+      weigh_link(l, a, b, share + share_on(b, a), law);
     }
+  }
+
+  /// What the triangle with the directed edge from → to adds to the weight of its link; 0 where there is none.
+  Scalar share_on(int from, int to) const noexcept {
+    int const t = surface_.triangle_with_edge(from, to);
+    return t < 0 ? Scalar(0) : share_[t][surface_.corner_of(t, from)];
+  }
+
+  /// A triangle's corner goes from one particle to another: the links of both to `other` get the shares of the triangles on their sides.
+  void hand_over_link(int before, int now, int other, Scalar share, Scalar left_before, Scalar beside_now) {
+    int const l = links_.find(before, other);
+    Law const law = l < 0 ? Law{} : links_[l].law;
+    weigh_link(l, before, other, left_before, law);
+    weigh_link(links_.find(now, other), now, other, share + beside_now, law);
   }
 
   /// Makes the link a–b what the shares of the triangles at it say: adds it (with `law`), weighs it, or takes it away.
   void refresh_link(int a, int b, Law const& law) {
-    Scalar weight = 0;
-    for (auto const [from, to] : {std::array{a, b}, std::array{b, a}}) {
-      int const t = surface_.triangle_with_edge(from, to);
-      if (t >= 0) weight += share_[t][surface_.corner_of(t, from)];
-    }
-    int const l = links_.find(a, b);
+    weigh_link(links_.find(a, b), a, b, share_on(a, b) + share_on(b, a), law);
+  }
+
+  /// The same for a link that was found, or −1, and its weight.
+  void weigh_link(int l, int a, int b, Scalar weight, Law const& law) {
     if (l >= 0 ? links_[l].weight == weight : !(weight > 0)) return;
     if (l >= 0 && weight > 0)
       links_[l].weight = weight;
