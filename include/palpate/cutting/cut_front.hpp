@@ -52,7 +52,7 @@ class CutFront {
   /// Punctures: the path begins at a point of a triangle, or at the vertex or edge that it snaps to.
   template <class Body>
   void start(Body& body, int triangle, Vector const& barycentric, detail::Snapping<Scalar> const& snapping) {
-    snapping_ = snapping;
+    snapping_ = snapping.on(body.mean_edge());
     anchor_.begin();
     host_ = -1;
     anchor_.place(put(body, triangle, barycentric));

@@ -4,6 +4,8 @@
 #include <palpate/collision/closest_point.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/random.hpp>
+#include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/components.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/testing/violations.hpp>
 
@@ -31,8 +33,10 @@ struct CutChecks {
 ///   cutter.advance(body, tip);
 ///   CHECK(testing::to_text(before.check(body)) == "");
 ///
-/// Mesh       indices are valid; every directed edge belongs to one triangle; the triangles at a vertex are one fan; every particle is
-///            in a triangle; the lists "triangles at a vertex" say the same.
+/// Mesh       indices are valid; every directed edge belongs to one triangle; no two triangles have the same corners; the triangles at a
+///            vertex are one fan; every particle is in a triangle; the lists "triangles at a vertex" say the same.
+/// Pieces     2 · pieces − lips and borders − Euler characteristic, which is twice the number of handles, has not risen: cuts open and
+///            part a surface, they do not join it.
 /// Rest shape no triangle is without area or turned over; all lie on the surface there was; their area is the area there was.
 /// Particles  Σ m and Σ m X are as they were, and so are the sums of the home springs; no mass is ≤ 0, but a temporary particle
 ///            has none, no springs, and comes last; a new particle is nailed exactly when all that it lies between were.
@@ -49,7 +53,7 @@ class CutInvariants {
   using Vector = Vector3<Scalar>;
 
   explicit CutInvariants(Body const& body, CutChecks const& checks = {})
-      : checks_(checks), rest_(body.rest_mesh()), tree_(rest_), sums_(sums(body, checks.moves_vertices)), size_((rest_.points.rowwise().maxCoeff() - rest_.points.rowwise().minCoeff()).norm()) {
+      : checks_(checks), rest_(body.rest_mesh()), tree_(rest_), sums_(sums(body, checks.moves_vertices)), handles_(twice_the_handles(rest_)), size_((rest_.points.rowwise().maxCoeff() - rest_.points.rowwise().minCoeff()).norm()) {
     nailed_.reserve(static_cast<std::size_t>(body.size()));
     for (int i = 0; i < body.size(); ++i) nailed_.push_back(body.tissue().nailed(i));
   }
@@ -59,6 +63,7 @@ class CutInvariants {
     Violations found;
     check_mesh(body, found);
     if (!found.empty()) return found;   // the rest would only repeat it
+    check_pieces(body, found);
     check_rest_shape(body, found);
     check_particles(body, found);
     check_links(body, found);
@@ -133,6 +138,14 @@ class CutInvariants {
     for (std::size_t e = 1; e < directed.size(); ++e)
       if (directed[e][0] == directed[e - 1][0] && directed[e][1] == directed[e - 1][1])
         report(found, "triangles ", directed[e - 1][2], " and ", directed[e][2], " both hold the edge ", directed[e][0], " -> ", directed[e][1]);
+    std::vector<std::array<int, 3>> corners;
+    for (int t = 0; t < count; ++t) {
+      corners.push_back({triangles(0, t), triangles(1, t), triangles(2, t)});
+      std::sort(corners.back().begin(), corners.back().end());
+    }
+    std::sort(corners.begin(), corners.end());
+    if (auto const twice = std::adjacent_find(corners.begin(), corners.end()); twice != corners.end())
+      report(found, "two triangles have the corners ", (*twice)[0], " ", (*twice)[1], " ", (*twice)[2]);
     for (int v = 0; v < n; ++v) {
       auto const& here = at[static_cast<std::size_t>(v)];
       if (here.empty()) {
@@ -161,6 +174,27 @@ class CutInvariants {
           }
       }
     return reached.size();
+  }
+
+  /// 2 · pieces − borders − Euler characteristic. Where each vertex has one fan, each border is one loop.
+  static int twice_the_handles(TriangleMesh<Scalar> const& mesh) {
+    auto const border = boundary_edges(mesh);
+    std::vector<int> next(static_cast<std::size_t>(mesh.points.cols()), -1);
+    for (auto const& [from, to] : border) next[static_cast<std::size_t>(from)] = to;
+    int loops = 0;
+    for (std::size_t v = 0; v < next.size(); ++v)
+      if (next[v] >= 0) {
+        ++loops;
+        for (int at = static_cast<int>(v); at >= 0;) at = std::exchange(next[static_cast<std::size_t>(at)], -1);
+      }
+    int const faces = static_cast<int>(mesh.triangles.cols()), edges = (3 * faces + static_cast<int>(border.size())) / 2;
+    int const euler = static_cast<int>(mesh.points.cols()) - edges + faces;
+    return 2 * static_cast<int>(connected_components(mesh).size()) - loops - euler;
+  }
+
+  void check_pieces(Body const& body, Violations& found) const {
+    int const handles = twice_the_handles(body.rest_mesh());
+    if (handles > handles_) report(found, "twice the number of handles is ", handles, ", before the cut it was ", handles_);
   }
 
   void check_rest_shape(Body const& body, Violations& found) const {
@@ -299,6 +333,7 @@ class CutInvariants {
   TriangleMesh<Scalar> rest_;
   SurfaceTree<Scalar> tree_;
   Sums sums_;
+  int handles_;
   Scalar size_;
   std::vector<bool> nailed_;
 };

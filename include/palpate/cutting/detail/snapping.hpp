@@ -35,6 +35,13 @@ class Snapping {
  public:
   explicit Snapping(Scalar distance = 0, Scalar share = 0) noexcept : distance_(distance), share_(std::max(share, least_share)) {}
 
+  /// The same, but at least so near that triangles of a body with this mean edge [m] keep an area, however often they are cut.
+  Snapping on(Scalar mean_edge) const noexcept {
+    Snapping result = *this;
+    result.distance_ = std::max(distance_, least_share * mean_edge);
+    return result;
+  }
+
   /// How near [m] to the end of something of this length [m].
   Scalar near(Scalar length) const noexcept { return std::max(distance_, share_ * length); }
 
@@ -62,7 +69,7 @@ class Snapping {
   }
 
  private:
-  /// Shares of an edge below which a point is not told from its end: smaller triangles have no reliable area.
+  /// Shares of an edge, and of the body's mean edge, below which a point is not told from its end: smaller triangles have no reliable area.
   static constexpr Scalar least_share = std::same_as<Scalar, float> ? Scalar(5e-3) : Scalar(1e-4);
 
   /// The foot on an edge may be nearer to a corner than the point was: there it moves off, or is the corner.

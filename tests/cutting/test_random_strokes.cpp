@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// Yardsticks: what no cut may change (testing/cut_invariants.hpp), momentum and energy of motion before each tick (testing/cut_motion.hpp), and the
+// mesh itself, counted, beside the cutter's report: over thousands of strokes, many on each body, across each other.
+// PALPATE_STROKES sets how many (10,000 if not set), PALPATE_SEED with which seed they begin. A stroke that fails is printed as a test case.
+#include "random_strokes.hpp"
+#include "shrink_stroke.hpp"
+#include "stroke_bytes.hpp"
+
+#include "catch.hpp"
+
+#include <palpate/core/random.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+std::uint64_t from_environment(char const* name, std::uint64_t otherwise) {
+  char const* const asked = std::getenv(name);
+  return asked != nullptr ? std::stoull(asked) : otherwise;
+}
+
+struct Drawn {
+  int bodies = 0, strokes = 0, cuts = 0, largest = 0, failures = 0;
+  long ticks = 0;
+};
+
+/// One to six strokes on a fresh body, each drawn over the wounds of those before.
+template <class S>
+void draw_a_body(std::string const& mesh, std::uint64_t seed, Drawn& drawn) {
+  Random random(Seed{seed});
+  StrokeScene<S> const& scene = stroke_scene<S>(mesh);
+  StrokeCase<S> strokes{.mesh = mesh};
+  if (std::uint64_t const kind = random.below(4); kind == 1)
+    strokes.snap = S(0);
+  else if (kind == 2)
+    strokes.snap = scene.edge * std::exp(random.uniform(std::log(S(1e-3)), std::log(S(0.6))));
+  strokes.steps = random.below(6) == 0 ? 2 : 0;
+  strokes.blades = random.below(8) == 0 ? most_blades : 1;
+  StrokeRun run(strokes, scalpel_of<S>);
+  ++drawn.bodies;
+  for (std::uint64_t left = 1 + random.below(6); left > 0; --left) {
+    RandomStrokes<S> draw(random, run.body().rest_mesh(), scene.edge);
+    std::vector<Points<S>> together;
+    for (int k = 0; k < strokes.blades; ++k) together.push_back(draw.draw());
+    strokes.strokes.insert(strokes.strokes.end(), together.begin(), together.end());
+    drawn.strokes += strokes.blades;
+    if (auto const found = run.draw(together); !found.empty()) {
+      ++drawn.failures;
+      auto const smallest = shrunk(strokes, [](auto const& c) { return violations_of(c) != ""; });
+      FAIL_CHECK("body of seed " << seed << " on the " << mesh << ": " << found << to_test_case(smallest, violations_of(smallest)));
+      return;
+    }
+  }
+  drawn.cuts += run.cuts(), drawn.ticks += run.ticks();
+  drawn.largest = std::max(drawn.largest, run.body().size());
+}
+
+}  // namespace
+
+TEST_CASE("random strokes across each other keep every invariant", "[cutting]") {
+  std::uint64_t const first = from_environment("PALPATE_SEED", 1);
+  auto const most = static_cast<int>(from_environment("PALPATE_STROKES", 10000));
+  std::array<std::string, 10> const meshes{"grid", "small grid", "sphere", "small sphere", "tube", "small tube", "uneven", "small uneven", "grid", "organ"};
+  Drawn drawn;
+  for (std::uint64_t k = 0; drawn.strokes < most && drawn.failures < 8; ++k) {
+    std::uint64_t const seed = first + k;
+    CAPTURE(seed);
+    std::string const& mesh = meshes[seed % meshes.size()];
+    if (seed / meshes.size() % 8 == 7)
+      draw_a_body<float>(mesh, seed, drawn);
+    else
+      draw_a_body<double>(mesh, seed, drawn);
+  }
+  INFO("seed " << first << ": " << drawn.strokes << " strokes on " << drawn.bodies << " bodies, " << drawn.cuts << " cuts, " << drawn.ticks << " ticks, up to "
+               << drawn.largest << " particles");
+  CHECK(drawn.strokes >= most);
+  CHECK(drawn.cuts > drawn.strokes / 2);
+  CHECK(drawn.failures == 0);
+}
+
+TEST_CASE("any bytes are strokes that keep every invariant", "[cutting]") {
+  // What the fuzz target does (tests/fuzz), with bytes from a generator.
+  Random random(Seed{7});
+  int cuts = 0;
+  for (int k = 0; k < 150; ++k) {
+    std::vector<std::uint8_t> bytes(20 + random.below(180));
+    for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random.below(256));
+    auto const strokes = strokes_from_bytes<double>(bytes);
+    CAPTURE(k);
+    auto const found = violations_of(strokes);
+    if (!found.empty()) FAIL_CHECK(to_test_case(strokes, found));
+    cuts += static_cast<int>(strokes.strokes.size());
+  }
+  CHECK(cuts > 150);
+}
+
+// What the random strokes found once, shrunk.
+
+TEST_CASE("a snap distance of zero leaves triangles with an area, however often one line is cut", "[cutting]") {
+  StrokeCase<double> const strokes{.mesh = "small grid", .snap = 0, .strokes = {
+      {{0.012, 0.005, 0.001}, {0.01186, 0.00464, -0.00573}, {0.00774, 0.01063, -0.00573}},
+      {{0.008, 0.01, 0.001}, {0.008176, 0.010002, -0.005784}, {1e-06, 0.009998, -0.005784}, {0.008175, 0.010001, -0.005784}, {0, 0.01, -0.006}}}};
+  CHECK(violations_of(strokes) == "");
+}
