@@ -44,6 +44,16 @@ struct Edited {
     mesh.triangles.col(t) << corners[0], corners[1], corners[2];
     tree.replace(mesh.points, t, corners);
   }
+  void divide(int t, std::array<int, 3> const& first, std::array<int, 3> const& second) {
+    mesh.triangles.col(t) << first[0], first[1], first[2];
+    mesh.triangles.conservativeResize(3, triangles() + 1);
+    mesh.triangles.col(triangles() - 1) << second[0], second[1], second[2];
+    REQUIRE(tree.divide(mesh.points, t, first, second) == triangles() - 1);
+  }
+  void relabel(int t, std::array<int, 3> const& corners) {
+    mesh.triangles.col(t) << corners[0], corners[1], corners[2];
+    tree.relabel(mesh.points, t, corners);
+  }
   void remove(int t) {
     mesh.triangles.col(t) = mesh.triangles.col(triangles() - 1).eval();
     mesh.triangles.conservativeResize(3, triangles() - 1);
@@ -56,9 +66,15 @@ struct Edited {
     Scalar const u = random.uniform<Scalar>(), w = (1 - u) * random.uniform<Scalar>();
     int const p = add_point(mesh.points.col(c[0]) + u * (mesh.points.col(c[1]) - mesh.points.col(c[0])) +
                             w * (mesh.points.col(c[2]) - mesh.points.col(c[0])));
-    replace(t, {c[0], c[1], p});
-    add({c[1], c[2], p}, t);
+    if (p % 2 == 0) {
+      divide(t, {c[0], c[1], p}, {c[1], c[2], p});
+    } else {
+      replace(t, {c[0], c[1], p});
+      add({c[1], c[2], p}, t);
+    }
     add({c[2], c[0], p}, t);
+    int const twin = add_point(mesh.points.col(p));
+    relabel(t, {c[0], c[1], twin});
   }
 
   bool in_step() const { return tree.matches(mesh.points, mesh.triangles) && tree.depth() <= SurfaceTree<Scalar>::depth_limit; }

@@ -68,10 +68,11 @@ class BodyShape {
     fit_tree();
     return tree_.nearest_vertex(state_.position.view(), point);
   }
-  /// The surface point nearest to a point, on the body as it is now; not found() for a point that is not finite.
-  SurfacePoint<Scalar> nearest_point(Vector const& point) {
+  /// The surface point nearest to a point, on the body as it is now; not found() for a point that is not finite. A triangle that is likely
+  /// near saves time.
+  SurfacePoint<Scalar> nearest_point(Vector const& point, int hint = -1) {
     fit_tree();
-    return tree_.nearest(state_.position.view(), point);
+    return tree_.nearest(state_.position.view(), point, hint);
   }
 
   // --- how its topology changes -------------------------------------------------------------------------------------
@@ -85,8 +86,7 @@ class BodyShape {
     Corners const c = tissue_.surface().corners(t);
     int const n = tissue_.insert_in_triangle(t, w);
     state_.template add_between<3>(c, {w[0], w[1], w[2]});
-    patch_tree(t);
-    append_to_tree(t);
+    divide_in_tree(t);
     append_to_tree(t);
     disturbed_.push_back(n);
     return n;
@@ -100,11 +100,8 @@ class BodyShape {
     int const right = tissue_.surface().triangle_with_edge(b, a);
     int const n = tissue_.insert_on_edge(a, b, s);
     state_.template add_between<2>({a, b}, {1 - s, s});
-    for (int const t : {left, right}) {
-      if (t < 0) continue;
-      patch_tree(t);
-      append_to_tree(t);
-    }
+    for (int const t : {left, right})
+      if (t >= 0) divide_in_tree(t);
     disturbed_.push_back(n);
     return n;
   }
@@ -116,7 +113,8 @@ class BodyShape {
   {
     int const n = tissue_.split_particle(p, triangles);
     state_.add_copy(p);
-    for (int const t : triangles) patch_tree(t);
+    for (int const t : triangles) tree_.relabel(state_.position.view(), t, tissue_.surface().corners(t));
+    ++topology_revision_;
     disturbed_.insert(disturbed_.end(), {p, n});
     return n;
   }
@@ -126,11 +124,9 @@ class BodyShape {
     requires CuttableTissue<Tissue>
   {
     int const last = size() - 1;
-    auto const at_last = tissue_.surface().triangles_at(last);
-    std::vector<int> const moved(at_last.begin(), at_last.end());
     state_.merge_last(p, tissue_.mass(p), tissue_.mass(last));
     tissue_.merge_last_particle(p);
-    for (int const t : moved) patch_tree(t);   // while the tree may still look at the old corner
+    for (int const t : tissue_.surface().triangles_at(p)) patch_tree(t);   // while the tree may still look at the old corner
     state_.pop();
     fit_tree_at(p);
     disturbed_.push_back(p);
@@ -204,8 +200,7 @@ class BodyShape {
     int const n = tissue_.insert_temporary(t, w);
     state_.template add_between<3>(c, {w[0], w[1], w[2]});
     temporary_ = Temporary{t, n, {c[0], c[1], c[2], -1}, {w[0], w[1], w[2], 0}, -1};
-    patch_tree(t);
-    append_to_tree(t);
+    divide_in_tree(t);
     append_to_tree(t);
     return n;
   }
@@ -323,6 +318,10 @@ class BodyShape {
 
   void patch_tree(int t) {
     tree_.replace(state_.position.view(), t, tissue_.surface().corners(t));
+    ++topology_revision_;
+  }
+  void divide_in_tree(int t) {
+    tree_.divide(state_.position.view(), t, tissue_.surface().corners(t), tissue_.surface().corners(tree_.size()));
     ++topology_revision_;
   }
   void append_to_tree(int sibling) { tree_.add(state_.position.view(), tissue_.surface().corners(tree_.size()), sibling); }

@@ -108,7 +108,7 @@ class Touch {
 
   template <class Body>
   void begin(Body& body, Vector const& tip) {
-    SurfacePoint<Scalar> const nearest = body.nearest_point(tip);
+    SurfacePoint<Scalar> const nearest = body.nearest_point(tip, front_);
     if (!nearest.found()) return;
     Vector const offset = tip - nearest.point;
     bool on_border = false;
@@ -155,7 +155,7 @@ class Touch {
   template <class Body>
   bool has_passed_through(Body& body, Vector const& tip) {
     if ((tip - looked_from_).norm() < clear_ / 2) return false;
-    SurfacePoint<Scalar> const nearest = body.nearest_point(tip);
+    SurfacePoint<Scalar> const nearest = body.nearest_point(tip, contact_.triangle);
     if (!nearest.found()) return false;
     Vector const offset = tip - nearest.point;
     looked_from_ = tip;
@@ -244,7 +244,7 @@ class Touch {
     Walk first = walk(body, tip, triangle, barycentric);
     if (first == Walk::there && !looks_as_before(body, triangle, barycentric)) first = Walk::behind;
     if (first != Walk::there) {
-      SurfacePoint<Scalar> const nearest = body.nearest_point(tip + (contact_.point - tip).dot(n) * n);
+      SurfacePoint<Scalar> const nearest = body.nearest_point(tip + (contact_.point - tip).dot(n) * n, triangle);
       int other = nearest.triangle;
       Vector weights = nearest.barycentric;
       if (nearest.found() && walk(body, tip, other, weights) == Walk::there && looks_as_before(body, other, weights) &&

@@ -31,7 +31,7 @@ struct SurfacePoint {
 ///
 /// A tree of axis-aligned boxes over the triangles, four children a node. It is built once, for the rest shape. When the surface
 /// deforms, the boxes are fitted again from the leaves up while the tree stays: `refit`. When a cutter edits triangles the tree is
-/// patched: `add`, `replace`, `remove`. Points are not stored: every call is given the current ones.
+/// patched: `add`, `replace`, `divide`, `relabel`, `remove`. Points are not stored: every call is given the current ones.
 ///
 ///   SurfaceTree<double> tree(skin.points, skin.triangles);
 ///   body.step(h);
@@ -145,6 +145,21 @@ class SurfaceTree {
     tree_.replace(points, triangle, corners);
   }
 
+  /// Gives a triangle other corners and adds the rest of it beside it: replace and add in one. Returns the new index. Throws as `add`.
+  int divide(Points const& points, int triangle, Corners const& first, Corners const& second) {
+    detail::check_index("triangle", triangle, size());
+    for (int const corner : first) check_corner<InvalidArgument>(points, triangle, corner);
+    for (int const corner : second) check_corner<InvalidArgument>(points, size(), corner);
+    return tree_.divide(points, triangle, first, second);
+  }
+
+  /// Gives a triangle other corners that lie where those before did: the boxes stay. Throws as `add`.
+  void relabel(Points const& points, int triangle, Corners const& corners) {
+    detail::check_index("triangle", triangle, size());
+    for (int const corner : corners) check_corner<InvalidArgument>(points, triangle, corner);
+    tree_.relabel(triangle, corners);
+  }
+
   /// Removes a triangle; the last one takes its index, as in a mesh that stays dense. Throws `OutOfRange`.
   void remove(Points const& points, int triangle) {
     detail::check_index("triangle", triangle, size());
@@ -173,7 +188,7 @@ class SurfaceTree {
     if (corner < 0 || corner >= points.cols())
       throw Exception(detail::message("triangle ", triangle, " has corner ", corner, ", but there are ", points.cols(),
                                       " points; renumber the triangles or pass all points"));
-    if (!points.col(corner).allFinite())
+    if (auto const point = points.col(corner); !std::isfinite(0 * point[0] + 0 * point[1] + 0 * point[2]))   // one test for three
       throw Exception(detail::message("triangle ", triangle, " has corner ", corner,
                                       ", whose coordinates are not finite; repair the mesh first"));
   }

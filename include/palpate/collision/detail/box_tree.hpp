@@ -76,9 +76,20 @@ class BoxTree : public BoxNodes<Scalar> {
   }
 
   void replace(Points const& points, int triangle, Corners const& corners) noexcept {
+    relabel(triangle, corners);
+    refit_leaf_of(points, triangle);
+  }
+
+  /// Without a look at the points: the box has to stay, or the leaf to be fitted next.
+  void relabel(int triangle, Corners const& corners) noexcept {
     auto const place = place_[std::size_t(triangle)];
     blocks_[place / capacity].corners[place % capacity] = corners;
-    refit_leaf_of(points, triangle);
+  }
+
+  int divide(Points const& points, int triangle, Corners const& first, Corners const& second) {
+    grow();
+    relabel(triangle, first);
+    return add(points, second, triangle);   // fits the leaf of both
   }
 
   void remove(Points const& points, int triangle) noexcept {
