@@ -8,7 +8,8 @@
 
 namespace palpate {
 
-/// One short list of indices per particle, all in one pool: which triangles, or which springs, meet there.
+/// One short list of indices per particle, all in one pool: which triangles, or which springs, meet there. Each index has a key beside
+/// it, such as the particle at the spring's other end: it is found without a look at the spring.
 /// Order      as added, except that a removal moves the last entry into the gap.
 /// Cost       add is amortised O(1): a list that outgrows its place moves to the end of the pool with twice the room.
 class IndexLists {
@@ -20,47 +21,72 @@ class IndexLists {
     return {pool_.data() + l.first, static_cast<std::size_t>(l.count)};
   }
 
+  /// The first index with this key, or −1.
+  int find(int list, int key) const noexcept {
+    List const& l = lists_[static_cast<std::size_t>(list)];
+    int const* const indices = pool_.data() + l.first;
+    int const* const keys = indices + l.capacity;
+    for (int i = 0; i < l.count; ++i)
+      if (keys[i] == key) return indices[i];
+    return -1;
+  }
+
   void add_list() { lists_.push_back({}); }
   void pop_list() noexcept { lists_.pop_back(); }
 
-  void add(int list, int index) {
+  void add(int list, int index, int key) {
     List& l = lists_[static_cast<std::size_t>(list)];
     if (l.count == l.capacity) grow(l);
-    pool_[l.first + static_cast<std::size_t>(l.count++)] = index;
+    int* const at = pool_.data() + l.first + l.count++;
+    at[0] = index;
+    at[l.capacity] = key;
   }
 
   /// Takes `index` out of the list; it must be there.
   void remove(int list, int index) noexcept {
     List& l = lists_[static_cast<std::size_t>(list)];
-    auto const first = pool_.begin() + static_cast<std::ptrdiff_t>(l.first);
-    *std::find(first, first + l.count, index) = *(first + l.count - 1);
-    --l.count;
+    int* const at = place(l, index);
+    int const* const last = pool_.data() + l.first + --l.count;
+    at[0] = last[0];
+    at[l.capacity] = last[l.capacity];
   }
 
   /// Writes `now` where the list holds `before`; it must be there.
   void rename(int list, int before, int now) noexcept {
+    *place(lists_[static_cast<std::size_t>(list)], before) = now;
+  }
+
+  /// Gives an index of the list another key; it must be there.
+  void set_key(int list, int index, int key) noexcept {
     List const& l = lists_[static_cast<std::size_t>(list)];
-    auto const first = pool_.begin() + static_cast<std::ptrdiff_t>(l.first);
-    *std::find(first, first + l.count, before) = now;
+    place(l, index)[l.capacity] = key;
   }
 
   void reserve(int lists, int entries) {
     lists_.reserve(static_cast<std::size_t>(lists));
-    pool_.reserve(static_cast<std::size_t>(entries));
+    pool_.reserve(2 * static_cast<std::size_t>(entries));
   }
 
  private:
-  struct List {
+  struct List {   // from `first` on: room for `capacity` indices, then for as many keys
     std::size_t first = 0;
     int count = 0;
     int capacity = 0;
   };
 
+  int* place(List const& l, int index) noexcept {
+    int* const first = pool_.data() + l.first;
+    return std::find(first, first + l.count, index);
+  }
+
   void grow(List& l) {
     int const capacity = std::max(8, 2 * l.capacity);
     std::size_t const first = pool_.size();
-    pool_.resize(first + static_cast<std::size_t>(capacity));
-    std::copy_n(pool_.begin() + static_cast<std::ptrdiff_t>(l.first), l.count, pool_.begin() + static_cast<std::ptrdiff_t>(first));
+    pool_.resize(first + 2 * static_cast<std::size_t>(capacity));
+    int const* const from = pool_.data() + l.first;
+    int* const to = pool_.data() + first;
+    std::copy_n(from, l.count, to);
+    std::copy_n(from + l.capacity, l.count, to + capacity);
     l.first = first;
     l.capacity = capacity;
   }

@@ -22,7 +22,7 @@ class SurfaceTopology {
     at_.reserve(vertices, 8 * vertices);
     for (int v = 0; v < vertices; ++v) at_.add_list();
     for (int t = 0; t < triangles_.size(); ++t)
-      for (int k = 0; k < 3; ++k) at_.add(triangles_[t][k], t);
+      for (int k = 0; k < 3; ++k) at_.add(triangles_[t][k], t, triangles_[t][(k + 1) % 3]);
   }
 
   int vertex_count() const noexcept { return at_.size(); }
@@ -39,20 +39,13 @@ class SurfaceTopology {
 
   /// The triangle that holds the directed edge from → to, or −1.
   int triangle_with_edge(int from, int to) const noexcept {
-    auto const at_from = at_[from], at_to = at_[to];
-    for (int const t : at_to.size() < at_from.size() ? at_to : at_from) {
-      auto const c = triangles_[t];
-      if ((c[0] == from && c[1] == to) || (c[1] == from && c[2] == to) || (c[2] == from && c[0] == to)) return t;
-    }
-    return -1;
+    return at_.find(from, to);
   }
 
   /// Which of the triangle's three corners the vertex is: 0, 1 or 2; −1 if none.
   int corner_of(int triangle, int vertex) const noexcept {
     auto const c = triangles_[triangle];
-    for (int k = 0; k < 3; ++k)
-      if (c[k] == vertex) return k;
-    return -1;
+    return c[0] == vertex ? 0 : c[1] == vertex ? 1 : c[2] == vertex ? 2 : -1;
   }
 
   void add_vertex() { at_.add_list(); }
@@ -62,7 +55,7 @@ class SurfaceTopology {
   int add_triangle(Corners const& corners) {
     int const t = triangles_.size();
     triangles_.push_back(Matrix<int, 3, 1>(corners[0], corners[1], corners[2]));
-    for (int const v : corners) at_.add(v, t);
+    for (std::size_t k = 0; k < 3; ++k) at_.add(corners[k], t, corners[(k + 1) % 3]);
     return t;
   }
 
@@ -72,9 +65,10 @@ class SurfaceTopology {
       int const before = held[static_cast<int>(k)];
       if (before == corners[k]) continue;
       at_.remove(before, triangle);
-      at_.add(corners[k], triangle);
+      at_.add(corners[k], triangle, -1);
       held[static_cast<int>(k)] = corners[k];
     }
+    for (std::size_t k = 0; k < 3; ++k) at_.set_key(corners[k], triangle, corners[(k + 1) % 3]);
   }
 
   /// Takes the last triangle away.
@@ -91,7 +85,7 @@ class SurfaceTopology {
 
  private:
   Columns<int, 3> triangles_;
-  IndexLists at_;
+  IndexLists at_;   // triangles, each with its next corner
 };
 
 }  // namespace palpate

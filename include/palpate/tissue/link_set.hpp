@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -37,20 +36,13 @@ class LinkSet {
   std::span<int const> at(int particle) const noexcept { return at_[particle]; }
 
   /// The link between two particles, or −1.
-  int find(int a, int b) const noexcept {
-    if (at_[b].size() < at_[a].size()) std::swap(a, b);
-    for (int const l : at_[a]) {
-      LinkType const& link = (*this)[l];
-      if (link.a == b || link.b == b) return l;
-    }
-    return -1;
-  }
+  int find(int a, int b) const noexcept { return at_.find(a, b); }
 
   int add(LinkType const& link) {
     int const l = size();
     links_.push_back(link);
-    at_.add(link.a, l);
-    at_.add(link.b, l);
+    at_.add(link.a, l, link.b);
+    at_.add(link.b, l, link.a);
     return l;
   }
 
@@ -78,7 +70,7 @@ class LinkSet {
 
  private:
   std::vector<LinkType> links_;
-  IndexLists at_;
+  IndexLists at_;   // links, each with its other end
 };
 
 }  // namespace palpate
