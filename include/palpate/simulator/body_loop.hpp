@@ -26,7 +26,7 @@ struct BodyCounts {
 
 /// The body's side of a simulation: contact → cut → step, once a tick.
 /// A tick is split into the fewest equal steps not above the body's stable step, which is found anew after every cut, and where the body,
-/// looked at every 48 ticks while it moves, says that it has fallen: a wound that opens under pre-tension grows stiffer. Just after a cut,
+/// looked at every eight ticks while it moves, says that it has fallen: a wound that opens under pre-tension grows stiffer. Just after a cut,
 /// and while a particle moves faster than 5 % of an edge a tick, springs turn within a tick: then the steps are not above the body's
 /// guaranteed one, which holds wherever the body goes. While the tool indents, the touched point is coupled to the tip in each of these steps; the tip moves evenly through the tick.
 /// Where that would be more steps than allowed, those allowed are taken, each a stable one: the body then lags behind the hand, it
@@ -90,7 +90,7 @@ class BodyLoop {
   Scalar stable_step() const noexcept { return stable_step_; }
 
  private:
-  static constexpr int ticks_between_looks = 48;
+  static constexpr int ticks_between_looks = 8;
   static constexpr int ticks_between_speeds = 4;
   static constexpr int guarded_at_once = 2;   // ticks
 
@@ -134,6 +134,9 @@ class BodyLoop {
     if (revision() != stable_for_) {
       find_stable_step();
       guard();
+    } else if (was_guarded_ && guarded_ticks_ == 0) {   // what moved so fast, or was cut, lies otherwise now
+      find_stable_step();
+      was_guarded_ = false;
     } else if (moves_ && ++ticks_unseen_ >= ticks_between_looks) {
       look_at_stable_step();
     }
@@ -153,6 +156,7 @@ class BodyLoop {
     if constexpr (requires { { body_.guaranteed_stable_step() } -> std::convertible_to<Scalar>; }) {
       guarded_step_ = body_.guaranteed_stable_step();
       guarded_ticks_ = guarded_at_once;
+      was_guarded_ = true;
     }
   }
 
@@ -180,6 +184,7 @@ class BodyLoop {
   int ticks_unseen_ = 0;
   int guarded_ticks_ = 0;
   int ticks_to_speed_ = 0;
+  bool was_guarded_ = false;
   Scalar guarded_step_ = 0;
   bool moves_ = false;
   Vector last_tip_ = Vector::Zero();
