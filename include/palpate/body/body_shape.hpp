@@ -61,6 +61,15 @@ class BodyShape {
     return state_.normal[i];
   }
 
+  /// The diagonal of the undisturbed body's bounding box [m]: found once, and anew when the home shape has changed. What a cut adds lies within.
+  Scalar home_diagonal() {
+    if (!home_box_is_known_) {
+      home_low_ = state_.home.view().rowwise().minCoeff(), home_high_ = state_.home.view().rowwise().maxCoeff();
+      home_box_is_known_ = true;
+    }
+    return (home_high_ - home_low_).norm();
+  }
+
   // --- where a tool is nearest --------------------------------------------------------------------------------------
   /// The surface vertex nearest to a point, on the body as it is now.
   int nearest_vertex(Vector const& point) {
@@ -184,6 +193,9 @@ class BodyShape {
     Corners const c = tissue_.surface().corners(t);
     auto const mean = [&](auto const& at) { return Vector(w[0] * at(c[0]) + w[1] * at(c[1]) + w[2] * at(c[2])); };
     Vector const rest = mean([&](int i) { return Vector(tissue_.rest_position(i)); });
+    Vector const home = state_.home[p];
+    for (int k = 0; k < 3; ++k)
+      if (home_low_[k] < home_high_[k] && (home[k] <= home_low_[k] || home[k] >= home_high_[k])) home_box_is_known_ = false;
     for (auto* columns : {&state_.position, &state_.home, &state_.normal}) (*columns)[p] = mean([&](int i) { return Vector((*columns)[i]); });
     if (Scalar const length = state_.normal[p].norm(); length > 0) state_.normal[p] /= length;
     tissue_.move_rest(p, rest);
@@ -247,10 +259,12 @@ class BodyShape {
   /// The triangle that is divided for it, or −1; two more, the last ones, belong to it.
   int temporary_triangle() const noexcept { return temporary_ ? temporary_->triangle : -1; }
 
-  /// Room for this many particles and triangles: up to there cutting does not allocate.
+  /// Room for this many particles and triangles: up to there cutting does not allocate, also after restore(). A cutter grows its own lists
+  /// once. Temporary particles and triangles count: leave room for two and two.
   void reserve(int particles, int triangles) {
     state_.reserve(particles);
     tree_.reserve(triangles);
+    reserved_triangles_ = std::max(reserved_triangles_, triangles);
     disturbed_.reserve(4 * static_cast<std::size_t>(particles));
     if constexpr (requires { tissue_.reserve(particles, triangles); }) tissue_.reserve(particles, triangles);
   }
@@ -273,11 +287,18 @@ class BodyShape {
 
   void check(int particle) const { detail::check_index("particle", particle, size()); }
 
-  void set_normals() { state_.normal.view() = vertex_normals(TriangleMesh<Scalar>{state_.home.view(), triangles()}); }
+  void set_normals() {
+    state_.normal.view() = vertex_normals(TriangleMesh<Scalar>{state_.home.view(), triangles()});
+    home_box_is_known_ = false;
+    home_diagonal();   // now, not in the tick in which a tool comes
+  }
 
   void build_tree() {
     tree_ = SurfaceTree<Scalar>(state_.position.view(), triangles());
+    tree_.reserve(reserved_triangles_);
     tree_is_fitted_ = true;
+    home_box_is_known_ = false;
+    home_diagonal();   // now, not in the tick in which a tool comes
   }
   void fit_tree() noexcept {
     if (tree_is_fitted_) return;
@@ -311,6 +332,9 @@ class BodyShape {
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
   std::size_t topology_revision_ = 0;
+  Vector home_low_ = Vector::Zero(), home_high_ = Vector::Zero();   // m, of the undisturbed body
+  bool home_box_is_known_ = false;
+  int reserved_triangles_ = 0;
 
  private:
   /// Particle `to` has got this share of its mass from `from`: an inelastic impact.

@@ -38,7 +38,7 @@ struct SurfaceContact {
 ///   depth = r − (tip − home point)·n
 /// Units      m.
 /// Source     spec Z8, indentation depth.
-/// Cost       in contact O(triangles walked over), O(particles) when it begins; without contact, and beside the surface, one search of the body's tree. No
+/// Cost       in contact O(triangles walked over), O(particles) when the first one with a home shape begins; without contact, and beside the surface, one search of the body's tree. No
 ///            allocation.
 template <RealScalar Scalar>
 class Touch {
@@ -140,13 +140,8 @@ class Touch {
 
   /// What a contact that begins needs to know of the body: its longest diagonal.
   template <class Body>
-  void measure(Body const& body) {
-    Vector low = body.home_position(0), high = low;
-    for (int i = 1; i < body.size(); ++i) {
-      low = low.cwiseMin(body.home_position(i));
-      high = high.cwiseMax(body.home_position(i));
-    }
-    longest_ = (high - low).norm();
+  void measure(Body& body) {
+    longest_ = body.home_diagonal();
     clear_ = 0;
   }
 
