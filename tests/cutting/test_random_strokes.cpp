@@ -109,3 +109,11 @@ TEST_CASE("a snap distance of zero leaves triangles with an area, however often 
       {{0.008, 0.01, 0.001}, {0.008176, 0.010002, -0.005784}, {1e-06, 0.009998, -0.005784}, {0.008175, 0.010001, -0.005784}, {0, 0.01, -0.006}}}};
   CHECK(violations_of(strokes) == "");
 }
+
+TEST_CASE("a blade that rests on the temporary triangle of another finds the surface again when that one is gone", "[cutting]") {
+  StrokeCase<double> const strokes{.mesh = "small grid",
+                                   .blades = 2,
+                                   .strokes = {{{0.0177, 0.0085, 0.0002}, {0.018, 0.009, -0.007}, {0.018, 0.009, -0.007}},
+                                               {{0.0079, 0.0101, 0.0005}, {0.012, 0.009, -0.003}, {0.013, 0.009, -0.003}, {0.014, 0.008, -0.003}}}};
+  CHECK(violations_of(strokes) == "");
+}

@@ -60,6 +60,7 @@ class Touch {
     if (was_restored(body)) end();
     if constexpr (requires { body.restorations(); }) restorations_ = body.restorations();
     if (contact_.touching) {
+      if (contact_.triangle >= body.tissue().surface().triangle_count()) find_again(body);
       follow(body, tip);
       if (contact_.off_surface && !keep_beside) end();
       if (contact_.touching && (tip - contact_.point).norm() > longest_)
@@ -98,6 +99,14 @@ class Touch {
   void reset() noexcept { end(); }
 
  private:
+  /// The triangle that was touched is gone, one that another tool's temporary particle had made: the contact is where the last touched point was.
+  template <class Body>
+  void find_again(Body& body) {
+    SurfacePoint<Scalar> const nearest = body.nearest_point(contact_.point);
+    contact_.triangle = nearest.triangle;
+    contact_.barycentric = nearest.barycentric;
+  }
+
   void end() noexcept {
     contact_ = {};
     outside_ = false;
