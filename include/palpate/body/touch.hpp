@@ -38,8 +38,8 @@ struct SurfaceContact {
 ///   depth = r − (tip − home point)·n
 /// Units      m.
 /// Source     spec Z8, indentation depth.
-/// Cost       in contact O(triangles walked over), O(particles) when the first one with a home shape begins; without contact, and beside the surface, one search of the body's tree. No
-///            allocation.
+/// Cost       in contact O(triangles walked over); without contact, and beside the surface, one search of the body's tree, which is fitted anew
+///            where the body has moved. No allocation.
 template <RealScalar Scalar>
 class Touch {
  public:
