@@ -51,10 +51,6 @@ struct Counts {
   }
 };
 
-/// A progressive cut in progress ends in a temporary particle, and a body has only one of those: while one blade cuts, the other waits.
-template <class Cutter>
-constexpr bool one_blade_at_a_time = !std::is_same_v<Cutter, SeparatingCutter<double>>;
-
 /// A blade on its way along its tips.
 template <class Cutter>
 struct Blade {
@@ -63,7 +59,6 @@ struct Blade {
   std::size_t next = 0;
 
   bool is_done() const { return next == tips->size(); }
-  bool cuts() const { return cutter.state() == CuttingPhase::moving; }
 };
 
 void move_on(Liver& liver) {
@@ -73,15 +68,11 @@ void move_on(Liver& liver) {
 /// Draws the blades over the liver, which moves with them, until all are lifted.
 template <class Cutter>
 void draw(Liver& liver, std::vector<Blade<Cutter>>& blades, testing::CutInvariants<Liver> const& before, Counts& counts) {
-  auto const waits = [&](Blade<Cutter> const& blade) {
-    return one_blade_at_a_time<Cutter> && !blade.cuts() &&
-           std::any_of(blades.begin(), blades.end(), [](Blade<Cutter> const& other) { return other.cuts(); });
-  };
   auto const is_done = [](Blade<Cutter> const& blade) { return blade.is_done(); };
   std::size_t checked = liver.topology_revision();
   while (!std::all_of(blades.begin(), blades.end(), is_done)) {
     for (Blade<Cutter>& blade : blades) {
-      if (blade.is_done() || waits(blade)) continue;
+      if (blade.is_done()) continue;
       blade.cutter.advance(liver, (*blade.tips)[blade.next++]);
       if (liver.topology_revision() == checked || !counts.broken.empty()) continue;
       counts.broken = testing::to_text(before.check(liver));

@@ -14,7 +14,7 @@
 #include <vector>
 
 /// So many blades the random strokes draw in one body at once.
-inline constexpr int most_blades = 2;
+inline constexpr int most_blades = 3;
 
 /// Strokes over one body, with all that is needed to draw them again.
 template <class S>
@@ -109,9 +109,9 @@ class ReportCheck {
   std::string check(Body const& body, Cutter const& cutter, bool was_cutting, int size, int triangles) {
     if (!was_cutting && cutter.state() == palpate::CuttingPhase::moving) size_ = size, triangles_ = triangles;
     if (!was_cutting && cutter.state() != palpate::CuttingPhase::moving) return {};
-    bool const eyes = body.temporary_particle() >= 0;
-    int const particles_added = body.size() - size_ - (eyes ? 1 : 0);
-    int const triangles_added = static_cast<int>(body.triangles().cols()) - triangles_ - (eyes ? 2 : 0);
+    int const eyes = body.temporary_count();
+    int const particles_added = body.size() - size_ - eyes;
+    int const triangles_added = static_cast<int>(body.triangles().cols()) - triangles_ - 2 * eyes;
     auto const& report = cutter.report();
     if (report.particles_added != particles_added || report.triangles_added != triangles_added)
       return palpate::detail::message("the report counts ", report.particles_added, " particles and ", report.triangles_added, " triangles, added were ",
@@ -158,8 +158,8 @@ class StrokeRun {
         Cutter& cutter = cutters[k];
         if (i > together[k].size()) continue;
         bool const was_cutting = cutter.state() == palpate::CuttingPhase::moving;
-        int const size = body_.size() - (body_.temporary_particle() >= 0 ? 1 : 0);
-        int const triangles = static_cast<int>(body_.triangles().cols()) - (body_.temporary_particle() >= 0 ? 2 : 0);
+        int const size = body_.size() - body_.temporary_count();
+        int const triangles = static_cast<int>(body_.triangles().cols()) - 2 * body_.temporary_count();
         palpate::testing::CutMotion const motion(body_);
         std::string found;
         try {

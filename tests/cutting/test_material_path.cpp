@@ -86,7 +86,7 @@ Outcome cut(Body body, Path const& path, Move move) {
 template <class Body>
 void carry(Body& body, Eigen::Matrix3d const& A, Vector const& b) {
   for (int i = 0; i < body.size(); ++i)
-    if (i != body.temporary_particle()) body.drag(i, A * body.tissue().rest_position(i) + b);
+    if (!body.is_temporary(i)) body.drag(i, A * body.tissue().rest_position(i) + b);
   body.step(1e-4);   // all are held; what follows them does
 }
 

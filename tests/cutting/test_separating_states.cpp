@@ -13,6 +13,7 @@
 #include <palpate/force/liver.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/components.hpp>
+#include <palpate/mesh/validation.hpp>
 #include <palpate/simulator/simulator.hpp>
 
 #include <algorithm>
@@ -218,16 +219,23 @@ TEST_CASE("reset ends a separating cut at the vertex nearest to the blade") {
   CHECK(tool.state() == CuttingPhase::no_contact);   // from inside
 }
 
-TEST_CASE("while a progressive cutter is in the body a separating one waits, and goes on when it is lifted") {
+TEST_CASE("a progressive and a separating cutter cut at once") {
   auto body = grid(9);
   auto tool = scalpel();
   ProgressiveCutter<double> other({.puncture_depth = 0.002});
   stroke(body, tool, {{10, 20}, {20, 20}}, false);
-  other.advance(body, {0.0333, 0.0617, 0.004});
-  for (int k = 0; k < 20; ++k) other.advance(body, {0.0333 + 2e-4 * k, 0.0617, -0.003});
-  REQUIRE(body.temporary_particle() >= 0);
-  for (int k = 0; k <= 40; ++k) tool.advance(body, {0.02 + 1e-3 * k, 0.02, -0.003});
-  CHECK(tool.report().vertex_vertex == 0);
+  other.advance(body, {0.0333, 0.0657, 0.004});
+  for (int k = 0; k < 20; ++k) other.advance(body, {0.0333 + 2e-4 * k, 0.0657, -0.003});
+  REQUIRE(body.temporary_count() == 1);
+  for (int k = 0; k <= 40; ++k) {
+    tool.advance(body, {0.02 + 1e-3 * k, 0.02, -0.003});
+    other.advance(body, {0.0371 + 5e-4 * k, 0.0657, -0.003});
+    CHECK(body.temporary_count() == 1);   // there again after its blade's tick
+    for (MeshDefect const& defect : validate(body.rest_mesh()))
+      CHECK((defect.kind == MeshDefectKind::duplicate_vertex || defect.kind == MeshDefectKind::open_border));   // lips, the sheet's border
+  }
+  CHECK(tool.report().vertex_vertex == 4);
+  CHECK(other.report().particles_added >= 6);
   other.reset(body);
   tool.advance(body, {0.06, 0.02, -0.003});
   tool.advance(body, {0.06, 0.02, 0.004});

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -29,6 +28,7 @@ class BodyShape {
   using Scalar = typename Tissue::Scalar;
   using Vector = Vector3<Scalar>;
   using Corners = std::array<int, 3>;
+  using TemporaryId = std::size_t;   // of a temporary particle: no other gets the same
 
   // --- what it is ---------------------------------------------------------------------------------------------------
   Tissue const& tissue() const noexcept { return tissue_; }
@@ -92,53 +92,64 @@ class BodyShape {
   int insert_in_triangle(int t, Vector const& w)
     requires CuttableTissue<Tissue>
   {
-    Corners const c = tissue_.surface().corners(t);
-    int const n = tissue_.insert_in_triangle(t, w);
-    state_.template add_between<3>(c, {w[0], w[1], w[2]});
-    divide_in_tree(t);
-    append_to_tree(t);
-    disturbed_.push_back(n);
-    return n;
+    return edit_below_temporaries([&] {
+      Corners const c = tissue_.surface().corners(t);
+      int const n = tissue_.insert_in_triangle(t, w);
+      state_.template add_between<3>(c, {w[0], w[1], w[2]});
+      divide_in_tree(t);
+      append_to_tree(t);
+      disturbed_.push_back(n);
+      return n;
+    });
   }
 
   /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and the one or two triangles at it. Returns the new particle.
   int insert_on_edge(int a, int b, Scalar s)
     requires CuttableTissue<Tissue>
   {
-    int const left = tissue_.surface().triangle_with_edge(a, b);
-    int const right = tissue_.surface().triangle_with_edge(b, a);
-    int const n = tissue_.insert_on_edge(a, b, s);
-    state_.template add_between<2>({a, b}, {1 - s, s});
-    for (int const t : {left, right})
-      if (t >= 0) divide_in_tree(t);
-    disturbed_.push_back(n);
-    return n;
+    for (int const t : {tissue_.surface().triangle_with_edge(a, b), tissue_.surface().triangle_with_edge(b, a)})
+      if (t >= 0) keep_temporary_in(t);
+    return edit_below_temporaries([&] {
+      int const left = tissue_.surface().triangle_with_edge(a, b);
+      int const right = tissue_.surface().triangle_with_edge(b, a);
+      int const n = tissue_.insert_on_edge(a, b, s);
+      state_.template add_between<2>({a, b}, {1 - s, s});
+      for (int const t : {left, right})
+        if (t >= 0) divide_in_tree(t);
+      disturbed_.push_back(n);
+      return n;
+    });
   }
 
   /// Gives `triangles`, all at p, a copy of p as their corner; mass and springs are shared by area. Returns the copy.
-  /// Not while there is a temporary particle.
+  /// Keep the temporary particles at p first: their triangles change numbers.
   int split_particle(int p, std::span<int const> triangles)
     requires CuttableTissue<Tissue>
   {
-    int const n = tissue_.split_particle(p, triangles);
-    state_.add_copy(p);
-    for (int const t : triangles) tree_.relabel(state_.position.view(), t, tissue_.surface().corners(t));
-    ++topology_revision_;
-    disturbed_.insert(disturbed_.end(), {p, n});
-    return n;
+    return edit_below_temporaries([&] {
+      int const n = tissue_.split_particle(p, triangles);
+      state_.add_copy(p);
+      for (int const t : triangles) tree_.relabel(state_.position.view(), t, tissue_.surface().corners(t));
+      ++topology_revision_;
+      disturbed_.insert(disturbed_.end(), {p, n});
+      return n;
+    });
   }
 
-  /// Undoes the last split: the last particle goes back into p.
+  /// Undoes the last split: the last particle, temporary ones aside, goes back into p.
   void merge_last_particle(int p)
     requires CuttableTissue<Tissue>
   {
-    int const last = size() - 1;
-    state_.merge_last(p, tissue_.mass(p), tissue_.mass(last));
-    tissue_.merge_last_particle(p);
-    for (int const t : tissue_.surface().triangles_at(p)) patch_tree(t);   // while the tree may still look at the old corner
-    state_.pop();
-    fit_tree_at(p);
-    disturbed_.push_back(p);
+    edit_below_temporaries([&] {
+      int const last = size() - 1;
+      state_.merge_last(p, tissue_.mass(p), tissue_.mass(last));
+      tissue_.merge_last_particle(p);
+      for (int const t : tissue_.surface().triangles_at(p)) patch_tree(t);   // while the tree may still look at the old corner
+      state_.pop();
+      fit_tree_at(p);
+      disturbed_.push_back(p);
+      return p;
+    });
   }
 
   /// Hands a triangle from one copy of a particle to another; masses stay.
@@ -146,13 +157,16 @@ class BodyShape {
     requires CuttableTissue<Tissue>
   {
     tissue_.change_corner(t, before, now);
-    if (temporary_)   // its place is between both copies
+    for (Temporary& temporary : temporaries_) {   // its place is between both copies
+      if (!temporary.divides(t)) continue;
       for (std::size_t k = 0; k < 3; ++k)
-        if (temporary_->parents[k] == before && temporary_->parents[3] < 0) {
-          temporary_->parents[3] = now;
-          temporary_->split_corner = static_cast<int>(k);
-          temporary_->weights[k] = temporary_->weights[3] = temporary_->weights[k] / 2;
+        if (temporary.parents[k] == before && temporary.parents[3] < 0) {
+          temporary.parents[3] = now;
+          temporary.split_corner = static_cast<int>(k);
+          temporary.weights[k] = temporary.weights[3] = temporary.weights[k] / 2;
         }
+      if (temporary.parents[3] == now) temporary.at_copy[t == temporary.triangle ? 0 : static_cast<std::size_t>(t - temporary.second + 1)] = true;
+    }
     patch_tree(t);
     disturbed_.insert(disturbed_.end(), {before, now});
   }
@@ -186,7 +200,7 @@ class BodyShape {
   }
 
   /// Slides a particle over the surface, to barycentric weights of a triangle at it: it is another point of the same surface then, undeformed,
-  /// at home and as the body is now. Mass, velocity and forces stay with it. Not beside a temporary particle.
+  /// at home and as the body is now. Mass, velocity and forces stay with it. Keep the temporary particles at p first.
   void slide_particle(int p, int t, Vector const& w)
     requires SeparableTissue<Tissue>
   {
@@ -204,24 +218,35 @@ class BodyShape {
     disturbed_.push_back(p);
   }
 
-  /// Divides a triangle like insert_in_triangle, for the eye only: the particle follows the triangle's corners, without mass or springs.
-  int insert_temporary(int t, Vector const& w)
-    requires CuttableTissue<Tissue>
-  {
-    Corners const c = tissue_.surface().corners(t);
-    int const n = tissue_.insert_temporary(t, w);
-    state_.template add_between<3>(c, {w[0], w[1], w[2]});
-    temporary_ = Temporary{t, n, {c[0], c[1], c[2], -1}, {w[0], w[1], w[2], 0}, -1};
-    divide_in_tree(t);
-    append_to_tree(t);
-    return n;
+  // --- what is there for the eye only -------------------------------------------------------------------------------
+  /// Temporary particles, one for each blade that is inside a triangle, follow the corners of the triangle they divide, without mass or
+  /// springs. They are the last particles, and the two triangles that each adds are the last ones: their numbers change with every edit.
+  int temporary_count() const noexcept { return static_cast<int>(temporaries_.size()); }
+  bool is_temporary(int particle) const noexcept { return particle >= size() - temporary_count(); }
+  /// The temporary particle, or −1 once it was removed or kept.
+  int temporary_particle(TemporaryId id) const noexcept {
+    std::size_t const k = find(id);
+    return k < temporaries_.size() ? temporaries_[k].particle : -1;
+  }
+  /// Whether t is one of the three triangles that this temporary particle makes of one.
+  bool divides(TemporaryId id, int t) const noexcept {
+    std::size_t const k = find(id);
+    return k < temporaries_.size() && temporaries_[k].divides(t);
   }
 
-  /// Moves the temporary particle within its triangle, to barycentric weights of the corners it was inserted with.
-  void move_temporary(Vector const& w)
+  /// Divides a triangle like insert_in_triangle, for the eye only.
+  TemporaryId insert_temporary(int t, Vector const& w)
     requires CuttableTissue<Tissue>
   {
-    Temporary& t = *temporary_;
+    insert_temporary(t, w, ++last_temporary_);
+    return last_temporary_;
+  }
+
+  /// Moves a temporary particle within its triangle, to barycentric weights of the corners it was inserted with.
+  void move_temporary(TemporaryId id, Vector const& w)
+    requires CuttableTissue<Tissue>
+  {
+    Temporary& t = temporaries_[find(id)];
     t.weights = {w[0], w[1], w[2], 0};
     if (t.split_corner >= 0) {
       auto const k = static_cast<std::size_t>(t.split_corner);
@@ -237,27 +262,76 @@ class BodyShape {
     tissue_.move_temporary(t.particle, rest);
     state_.home[t.particle] = home;
     state_.normal[t.particle] = normal.normalized();
-    place_temporary();
+    place(t);
     fit_tree_at(t.particle);
   }
 
-  /// Takes the temporary particle away again; the triangle it divided gets `corners`.
-  void remove_temporary(Corners const& corners)
+  /// Takes a temporary particle away again. Where a corner of its triangle was parted into two copies, the whole triangle is at the one
+  /// that was there first.
+  void remove_temporary(TemporaryId id)
     requires CuttableTissue<Tissue>
   {
-    int const t = temporary_->triangle;
-    tree_.remove_last(state_.position.view());
-    tree_.remove_last(state_.position.view());
-    tissue_.remove_temporary(t, corners);
-    patch_tree(t);   // while the tree may still look at the old corner
-    state_.pop();
-    temporary_.reset();
+    std::size_t const first = withdraw(find(id));
+    return_withdrawn(first, 1);
   }
 
-  /// The temporary particle, or −1.
-  int temporary_particle() const noexcept { return temporary_ ? temporary_->particle : -1; }
-  /// The triangle that is divided for it, or −1; two more, the last ones, belong to it.
-  int temporary_triangle() const noexcept { return temporary_ ? temporary_->triangle : -1; }
+  /// Makes a temporary particle one that stays: the edit that insert_in_triangle would have been, not too near an edge. Its blade learns
+  /// of it from take_kept().
+  void keep_temporary(TemporaryId id)
+    requires CuttableTissue<Tissue>
+  {
+    std::size_t const k = find(id), first = withdraw(0);
+    Temporary const t = withdrawn_[first + k];
+    int const second = tissue_.surface().triangle_count();
+    Vector const raised = t.whole_weights().cwiseMax(least_kept_weight);
+    int const n = insert_in_triangle(t.triangle, raised / raised.sum());
+    hang_parts(t, {t.triangle, second, second + 1});
+    if (t.split_corner >= 0) balance_copies(t.parents[static_cast<std::size_t>(t.split_corner)], t.parents[3]);
+    kept_.push_back({id, n});
+    withdrawn_.erase(withdrawn_.begin() + static_cast<std::ptrdiff_t>(first + k));
+    return_withdrawn(first);
+  }
+  /// The same for all that divide a triangle at this particle: whoever edits the triangles there asks for it first. False if there is none.
+  bool keep_temporaries_at(int particle)
+    requires CuttableTissue<Tissue>
+  {
+    bool kept = false;
+    for (std::size_t k = 0; k < temporaries_.size();) {
+      auto const& parents = temporaries_[k].parents;
+      if (std::find(parents.begin(), parents.end(), particle) != parents.end()) {
+        keep_temporary(temporaries_[k].id);
+        kept = true;
+        k = 0;
+      } else {
+        ++k;
+      }
+    }
+    return kept;
+  }
+  /// The same for the one that divides triangle t, if there is one. Returns the particle, or −1.
+  int keep_temporary_in(int t)
+    requires CuttableTissue<Tissue>
+  {
+    for (Temporary const& temporary : temporaries_)
+      if (temporary.divides(t)) {
+        keep_temporary(temporary.id);
+        return kept_.back().second;
+      }
+    return -1;
+  }
+  void keep_temporaries()
+    requires CuttableTissue<Tissue>
+  {
+    while (!temporaries_.empty()) keep_temporary(temporaries_.front().id);
+  }
+  /// The particle that a temporary one has become, or −1; told once.
+  int take_kept(TemporaryId id) noexcept {
+    auto const found = std::find_if(kept_.begin(), kept_.end(), [&](auto const& kept) { return kept.first == id; });
+    if (found == kept_.end()) return -1;
+    int const particle = found->second;
+    kept_.erase(found);
+    return particle;
+  }
 
   /// Room for this many particles and triangles: up to there cutting does not allocate, also after restore(). A cutter grows its own lists
   /// once. Temporary particles and triangles count: leave room for two and two.
@@ -266,16 +340,27 @@ class BodyShape {
     tree_.reserve(triangles);
     reserved_triangles_ = std::max(reserved_triangles_, triangles);
     disturbed_.reserve(4 * static_cast<std::size_t>(particles));
+    temporaries_.reserve(8), withdrawn_.reserve(8), kept_.reserve(8);
     if constexpr (requires { tissue_.reserve(particles, triangles); }) tissue_.reserve(particles, triangles);
   }
 
  protected:
   struct Temporary {
-    int triangle;
+    TemporaryId id;
+    int triangle;                    // the one divided
+    int second;                      // the first of the two triangles added
     int particle;
     std::array<int, 4> parents;      // three corners, and the copy of one of them once it is split
     std::array<Scalar, 4> weights;
     int split_corner;                // which of the three that is, or −1
+    std::array<bool, 3> at_copy{};   // which of the three triangles are at the copy
+
+    bool divides(int t) const noexcept { return t == triangle || t == second || t == second + 1; }
+    Vector whole_weights() const noexcept {
+      Vector w(weights[0], weights[1], weights[2]);
+      if (split_corner >= 0) w[split_corner] += weights[3];
+      return w;
+    }
   };
 
   explicit BodyShape(Tissue tissue) : tissue_(std::move(tissue)) {
@@ -311,24 +396,19 @@ class BodyShape {
     if (tree_is_fitted_) tree_.refit(state_.position.view(), tissue_.surface().triangles_at(particle));
   }
 
-  /// The temporary particle follows the corners of the triangle it divides.
-  void place_temporary() noexcept {
-    if (!temporary_) return;
-    Vector x = Vector::Zero(), v = Vector::Zero();
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (temporary_->parents[k] < 0) continue;
-      x += temporary_->weights[k] * state_.position[temporary_->parents[k]];
-      v += temporary_->weights[k] * state_.velocity[temporary_->parents[k]];
-    }
-    state_.position[temporary_->particle] = x;
-    state_.velocity[temporary_->particle] = v;
+  /// Temporary particles follow the corners of the triangles they divide.
+  void place_temporaries() noexcept {
+    for (Temporary const& temporary : temporaries_) place(temporary);
   }
 
   Tissue tissue_;
   ParticleState<Scalar> state_;
   SurfaceTree<Scalar> tree_;
   bool tree_is_fitted_ = false;
-  std::optional<Temporary> temporary_;
+  std::vector<Temporary> temporaries_;
+  std::vector<Temporary> withdrawn_;                      // those that are away during an edit
+  std::vector<std::pair<TemporaryId, int>> kept_;         // temporary particles that have become others, until their blades know
+  TemporaryId last_temporary_ = 0;
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
   std::size_t topology_revision_ = 0;
@@ -337,6 +417,71 @@ class BodyShape {
   int reserved_triangles_ = 0;
 
  private:
+  static constexpr Scalar least_kept_weight = Scalar(0.1);   // of each corner of its triangle, before they are made to sum to 1
+
+  std::size_t find(TemporaryId id) const noexcept {
+    auto const found = std::find_if(temporaries_.begin(), temporaries_.end(), [&](Temporary const& t) { return t.id == id; });
+    return static_cast<std::size_t>(found - temporaries_.begin());
+  }
+
+  /// Takes the temporary particles from the k-th on away, to withdrawn_. Returns where they begin there.
+  std::size_t withdraw(std::size_t k) {
+    std::size_t const first = withdrawn_.size();
+    withdrawn_.insert(withdrawn_.end(), temporaries_.begin() + static_cast<std::ptrdiff_t>(k), temporaries_.end());
+    while (temporaries_.size() > k) {
+      Temporary const t = temporaries_.back();
+      temporaries_.pop_back();
+      tree_.remove_last(state_.position.view());
+      tree_.remove_last(state_.position.view());
+      tissue_.remove_temporary(t.triangle, {t.parents[0], t.parents[1], t.parents[2]});
+      patch_tree(t.triangle);   // while the tree may still look at the old corner
+      state_.pop();
+    }
+    return first;
+  }
+  /// Puts those that were withdrawn to this place there again, but for the first few.
+  void return_withdrawn(std::size_t first, std::size_t left_out = 0) {
+    for (std::size_t k = first + left_out; k < withdrawn_.size(); ++k) {
+      Temporary const& t = withdrawn_[k];
+      insert_temporary(t.triangle, t.whole_weights(), t.id);
+      hang_parts(t, {t.triangle, temporaries_.back().second, temporaries_.back().second + 1});
+    }
+    withdrawn_.resize(first);
+  }
+  void insert_temporary(int t, Vector const& w, TemporaryId id) {
+    Corners const c = tissue_.surface().corners(t);
+    int const n = tissue_.insert_temporary(t, w);
+    state_.template add_between<3>(c, {w[0], w[1], w[2]});
+    temporaries_.push_back({id, t, tree_.size(), n, {c[0], c[1], c[2], -1}, {w[0], w[1], w[2], 0}, -1});
+    divide_in_tree(t);
+    append_to_tree(t);
+  }
+  /// Hands the parts of a divided triangle that were at a copy of its corner over to that.
+  void hang_parts(Temporary const& t, std::array<int, 3> const& parts) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (t.at_copy[k]) change_corner(parts[k], t.parents[static_cast<std::size_t>(t.split_corner)], t.parents[3]);
+  }
+  /// An edit that adds particles or triangles which stay, or takes such away: meanwhile nothing temporary is there.
+  template <class Edit>
+  auto edit_below_temporaries(Edit const& edit) {
+    if (temporaries_.empty()) return edit();
+    std::size_t const first = withdraw(0);
+    auto const result = edit();
+    return_withdrawn(first);
+    return result;
+  }
+
+  void place(Temporary const& temporary) noexcept {
+    Vector x = Vector::Zero(), v = Vector::Zero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (temporary.parents[k] < 0) continue;
+      x += temporary.weights[k] * state_.position[temporary.parents[k]];
+      v += temporary.weights[k] * state_.velocity[temporary.parents[k]];
+    }
+    state_.position[temporary.particle] = x;
+    state_.velocity[temporary.particle] = v;
+  }
+
   /// Particle `to` has got this share of its mass from `from`: an inelastic impact.
   void mix_velocity(int from, int to, Scalar share) noexcept { state_.velocity[to] += share * (state_.velocity[from] - state_.velocity[to]); }
 

@@ -108,12 +108,13 @@ class SoftBody : public BodyShape<TissueType> {
   void apply_force(int i, Vector const& force) {
     this->check(i);
     require_finite("the force on particle", i, force);
-    if (i == this->temporary_particle()) {
-      for (std::size_t k = 0; k < temporary_->parents.size(); ++k)
-        if (temporary_->parents[k] >= 0) forces_.add(state_, temporary_->parents[k], Vector(temporary_->weights[k] * force));
-    } else {
+    if (!this->is_temporary(i)) {
       forces_.add(state_, i, force);
+      return;
     }
+    auto const& temporary = temporaries_[static_cast<std::size_t>(i - size() + this->temporary_count())];
+    for (std::size_t k = 0; k < temporary.parents.size(); ++k)
+      if (temporary.parents[k] >= 0) apply_force(temporary.parents[k], Vector(temporary.weights[k] * force));
   }
 
   /// A uniform acceleration of every particle [m/s²]. Wakes the whole body; settle() finds the new equilibrium at once.
@@ -134,7 +135,7 @@ class SoftBody : public BodyShape<TissueType> {
   /// Holds a particle where it is; drag() then moves it, release() lets it go with the velocity it was dragged with.
   void hold(int i) {
     this->check(i);
-    if (i == this->temporary_particle()) throw InvalidArgument(detail::message("particle ", i, " belongs to a cut in progress and can not be held"));
+    if (this->is_temporary(i)) throw InvalidArgument(detail::message("particle ", i, " belongs to a cut in progress and can not be held"));
     char& held = state_.held[static_cast<std::size_t>(i)];
     if (held == 0) {
       held = 1;
@@ -239,7 +240,7 @@ class SoftBody : public BodyShape<TissueType> {
         });
     system_.forget();
     tree_is_fitted_ = false;
-    this->place_temporary();
+    this->place_temporaries();
     return report;
   }
 
@@ -319,7 +320,7 @@ class SoftBody : public BodyShape<TissueType> {
     moving_.restart(gravity_ != home_gravity_ || revision() != home_revision_);   // else the home shape is in balance
     remembers_ = tree_is_fitted_ = false;
     time_ = last_step_ = 0;
-    this->place_temporary();
+    this->place_temporaries();
   }
 
   /// Everything that makes the body's future: positions, velocities, forces, tissue with its cuts, time.
@@ -333,9 +334,13 @@ class SoftBody : public BodyShape<TissueType> {
     bool remembers;
     Scalar time, last_step;
   };
-  /// Throws while a cut is in progress: lift the tool first.
+  /// While a cut is in progress its temporary particles are saved as such that stay: the wound ends where the blade is.
   State save() const {
-    if (temporary_) throw InvalidArgument("a body can not be saved while a cut is in progress; lift the tool first");
+    if (this->temporary_count() > 0) {
+      SoftBody cut = *this;
+      cut.keep_temporaries();
+      return cut.save();
+    }
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
             gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_};
@@ -350,7 +355,7 @@ class SoftBody : public BodyShape<TissueType> {
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
     disturbed_.clear();
     this->evened_ = 0;
-    temporary_.reset();
+    temporaries_.clear(), kept_.clear();
     this->build_tree();
     stable_step_is_known_ = false;
     ++topology_revision_;
@@ -360,7 +365,7 @@ class SoftBody : public BodyShape<TissueType> {
   std::size_t restorations() const noexcept { return restorations_; }
 
  private:
-  using Shape::disturbed_, Shape::state_, Shape::temporary_, Shape::tissue_, Shape::topology_revision_, Shape::tree_is_fitted_;
+  using Shape::disturbed_, Shape::kept_, Shape::state_, Shape::temporaries_, Shape::tissue_, Shape::topology_revision_, Shape::tree_is_fitted_;
 
   static void require_finite(std::string_view what, int i, Vector const& value) {
     if (!value.allFinite())
@@ -401,7 +406,7 @@ class SoftBody : public BodyShape<TissueType> {
       last_step_ = h;
       tree_is_fitted_ = false;
     }
-    this->place_temporary();
+    this->place_temporaries();
     time_ += h;
     return report;
   }
@@ -409,7 +414,7 @@ class SoftBody : public BodyShape<TissueType> {
   bool holds(int i) const noexcept { return state_.held[static_cast<std::size_t>(i)] != 0; }
 
   bool is_free(int i) const noexcept {
-    return !tissue_.nailed(i) && !holds(i) && i != this->temporary_particle();
+    return !tissue_.nailed(i) && !holds(i) && !this->is_temporary(i);
   }
 
   /// Takes the positions that a solver finds for the free particles, all at rest; with `only_balance`, only when they are balanced.
@@ -427,7 +432,7 @@ class SoftBody : public BodyShape<TissueType> {
     system_.forget();
     moving_.forget();
     tree_is_fitted_ = false;
-    this->place_temporary();
+    this->place_temporaries();
     return found;
   }
 
@@ -437,7 +442,7 @@ class SoftBody : public BodyShape<TissueType> {
   }
 
   BodyView<Tissue> view() const noexcept {
-    return {tissue_, state_, forces_.forced(), held_, gravity_, last_step_, this->temporary_particle(), revision()};
+    return {tissue_, state_, forces_.forced(), held_, gravity_, last_step_, size() - this->temporary_count(), revision()};
   }
 
   void choose_moving() {

@@ -60,7 +60,7 @@ class Touch {
     if (was_restored(body)) end();
     if constexpr (requires { body.restorations(); }) restorations_ = body.restorations();
     if (contact_.touching) {
-      if (contact_.triangle >= body.tissue().surface().triangle_count()) find_again(body);
+      if (!is_still_there(body)) find_again(body);
       follow(body, tip);
       if (contact_.off_surface && !keep_beside) end();
       if (contact_.touching && (tip - contact_.point).norm() > longest_)
@@ -77,6 +77,7 @@ class Touch {
       begin(body, tip);
     }
     last_tip_ = tip;
+    remember(body);
     return contact_;
   }
 
@@ -86,6 +87,7 @@ class Touch {
     contact_.triangle = triangle;
     contact_.barycentric.setConstant(Scalar(1) / 3);
     follow(body, tip);
+    remember(body);
   }
 
   /// Whether the body was restored since the last update: the triangle that was touched may not exist any more.
@@ -99,6 +101,23 @@ class Touch {
   void reset() noexcept { end(); }
 
  private:
+  template <class Body>
+  void remember(Body const& body) noexcept {
+    if constexpr (requires { body.topology_revision(); }) revision_ = body.topology_revision();
+  }
+
+  /// Whether the triangle with the last number holds the last touched point, or is beside it: another tool's edits may have given the number away.
+  template <class Body>
+  bool is_still_there(Body const& body) const {
+    if constexpr (requires { body.topology_revision(); })
+      if (revision_ == body.topology_revision()) return true;
+    if (contact_.triangle >= body.tissue().surface().triangle_count()) return false;
+    auto const c = body.tissue().surface().corners(contact_.triangle);
+    Scalar longest = 0;   // squared
+    for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (body.home_position(c[k]) - body.home_position(c[(k + 1) % 3])).squaredNorm());
+    return (body.home_position(c[0]) - contact_.home_point).squaredNorm() <= longest;
+  }
+
   /// The triangle that was touched is gone, one that another tool's temporary particle had made: the contact is where the last touched point was.
   template <class Body>
   void find_again(Body& body) {
@@ -350,7 +369,7 @@ class Touch {
   Scalar longest_ = 0;                       // m, diagonal of the undisturbed body
   Vector tip_on_surface_ = Vector::Zero();   // where the tip was when the touched point was last under it
   bool outside_ = false;
-  std::size_t restorations_ = 0;   // of the body, when it was last seen
+  std::size_t restorations_ = 0, revision_ = 0;   // of the body, when it was last seen
   int front_ = -1;                 // the triangle that the tip was nearest to when it was outside
 };
 

@@ -23,6 +23,7 @@ namespace palpate {
 /// divides the host and the triangle beyond, and the new edge anchor–particle is cut: the anchor falls into a left and a right copy
 /// when the fan of triangles around it is open. Inside the host a temporary particle follows the blade, and the anchor is open already.
 /// The blade does not pass a border or a lip beside the anchor: it waits in the host until it can go on.
+/// Where another blade comes to the temporary particle, that one stays, and this cut goes on from there.
 /// Where      everything is decided in the undeformed shape.
 /// Source     spec Z8: a cut is a set of cut edges, and each vertex has one copy per connected fan of triangles around it.
 /// Invariant  between calls every particle has one fan of triangles; while the anchor is open, without the temporary particle the host
@@ -39,14 +40,8 @@ class CutFront {
   /// A triangle at the front, to go on walking from.
   template <class Body>
   int triangle(Body const& body) const noexcept {
-    if (has_temporary_) return body.temporary_triangle();
+    if (host_ >= 0) return host_;
     return body.tissue().surface().triangles_at(anchor_.left()).front();
-  }
-
-  /// Whether another blade's temporary particle is in the body: then this one waits.
-  template <class Body>
-  bool has_to_wait(Body const& body) const noexcept {
-    return !has_temporary_ && body.temporary_particle() >= 0;
   }
 
   /// Punctures: the path begins at a point of a triangle, or at the vertex or edge that it snaps to.
@@ -55,22 +50,31 @@ class CutFront {
     snapping_ = snapping.on(body.mean_edge());
     anchor_.begin();
     host_ = -1;
-    anchor_.place(put(body, triangle, barycentric));
+    temporary_ = 0;
+    is_kept_ = false;
+    Vector const point = detail::rest_point(body, triangle, barycentric);
+    triangle = without_temporary(body, triangle, point);
+    anchor_.place(put(body, triangle, detail::rest_weights(body, triangle, point)));
   }
 
   /// The blade moves to a point of a triangle of the body as it is.
   template <class Body>
   void advance(Body& body, int triangle, Vector const& barycentric) {
-    if (has_to_wait(body)) return;
+    go_on_from_kept(body);
     Vector const target = detail::rest_point(body, triangle, barycentric);
     Vector const target_normal = detail::rest_normal(body, triangle, barycentric);
-    if (is_temporary(body, triangle)) {   // still in the host
+    if (body.divides(temporary_, triangle)) {   // still in the host
       blade_ = target;
       blade_normal_ = target_normal;
-      body.move_temporary(inside(body));
+      body.move_temporary(temporary_, inside(body));
       return;
     }
+    triangle = without_temporary(body, triangle, target);
+    go_on_from_kept(body);
+    anchor_.find_where_it_came_from(body);
     take_temporary_away(body);
+    if (host_ < 0 && is_kept_ && (target - body.tissue().rest_position(anchor_.left())).norm() < body.mean_edge() / 10) return;
+    is_kept_ = false;
     Vector from = host_ >= 0 ? blade_ : body.tissue().rest_position(anchor_.left());
     Vector from_normal = host_ >= 0 ? blade_normal_ : Vector(body.home_normal(anchor_.left()));
     bool arrived = false;
@@ -78,6 +82,7 @@ class CutFront {
       detail::RestWay<Scalar> const way(from, from_normal, target, target_normal);
       if (!(way.length2 > 0)) break;
       if (host_ < 0) host_ = host_towards(body, way, triangle);
+      if (host_ >= 0 && body.keep_temporary_in(host_) >= 0) host_ = host_towards(body, way, triangle);
       if (host_ < 0) {
         if (!enter_beyond_wound(body, way, triangle, target)) return;   // not ahead: the front waits
         from = body.tissue().rest_position(anchor_.left());
@@ -124,6 +129,7 @@ class CutFront {
   /// The blade is lifted: its last point becomes permanent. It snaps to the corners and edges of the host like the start.
   template <class Body>
   void finish(Body& body) {
+    go_on_from_kept(body);
     if (host_ < 0) return;
     take_temporary_away(body);
     auto const corners = body.tissue().surface().corners(host_);
@@ -131,9 +137,10 @@ class CutFront {
     int const b = corners[(a + 1) % 3], c = corners[(a + 2) % 3];
     Vector const w = detail::clamped(detail::rest_weights(body, host_, blade_));
     auto const spot = snapping_.spot_of(body, host_, w);
-    if (spot.kind == detail::SpotKind::interior) {
-      anchor_.divide(body, host_, w, [&](Vector const& inside) { return anchor_.insert_in_triangle(body, host_, inside); });
-      if (anchor_.is_open()) body.balance_copies(anchor_.left(), anchor_.right());
+    bool const closes = spot.kind == detail::SpotKind::vertex ? spot.corner == a || !anchor_.can_cut_to(body, host_, corners[spot.corner])
+                                                              : spot.corner != a && anchor_.is_lip(body, host_, spot.corner == (a + 2) % 3 ? b : c);
+    if (spot.kind == detail::SpotKind::interior || (closes && !anchor_.can_close(body))) {
+      end_inside(body, spot.kind == detail::SpotKind::interior ? w : detail::clamped(w, Scalar(0.1)));
     } else if (spot.kind == detail::SpotKind::vertex) {
       if (spot.corner == a)
         anchor_.close(body);
@@ -175,12 +182,6 @@ class CutFront {
   Vector exit_normal(Body const& body, Exit const& exit) const {
     auto const [a, b] = ends(body, exit);
     return ((1 - exit.s) * body.home_normal(a) + exit.s * body.home_normal(b)).normalized();
-  }
-
-  template <class Body>
-  bool is_temporary(Body const& body, int t) const noexcept {
-    if (!has_temporary_) return false;
-    return t == body.temporary_triangle() || t >= body.tissue().surface().triangle_count() - 2;
   }
 
   /// The triangle at the anchor that the way enters: its facing edge starts to the right of the way and ends to the left.
@@ -246,7 +247,11 @@ class CutFront {
     if (way < limit) limit *= limit / way;                                               // a short way through a narrow corner
     bool const snaps = nearer * length <= limit || beside <= limit / 2;
     bool const to_b = snaps && s <= Scalar(0.5), to_c = snaps && !to_b;
-    if (to_b || to_c) {
+    if (snaps && !anchor_.can_cut_to(body, host_, to_b ? b : c) && !anchor_.can_close(body)) {
+      count(false);
+      anchor_.join(body, anchor_.insert_facing(body, b, c, to_b ? Scalar(0.25) : Scalar(0.75)));
+      kind_ = detail::SpotKind::edge;
+    } else if (to_b || to_c) {
       if (anchor_.cut_to(body, host_, to_b ? b : c)) count(true);
       kind_ = detail::SpotKind::vertex;
     } else {
@@ -287,7 +292,14 @@ class CutFront {
         t = next;
         continue;
       }
-      if (host_ >= 0) anchor_.close(body);
+      if (body.is_temporary(a) || body.is_temporary(b)) {   // the wound behind another blade
+        body.keep_temporary_in(t);
+        return enter_beyond_wound(body, way, triangle, target);
+      }
+      if (host_ >= 0 && !anchor_.can_close(body))
+        end_inside(body, detail::clamped(detail::rest_weights(body, host_, blade_), Scalar(0.1)));
+      else if (host_ >= 0)
+        anchor_.close(body);
       host_ = -1;
       Scalar const length = detail::rest_length(body, a, b), limit = snapping_.near(length);
       if (std::min(exit.s, 1 - exit.s) * length <= limit) {
@@ -320,8 +332,10 @@ class CutFront {
     int const corner = to_the_left ? a : b;
     if (anchor_.ends_at(corner, to_the_left)) return false;
     int const copy = to_the_left ? anchor_.left() : anchor_.right();
-    int const next = to_the_left ? surface.triangle_with_edge(copy, corner) : surface.triangle_with_edge(corner, copy);
-    if (next < 0) return false;
+    auto const beside = [&] { return to_the_left ? surface.triangle_with_edge(copy, corner) : surface.triangle_with_edge(corner, copy); };
+    if (beside() < 0) return false;
+    body.keep_temporary_in(beside());
+    int const next = beside();
     if (to_the_left) anchor_.hang(body, host_, anchor_.right());
     host_ = next;
     anchor_.hang(body, host_, anchor_.left());
@@ -336,29 +350,54 @@ class CutFront {
 
   template <class Body>
   void put_temporary(Body& body) {
+    body.keep_temporary_in(host_);
     host_corners_ = body.tissue().surface().corners(host_);
-    anchor_.divide(body, host_, inside(body), [&](Vector const& w) { return body.insert_temporary(host_, w); });
-    has_temporary_ = true;
+    anchor_.divide(body, host_, inside(body), [&](Vector const& w) {
+      temporary_ = body.insert_temporary(host_, w);
+      return body.temporary_particle(temporary_);
+    });
   }
 
-  /// The host gets its corners back; where the anchor is open it hangs on the left copy.
+  /// The host is whole again; where the anchor is open it hangs on the left copy.
   template <class Body>
   void take_temporary_away(Body& body) {
-    if (!has_temporary_) return;
-    has_temporary_ = false;
-    auto const& surface = body.tissue().surface();
-    int const last = surface.triangle_count() - 1;
-    std::array<int, 3> corners{surface.corners(body.temporary_triangle())[0], surface.corners(last - 1)[0], surface.corners(last)[0]};
-    for (int& c : corners)
-      if (c == anchor_.right()) c = anchor_.left();
-    body.remove_temporary(corners);
+    if (temporary_ == 0) return;
+    body.remove_temporary(temporary_);
+    temporary_ = 0;
+  }
+
+  /// Another blade has made the temporary particle one that stays: the cut goes on from there.
+  template <class Body>
+  void go_on_from_kept(Body& body) {
+    if (temporary_ == 0 || body.temporary_particle(temporary_) >= 0) return;
+    anchor_.go_on_from(body.take_kept(temporary_));
+    kind_ = detail::SpotKind::interior;
+    host_ = -1;
+    temporary_ = 0;
+    is_kept_ = true;
+  }
+
+  /// Where another blade's temporary particle divides a triangle, that one stays. Returns the triangle that holds the point.
+  template <class Body>
+  int without_temporary(Body& body, int t, Vector const& point) {
+    if (body.divides(temporary_, t)) return t;
+    int const kept = body.keep_temporary_in(t);
+    return kept >= 0 ? holder(body, kept, point, t) : t;
+  }
+
+  /// The cut ends at a point inside the host.
+  template <class Body>
+  void end_inside(Body& body, Vector const& w) {
+    anchor_.divide(body, host_, w, [&](Vector const& inside) { return anchor_.insert_in_triangle(body, host_, inside); });
+    if (anchor_.is_open()) body.balance_copies(anchor_.left(), anchor_.right());
   }
 
   detail::Snapping<Scalar> snapping_;
   detail::CutAnchor anchor_;
   detail::SpotKind kind_ = detail::SpotKind::interior;   // what the anchor was before the cut reached it
   int host_ = -1;                                        // the triangle that holds the blade, or −1 when the blade is at the anchor
-  bool has_temporary_ = false;
+  std::size_t temporary_ = 0;                            // the particle that divides the host for the eye, or 0
+  bool is_kept_ = false;                                 // the anchor was a temporary particle; the cut goes on once the blade has left it
   std::array<int, 3> host_corners_{-1, -1, -1};          // of the host before it was divided
   Vector blade_ = Vector::Zero();                        // where the blade is, undeformed
   Vector blade_normal_ = Vector::Zero();

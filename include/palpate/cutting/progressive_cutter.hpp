@@ -41,8 +41,8 @@ struct ProgressiveCutterOptions {
 /// Source     \cite zheng2006 ch. 3; spec Z8.
 /// Invariant  after every tick: a valid mesh, the mass and the rest area unchanged.
 /// Cost       a tick is O(triangles crossed). It allocates when the body outgrows what was reserved.
-/// Limits     one cutter in a body at a time has a cut in progress; another waits. A tick that passes two wounds at once leaves the strip between
-///            them uncut.
+/// Limits     a tick that passes two wounds at once leaves the strip between them uncut. Of several blades in one body each cuts; what
+///            divides a triangle for the eye goes while another blade edits the mesh, and is back after the next tick of its own.
 template <RealScalar Scalar>
 class ProgressiveCutter {
  public:

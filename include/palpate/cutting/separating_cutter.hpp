@@ -44,7 +44,7 @@ struct SeparatingCutterOptions {
 /// Cost       a tick in which the nearest vertex changes is O(m log m), m the vertices beside the blade's way, whatever the size of the
 ///            body; another is O(1). It allocates when the body outgrows what was reserved, or a tick is longer than those before.
 /// Limits     where vertices may not move, and at sharp turns, the cut lies up to an edge off the blade's way. A tick that passes two wounds
-///            at once leaves the strip between them uncut. While another cutter has a temporary particle in the body, it waits.
+///            at once leaves the strip between them uncut.
 template <RealScalar Scalar>
 class SeparatingCutter {
  public:
@@ -65,7 +65,8 @@ class SeparatingCutter {
       return -1;
     };
     auto const go_on = [&](Front& front, Contact const& contact) {
-      return !front.has_to_wait(body) && move(body, front, contact, tip) ? contact.triangle : -1;
+      body.keep_temporary_in(contact.triangle);   // another blade's
+      return move(body, front, contact, tip) ? contact.triangle : -1;
     };
     blade_.advance(body, tip, force, start, go_on);
   }

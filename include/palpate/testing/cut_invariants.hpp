@@ -239,11 +239,9 @@ class CutInvariants {
     compare(found, "the sum of the home stiffness", now.stiffness, sums_.stiffness, sums_.stiffness);
     compare(found, "the sum of the home damping", now.damping, sums_.damping, sums_.damping);
     compare(found, checks_.moves_vertices ? "the sum of weight k over all links" : "the sum of weight k L^2 over all links", now.stretch, sums_.stretch, sums_.stretch);
-    int const temporary = body.temporary_particle();
-    if (temporary >= 0 && temporary != body.size() - 1) report(found, "the temporary particle ", temporary, " is not the last one");
     for (int i = 0; i < body.size(); ++i) {
       Scalar const mass = body.tissue().mass(i);
-      if (i == temporary ? mass != 0 : !(mass > 0)) report(found, "particle ", i, " weighs ", mass, " kg");
+      if (body.is_temporary(i) ? mass != 0 : !(mass > 0)) report(found, "particle ", i, " weighs ", mass, " kg");
       if constexpr (requires { body.tissue().home(i).stiffness; })
         if (!(body.tissue().home(i).stiffness >= 0 && body.tissue().home(i).damping >= 0)) report(found, "particle ", i, " has a negative home spring");
       if (!body.positions().col(i).allFinite() || !body.velocities().col(i).allFinite()) report(found, "particle ", i, " has no finite state");
@@ -258,8 +256,8 @@ class CutInvariants {
       if (is != nailed_[static_cast<std::size_t>(i)]) report(found, "particle ", i, is ? " is" : " is not", " nailed; before the cut it was otherwise");
       return;
     }
-    if (i == body.temporary_particle()) {
-      if (is) report(found, "the temporary particle is nailed");
+    if (body.is_temporary(i)) {
+      if (is) report(found, "the temporary particle ", i, " is nailed");
       return;
     }
     SurfacePoint<Scalar> const on = tree_.nearest(rest_.points, body.tissue().rest_position(i));
@@ -278,8 +276,7 @@ class CutInvariants {
       auto const triangles = body.triangles();
       for (Eigen::Index t = 0; t < triangles.cols(); ++t)
         for (int k = 0; k < 3; ++k) edges.push_back(std::minmax(int{triangles(k, t)}, int{triangles((k + 1) % 3, t)}));
-      int const temporary = body.temporary_particle();
-      std::erase_if(edges, [&](auto const& e) { return e.first == temporary || e.second == temporary; });
+      std::erase_if(edges, [&](auto const& e) { return body.is_temporary(e.second); });
       auto const& all = body.tissue().links();
       for (int l = 0; l < all.size(); ++l) {
         auto const& link = all[l];

@@ -49,7 +49,6 @@ class Blade {
     } else {
       state_ = CuttingPhase::indenting;
       if (contact.depth < puncture_depth_ && !(force >= puncture_force_)) return;
-      if (front_.has_to_wait(body)) return;
       state_ = CuttingPhase::moving;
       restart = start(front_, contact);
     }

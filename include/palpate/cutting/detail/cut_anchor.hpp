@@ -27,10 +27,33 @@ class CutAnchor {
     came_from_ = left_ = right_ = -1;
   }
   void place(int particle) noexcept { left_ = right_ = particle; }
+  /// The temporary particle in the host stays, and is the next anchor: another blade has come too near.
+  void go_on_from(int particle) noexcept {
+    report.particles_added += 1, report.triangles_added += 2;
+    came_from_ = is_open() ? -1 : left_;
+    place(particle);
+  }
   /// Goes on from elsewhere: no cut edge leads there.
   void restart(int particle) noexcept {
     place(particle);
     came_from_ = -1;
+  }
+
+  /// Another blade may have put a particle on the closed edge that the path came along.
+  template <class Body>
+  void find_where_it_came_from(Body const& body) {
+    auto const& surface = body.tissue().surface();
+    if (came_from_ < 0 || is_open() || surface.triangle_with_edge(left_, came_from_) >= 0 || surface.triangle_with_edge(came_from_, left_) >= 0) return;
+    VectorOf<Body> const at = body.tissue().rest_position(left_), back = (body.tissue().rest_position(came_from_) - at).normalized();
+    typename Body::Scalar least = typename Body::Scalar(1e-3);   // 1 − cosine
+    int const before = came_from_;
+    came_from_ = -1;
+    for (int const t : surface.triangles_at(left_))
+      for (int const q : surface.corners(t)) {
+        if (q == left_ || q == before) continue;
+        auto const off = 1 - (body.tissue().rest_position(q) - at).normalized().dot(back);
+        if (off < least) least = off, came_from_ = q;
+      }
   }
 
   int left() const noexcept { return left_; }
@@ -87,6 +110,7 @@ class CutAnchor {
   void divide(Body& body, int host, VectorOf<Body> const& w, Insert insert) {
     auto const& surface = body.tissue().surface();
     bool const opens = !is_open() && fan_to_the_right(body, host);
+    if (opens && body.keep_temporaries_at(left_)) fan_to_the_right(body, host);   // their triangles have other numbers now
     if (opens) {
       right_ = body.split_particle(left_, {});
       lips_.push_back({left_, right_});
@@ -98,7 +122,7 @@ class CutAnchor {
       for (int const t : fan_) body.change_corner(t, left_, right_);
     hang(body, std::max(surface.triangle_with_edge(end, left_), surface.triangle_with_edge(end, right_)), right_);
     hang(body, std::max(surface.triangle_with_edge(left_, end), surface.triangle_with_edge(right_, end)), left_);
-    if (opens) body.balance_copies(left_, right_);
+    if (opens) body.balance_copies(left_, right_), open_behind(body);
   }
 
   /// Makes the edge from the anchor to `next` a cut, and `next` the anchor.
@@ -108,26 +132,43 @@ class CutAnchor {
     int const anchor = left_;
     if (open)
       body.balance_copies(left_, right_);
-    else
-      open = separate(body, anchor, came_from_, next);
+    else if ((open = separate(body, anchor, came_from_, next)))
+      open_behind(body);
     came_from_ = open ? -1 : anchor;
     place(next);
     if (separate(body, next, came_from_, -1)) came_from_ = -1;
+  }
+
+  /// Whether there is something to cut between an open anchor and a corner of the host: triangles on both sides.
+  template <class Body>
+  bool can_cut_to(Body const& body, int host, int corner) const noexcept {
+    auto const& surface = body.tissue().surface();
+    std::size_t const a = corner_in(body, host);
+    bool const is_right = surface.corners(host)[(a + 2) % 3] == corner;
+    int const other = is_right ? left_ : right_;
+    return !is_open() || surface.triangles_at(other).size() > (surface.corners(host)[a] == other ? 1u : 0u);
   }
 
   /// Cuts the edge from the anchor to a corner of the host; the corner is the next anchor. False when there is nothing to cut: the edge
   /// is a border, a lip, or the way the path came.
   template <class Body>
   bool cut_to(Body& body, int host, int corner) {
-    bool cuts = true;
+    bool const cuts = can_cut_to(body, host, corner);
     if (is_open()) {   // the host hangs on the left copy; if it lies to the right of the edge, it changes sides
-      auto const& surface = body.tissue().surface();
-      if (surface.triangle_with_edge(corner, left_) == host) hang(body, host, right_);
-      cuts = !surface.triangles_at(left_).empty() && !surface.triangles_at(right_).empty();
+      if (body.tissue().surface().triangle_with_edge(corner, left_) == host) hang(body, host, right_);
       if (!cuts) close(body);
     }
     join(body, corner);
     return cuts;
+  }
+
+  /// Whether the edge of the host from an open anchor to this corner is a lip.
+  template <class Body>
+  bool is_lip(Body const& body, int host, int corner) const noexcept {
+    auto const& surface = body.tissue().surface();
+    if (!is_open()) return false;
+    bool const is_right = surface.corners(host)[(corner_in(body, host) + 1) % 3] == corner;
+    return (is_right ? surface.triangle_with_edge(corner, right_) : surface.triangle_with_edge(left_, corner)) < 0;
   }
 
   /// Cuts the edge from the anchor to a corner of the host as far as s, counted from the start of the edge in the host, and makes that
@@ -138,9 +179,9 @@ class CutAnchor {
     bool const is_right = surface.corners(host)[(corner_in(body, host) + 1) % 3] == corner;   // edge and way lead from the anchor on
     int const copy = is_right ? right_ : left_;
     if (is_open()) {
+      bool const is_lip_there = is_lip(body, host, corner);
       hang(body, host, copy);
-      bool const is_lip = is_right ? surface.triangle_with_edge(corner, copy) < 0 : surface.triangle_with_edge(copy, corner) < 0;
-      if (is_lip) {
+      if (is_lip_there) {
         close(body);
         return;
       }
@@ -150,7 +191,13 @@ class CutAnchor {
     join(body, n);
   }
 
-  /// Nothing is cut at the anchor after all: its copies become one again. The copy is the last particle: nothing was added since.
+  /// Whether the anchor's copies can become one again: another blade has added nothing since they were parted.
+  template <class Body>
+  bool can_close(Body const& body) const noexcept {
+    return !is_open() || std::max(left_, right_) == body.size() - body.temporary_count() - 1;
+  }
+
+  /// Nothing is cut at the anchor after all: its copies become one again.
   template <class Body>
   void close(Body& body) {
     if (!is_open()) return;
@@ -184,6 +231,15 @@ class CutAnchor {
     return true;
   }
 
+  /// The edge to where the path came from, still closed until now, is open at the anchor. Where another blade has cut to one of its ends
+  /// meanwhile, there is a fan more.
+  template <class Body>
+  void open_behind(Body& body) {
+    if (came_from_ < 0) return;
+    separate(body, left_, came_from_, -1);
+    separate(body, came_from_, -1, -1);
+  }
+
   /// Splits a particle into one copy per connected fan of triangles; the edges to `cut_a` and `cut_b` do not connect.
   template <class Body>
   bool separate(Body& body, int particle, int cut_a, int cut_b) {
@@ -203,6 +259,7 @@ class CutAnchor {
           if (t >= 0 && std::find(fan_.begin(), fan_.end(), t) == fan_.end()) fan_.push_back(t);
       }
       if (fan_.size() == around.size()) return split;
+      if (body.keep_temporaries_at(particle)) continue;   // their triangles have other numbers now
       lips_.push_back({particle, body.split_particle(particle, fan_)});
       report.particles_added += 1;
       split = true;

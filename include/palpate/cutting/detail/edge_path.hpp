@@ -21,13 +21,13 @@ bool is_open_edge(Body const& body, int a, int b) noexcept {
   return surface.triangle_with_edge(a, b) < 0 || surface.triangle_with_edge(b, a) < 0;
 }
 
-/// Visits the particles that share an edge with p, most of them twice.
+/// Visits the particles that share an edge with p, most of them twice; none that is there for the eye only.
 template <class Body, class Visit>
 void for_each_beside(Body const& body, int p, Visit visit) {
   auto const& surface = body.tissue().surface();
   for (int const t : surface.triangles_at(p))
     for (int const q : surface.corners(t))
-      if (q != p) visit(q);
+      if (q != p && !body.is_temporary(q)) visit(q);
 }
 
 template <class Body>

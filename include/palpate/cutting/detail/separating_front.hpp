@@ -45,12 +45,6 @@ class SeparatingFront {
   SeparatingReport<Scalar> const& report() const noexcept { return report_; }
   std::vector<std::array<int, 2>> const& lips() const noexcept { return lips_; }
 
-  /// Whether another blade's temporary particle is in the body: then this one waits.
-  template <class Body>
-  bool has_to_wait(Body const& body) const noexcept {
-    return body.temporary_particle() >= 0;
-  }
-
   /// Punctures: the cut begins at the vertex nearest to a point of a triangle.
   template <class Body>
   void start(Body const& body, int triangle, Vector const& barycentric) {
@@ -107,7 +101,7 @@ class SeparatingFront {
   /// The blade is lifted: the cut ends at the vertex nearest to it. An edge that waits then is not cut.
   template <class Body>
   void finish(Body& body) {
-    if (!chain_.empty() && !has_to_wait(body)) go_on(body, 0);
+    if (!chain_.empty()) go_on(body, 0);
     chain_.clear(), ends_.clear();
     goal_ = -1;
   }
@@ -145,6 +139,7 @@ class SeparatingFront {
     int best = -1;
     Scalar nearest = std::numeric_limits<Scalar>::infinity();
     auto const look = [&](int p) {
+      if (body.is_temporary(p)) return;   // another blade's
       Scalar const squared = (body.tissue().rest_position(p) - point).squaredNorm();
       if (squared < nearest) nearest = squared, best = p;
     };
@@ -211,6 +206,7 @@ class SeparatingFront {
 
   template <class Body>
   void open_chain(Body& body) {
+    for (int const particle : chain_) body.keep_temporaries_at(particle);   // of other blades
     for (std::size_t i = 0; i < chain_.size(); ++i) {
       if (!is_movable(body, chain_[i])) continue;
       Vector const at = body.tissue().rest_position(chain_[i]);
