@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Configures and builds the golden programs, runs them and compares what they print with what their comments promise.
 include("${CMAKE_CURRENT_LIST_DIR}/configure.cmake")
-execute_process(COMMAND "${CMAKE_COMMAND}" --build "${host}" --parallel 2 COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND "${CMAKE_COMMAND}" --build "${host}" --parallel 1 COMMAND_ERROR_IS_FATAL ANY)
 
 set(failures "")
 
