@@ -8,3 +8,9 @@ using Catch::Approx;
 #else
 #include <catch2/catch.hpp>
 #endif
+
+// What a test is run with that says nothing of one of them alone. The sanitizers take double only; a test that looks at how numbers lie in
+// memory names both by itself.
+#ifndef PALPATE_TEST_SCALARS
+#define PALPATE_TEST_SCALARS float, double
+#endif

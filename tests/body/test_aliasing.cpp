@@ -49,7 +49,7 @@ Matrix3X<S> moved(Integrator integrator, Region region) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("accelerations may be written over the velocities they come from", "", float, double) {
+TEMPLATE_TEST_CASE("accelerations may be written over the velocities they come from", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   CHECK((moved<S>(Apart{}, WholeBody{}) - moved<S>(InPlace{}, WholeBody{})).cwiseAbs().maxCoeff() < S(20) * std::numeric_limits<S>::epsilon());
   CHECK((moved<S>(Apart{}, ZoneOfInfluence{.rings = 2}) - moved<S>(InPlace{}, ZoneOfInfluence{.rings = 2})).cwiseAbs().maxCoeff() <

@@ -188,7 +188,7 @@ TEST_CASE("a body damped critically at least does not swing") {
   CHECK(body.displacement(7).norm() < 1e-6);
 }
 
-TEMPLATE_TEST_CASE("the modal view shows the fastest and slowest mode and their ratios", "", float, double) {
+TEMPLATE_TEST_CASE("the modal view shows the fastest and slowest mode and their ratios", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   double const exact = std::same_as<S, float> ? 2e-3 : 1e-5;
   for (bool const uneven : {false, true})

@@ -81,7 +81,7 @@ void check_all_executions(bool nailed) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a step of three blocks gives every particle the sum of its springs", "", float, double) {
+TEMPLATE_TEST_CASE("a step of three blocks gives every particle the sum of its springs", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto const nailed = GENERATE(false, true);
   SoftBody body(sheet<S>(nailed, 0), LeapfrogVerlet{}, WholeBody{});
@@ -115,7 +115,7 @@ TEMPLATE_TEST_CASE("a step of three blocks gives every particle the sum of its s
   CHECK(worst < (std::same_as<S, float> ? 2e-2 : 1e-10) * largest);
 }
 
-TEMPLATE_TEST_CASE("blocks walked at once or backwards give the same bytes", "", float, double) {
+TEMPLATE_TEST_CASE("blocks walked at once or backwards give the same bytes", "", PALPATE_TEST_SCALARS) {
   check_all_executions<LeapfrogVerlet, TestType>(false);
   check_all_executions<LeapfrogVerlet, TestType>(true);
   check_all_executions<RungeKutta4, TestType>(false);

@@ -41,7 +41,7 @@ Vector3<double> home_forces(Body const& body) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a free uniform body sags by g m/k on its home springs, settled or in time", "", float, double) {
+TEMPLATE_TEST_CASE("a free uniform body sags by g m/k on its home springs, settled or in time", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   GridScene const scene{.home_damping = 0.05};
   double const sag = 9.81 * (0.02 / 20) / 5.0;   // every particle alike, so no link stretches

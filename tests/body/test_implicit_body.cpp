@@ -149,7 +149,7 @@ TEST_CASE("in tension the tangent is the derivative of the forces, whatever the 
   check_in_tension(Supported(sheet<double>(), LinearSpring<double>{.stiffness = 20, .damping = 0.3}, centre), 30, 1e-6, centre);
 }
 
-TEMPLATE_TEST_CASE("in compression the tangent stays symmetric and positive semidefinite", "", float, double) {
+TEMPLATE_TEST_CASE("in compression the tangent stays symmetric and positive semidefinite", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   check_in_compression(sheet<S>(), 42);
   check_in_compression(sheet<S>(S(100), S(0)), 20);
@@ -310,8 +310,7 @@ TEST_CASE("support springs move with the implicit step too") {
   CHECK(std::log2((path(CrankNicolson{}, 40) - exact).norm() / (path(CrankNicolson{}, 80) - exact).norm()) == Approx(2.0).margin(0.1));
 }
 
-TEMPLATE_PRODUCT_TEST_CASE("implicit steps allocate nothing after the first", "", std::pair,
-                           ((BackwardEuler, WholeBody), (CrankNicolson, WholeBody), (BackwardEuler, ZoneOfInfluence), (CrankNicolson, ZoneOfInfluence))) {
+TEMPLATE_PRODUCT_TEST_CASE("implicit steps allocate nothing after the first", "", std::pair, ((BackwardEuler, WholeBody), (CrankNicolson, ZoneOfInfluence))) {
   REQUIRE(palpate_test::trap_works());
   using I = typename TestType::first_type;
   using R = typename TestType::second_type;

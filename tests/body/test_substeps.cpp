@@ -63,7 +63,7 @@ TEMPLATE_PRODUCT_TEST_CASE("advance takes the steps that one would take by hand,
   CHECK(split.reaction(27) == by_hand.reaction(27));
 }
 
-TEMPLATE_TEST_CASE("a force acts through all substeps and is consumed by them", "", float, double) {
+TEMPLATE_TEST_CASE("a force acts through all substeps and is consumed by them", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   // A free body: its momentum is force times duration.
   GridScene const scene{.link_damping = 0.05, .home = 0.0, .home_damping = 0.0};
@@ -123,7 +123,7 @@ TEST_CASE("bad durations and substeps are refused in a sentence") {
   CHECK_THROWS_WITH(body.advance(1.0, {.most = 0}), Catch::Contains("at most 0 substeps; it must be at least 1"));
 }
 
-TEMPLATE_TEST_CASE("divergence is reported with the particle, its value and the step that would have been stable", "", float, double) {
+TEMPLATE_TEST_CASE("divergence is reported with the particle, its value and the step that would have been stable", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   SoftBody body(GridScene{.link_damping = 0.0, .home_damping = 0.0}.template tissue<S>(), LeapfrogVerlet{}, WholeBody{});
   S const stable = body.stable_step();

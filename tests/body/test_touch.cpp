@@ -142,7 +142,7 @@ void wave(Body& body, double amplitude, double phase) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("contact begins only from outside", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("contact begins only from outside", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto body = body_of(sheet<S>());
   Touch<S> touch;
@@ -197,7 +197,7 @@ TEMPLATE_TEST_CASE("contact begins only from outside", "[body][touch]", float, d
   }
 }
 
-TEMPLATE_TEST_CASE("on a ball contact begins only from outside", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("on a ball contact begins only from outside", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto body = body_of(make_sphere<S>(S(0.05), 8));
   Vector3<S> const way = at<S>(0.3, -0.5, 0.8).normalized();
@@ -211,7 +211,7 @@ TEMPLATE_TEST_CASE("on a ball contact begins only from outside", "[body][touch]"
   CHECK_FALSE(touches(0.0502));
 }
 
-TEMPLATE_TEST_CASE("on a plane the depth is minus z, whatever the tissue does", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("on a plane the depth is minus z, whatever the tissue does", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto body = body_of(sheet<S>(), true);
   for (double const radius : {0.0, 0.0023}) {
@@ -245,7 +245,7 @@ TEMPLATE_TEST_CASE("on a plane the depth is minus z, whatever the tissue does", 
 
 // A geodesic ball whose vertices lie on the sphere: its facets are up to a²/(2R) inside, a < edge/√3 their circumradius, so the depth
 // is R − |tip| less at most that, and a normal off by up to a/R changes it to second order only.
-TEMPLATE_TEST_CASE("on a sphere the depth is radius minus distance from the centre", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("on a sphere the depth is radius minus distance from the centre", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   double const R = 0.05;
   double worst[2] = {0, 0};
@@ -286,7 +286,7 @@ TEMPLATE_TEST_CASE("on a sphere the depth is radius minus distance from the cent
   CHECK(worst[0] / worst[1] > 3.0);   // second order: a quarter with half the edge
 }
 
-TEMPLATE_TEST_CASE("contact begins where the tip's ball meets the surface", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("contact begins where the tip's ball meets the surface", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto body = body_of(sheet<S>());
   S const radius = S(0.003);
@@ -310,7 +310,7 @@ TEMPLATE_TEST_CASE("contact begins where the tip's ball meets the surface", "[bo
   CHECK_THROWS_AS(Touch<S>(std::numeric_limits<S>::quiet_NaN()), InvalidArgument);
 }
 
-TEMPLATE_TEST_CASE("on a deformed sheet the contact is the one that all triangles agree on", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("on a deformed sheet the contact is the one that all triangles agree on", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Random random(Seed{11});
   auto body = body_of(sheet<S>());
@@ -339,7 +339,7 @@ TEMPLATE_TEST_CASE("on a deformed sheet the contact is the one that all triangle
   }
 }
 
-TEMPLATE_TEST_CASE("on a deformed ball the contact is the one that all triangles agree on", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("on a deformed ball the contact is the one that all triangles agree on", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Random random(Seed{12});
   auto body = body_of(make_sphere<S>(S(0.05), 8));
@@ -365,7 +365,7 @@ TEMPLATE_TEST_CASE("on a deformed ball the contact is the one that all triangles
   }
 }
 
-TEMPLATE_TEST_CASE("a tip over the border of an open sheet", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("a tip over the border of an open sheet", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto body = body_of(sheet<S>());
   Touch<S> touch;
@@ -413,7 +413,7 @@ TEMPLATE_TEST_CASE("a tip over the border of an open sheet", "[body][touch]", fl
   }
 }
 
-TEMPLATE_TEST_CASE("a tip that went into a thin plate from the top does not come out at the bottom", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("a tip that went into a thin plate from the top does not come out at the bottom", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   S const thickness = S(0.001);
   auto body = body_of(slab<S>(thickness));
@@ -497,7 +497,7 @@ TEMPLATE_TEST_CASE("a tip that went into a thin plate from the top does not come
 }
 
 // The yardstick is the undisturbed plate and sheet: which side and which place the tip came to is known before they are folded.
-TEMPLATE_TEST_CASE("tissue turned over under the tip does not hand the contact to another part", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("tissue turned over under the tip does not hand the contact to another part", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   SECTION("a plate turned over: the underside now lies on top and looks up") {
     auto body = body_of(slab<S>(S(0.002)));
@@ -536,7 +536,7 @@ TEMPLATE_TEST_CASE("tissue turned over under the tip does not hand the contact t
   }
 }
 
-TEMPLATE_TEST_CASE("in a gap between two walls the tip touches the one it goes into", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("in a gap between two walls the tip touches the one it goes into", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto const lower = sheet<S>();
   Eigen::Index const points = lower.points.cols(), triangles = lower.triangles.cols();
@@ -559,7 +559,7 @@ TEMPLATE_TEST_CASE("in a gap between two walls the tip touches the one it goes i
 
 // The second state machine: the sheet stays a height field, so outside is above it, and in contact the touched point is straight above
 // or below the tip.
-TEMPLATE_TEST_CASE("random walks over a sheet that moves do what the rules say", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("random walks over a sheet that moves do what the rules say", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   for (double const radius : {0.0, 0.002})
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -610,7 +610,7 @@ TEMPLATE_TEST_CASE("random walks over a sheet that moves do what the rules say",
     }
 }
 
-TEMPLATE_TEST_CASE("random walks around and in a ball that moves do what the rules say", "[body][touch]", float, double) {
+TEMPLATE_TEST_CASE("random walks around and in a ball that moves do what the rules say", "[body][touch]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);

@@ -106,7 +106,7 @@ TEST_CASE("the estimate bounds what the published square is off by with one, two
   }
 }
 
-TEMPLATE_TEST_CASE("the estimate is zero where nothing is touched, and in float what it is in double", "", float, double) {
+TEMPLATE_TEST_CASE("the estimate is zero where nothing is touched, and in float what it is in double", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   MassSpring<S> matter(make_sphere<S>(S(0.05), 6), {.mass = {.total = S(0.1)}, .link = {.stiffness = S(100), .damping = S(0.05)},
                                                     .home = {.stiffness = S(10), .damping = S(0.05)}});

@@ -39,7 +39,7 @@ void check_nearest(Vector3<Scalar> const& query, Vector3<Scalar> const& a, Vecto
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("The foot on a triangle is the nearest point, in all seven regions", "[collision][closest_point]", float, double) {
+TEMPLATE_TEST_CASE("The foot on a triangle is the nearest point, in all seven regions", "[collision][closest_point]", PALPATE_TEST_SCALARS) {
   using V = Vector3<TestType>;
   V const a(0, 0, 0), b(4, 0, 0), c(0, 4, 0);
   struct Region {
@@ -63,7 +63,7 @@ TEMPLATE_TEST_CASE("The foot on a triangle is the nearest point, in all seven re
   }
 }
 
-TEMPLATE_TEST_CASE("Random triangles and queries satisfy the law of the nearest point in long double", "[collision][closest_point]", float, double) {
+TEMPLATE_TEST_CASE("Random triangles and queries satisfy the law of the nearest point in long double", "[collision][closest_point]", PALPATE_TEST_SCALARS) {
   Random random(Seed{11});
   for (int i = 0; i < 20000; ++i) {
     auto const a = random_in_box<TestType>(random, 1), b = random_in_box<TestType>(random, 1), c = random_in_box<TestType>(random, 1);
@@ -71,7 +71,7 @@ TEMPLATE_TEST_CASE("Random triangles and queries satisfy the law of the nearest 
   }
 }
 
-TEMPLATE_TEST_CASE("Thin and degenerate triangles satisfy the law of the nearest point in long double", "[collision][closest_point]", float, double) {
+TEMPLATE_TEST_CASE("Thin and degenerate triangles satisfy the law of the nearest point in long double", "[collision][closest_point]", PALPATE_TEST_SCALARS) {
   Random random(Seed{12});
   using V = Vector3<TestType>;
   for (int i = 0; i < 20000; ++i) {
@@ -97,7 +97,7 @@ TEMPLATE_TEST_CASE("Thin and degenerate triangles satisfy the law of the nearest
   }
 }
 
-TEMPLATE_TEST_CASE("The nearest point of a segment", "[collision][closest_point]", float, double) {
+TEMPLATE_TEST_CASE("The nearest point of a segment", "[collision][closest_point]", PALPATE_TEST_SCALARS) {
   using V = Vector3<TestType>;
   V const a(1, 0, 0), b(3, 0, 0);
   auto const middle = closest_point_on_segment<TestType>(V(2, 1, 0), a, b);

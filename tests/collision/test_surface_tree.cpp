@@ -64,7 +64,7 @@ void check_queries(SurfaceTree<Scalar> const& tree, TriangleMesh<Scalar> const& 
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("The nearest point and vertex agree with a search through everything", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("The nearest point and vertex agree with a search through everything", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
   Random random(Seed{21});
   SECTION("grid") {
     auto const mesh = make_grid<TestType>(17, 11, TestType(0.1));
@@ -93,7 +93,7 @@ TEMPLATE_TEST_CASE("The nearest point and vertex agree with a search through eve
   }
 }
 
-TEMPLATE_TEST_CASE("A refitted tree is exact on a deforming surface", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("A refitted tree is exact on a deforming surface", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
   Random random(Seed{22});
   auto const rest = globe<TestType>(24, 12, TestType(0.3));
   SurfaceTree<TestType> tree(rest);
@@ -108,7 +108,7 @@ TEMPLATE_TEST_CASE("A refitted tree is exact on a deforming surface", "[collisio
   REQUIRE(tree.matches(rest.points, rest.triangles));
 }
 
-TEMPLATE_TEST_CASE("Refitting the moved triangles equals refitting all", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("Refitting the moved triangles equals refitting all", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
   Random random(Seed{23});
   auto mesh = globe<TestType>(24, 12, TestType(0.3));
   SurfaceTree<TestType> tree(mesh);
@@ -124,7 +124,7 @@ TEMPLATE_TEST_CASE("Refitting the moved triangles equals refitting all", "[colli
   check_queries(tree, mesh, random, 100);
 }
 
-TEMPLATE_TEST_CASE("Among equals the lowest index wins", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("Among equals the lowest index wins", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
   auto mesh = make_grid<TestType>(9, 9, 1);
   SurfaceTree<TestType> const tree(mesh);
   using V = Vector3<TestType>;
@@ -147,7 +147,7 @@ TEMPLATE_TEST_CASE("Among equals the lowest index wins", "[collision][surface_tr
   CHECK(piled.nearest(heap.points, V(1, 1, 1), 57).triangle == 0);
 }
 
-TEMPLATE_TEST_CASE("Degenerate triangles are found like others", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("Degenerate triangles are found like others", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
   Random random(Seed{24});
   TriangleMesh<TestType> mesh;
   mesh.points.resize(3, 90);
@@ -161,7 +161,7 @@ TEMPLATE_TEST_CASE("Degenerate triangles are found like others", "[collision][su
   check_queries(tree, mesh, random, 300);
 }
 
-TEMPLATE_TEST_CASE("Vertices that no triangle uses are not found", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("Vertices that no triangle uses are not found", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
   TriangleMesh<TestType> mesh;
   mesh.points.resize(3, 4);
   mesh.points << 0, 5, 6, 5, 0, 0, 0, 1, 0, 0, 0, 0;
@@ -172,7 +172,7 @@ TEMPLATE_TEST_CASE("Vertices that no triangle uses are not found", "[collision][
   CHECK(tree.nearest(mesh.points, Vector3<TestType>::Zero()).distance == 5);
 }
 
-TEMPLATE_TEST_CASE("Nothing to find, or nothing asked", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("Nothing to find, or nothing asked", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
   using V = Vector3<TestType>;
   TestType const nan = std::numeric_limits<TestType>::quiet_NaN(), inf = std::numeric_limits<TestType>::infinity();
   Matrix3X<TestType> const no_points(3, 0);
@@ -209,7 +209,7 @@ TEMPLATE_TEST_CASE("Nothing to find, or nothing asked", "[collision][surface_tre
   CHECK(tree.add(mesh.points, {0, 1, 6}) == 0);   // empty, and good for use
 }
 
-TEMPLATE_TEST_CASE("A surface that can not be searched is refused", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("A surface that can not be searched is refused", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
   auto mesh = make_grid<TestType>(3, 3, 1);
   auto const build = [&] { return SurfaceTree<TestType>(mesh.points, mesh.triangles); };
   mesh.triangles(2, 5) = 9;
@@ -235,7 +235,7 @@ TEMPLATE_TEST_CASE("A surface that can not be searched is refused", "[collision]
   CHECK(tree.corners(7) == std::array<int, 3>{4, 8, 7});
 }
 
-TEMPLATE_TEST_CASE("Any 3 x n columns will do", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("Any 3 x n columns will do", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
   auto const mesh = make_grid<TestType>(6, 5, 1);
   Matrix<TestType, 4, Dynamic> padded(4, mesh.points.cols());
   padded.setConstant(77);
@@ -248,7 +248,7 @@ TEMPLATE_TEST_CASE("Any 3 x n columns will do", "[collision][surface_tree]", flo
   CHECK(tree.nearest(2 * mesh.points, 2 * query).distance == 8);   // an expression is evaluated first
 }
 
-TEMPLATE_TEST_CASE("Queries and refits do not allocate and do not throw", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("Queries and refits do not allocate and do not throw", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
   REQUIRE(trap_works());
   auto const mesh = globe<TestType>(40, 20, 1);
   SurfaceTree<TestType> tree(mesh);

@@ -10,7 +10,7 @@
 using namespace palpate;
 using namespace palpate_test;
 
-TEMPLATE_TEST_CASE("A ball over, on and under a plane, by hand", "[collision][tool_shape]", float, double) {
+TEMPLATE_TEST_CASE("A ball over, on and under a plane, by hand", "[collision][tool_shape]", PALPATE_TEST_SCALARS) {
   using V = Vector3<TestType>;
   Plane<TestType> const table{V(5, 5, 1), V(0, 0, 1)};
   CHECK(table.signed_distance(V(0, 0, 4)) == 3);
@@ -25,7 +25,7 @@ TEMPLATE_TEST_CASE("A ball over, on and under a plane, by hand", "[collision][to
   CHECK(SphereTip<TestType>{}.signed_distance(V(0, 0, 4), table) == 3);   // a point
 }
 
-TEMPLATE_TEST_CASE("A rod is the union of the balls along its axis", "[collision][tool_shape]", float, double) {
+TEMPLATE_TEST_CASE("A rod is the union of the balls along its axis", "[collision][tool_shape]", PALPATE_TEST_SCALARS) {
   using V = Vector3<TestType>;
   Random random(Seed{61});
   TestType const tolerance = TestType(2e-3);   // 1000 balls on an axis of length below 4: half a gap is 2e-3, less than that off
@@ -47,7 +47,7 @@ TEMPLATE_TEST_CASE("A rod is the union of the balls along its axis", "[collision
   CHECK(point.signed_distance(V(1, 2, 7)) == 3);
 }
 
-TEMPLATE_TEST_CASE("A placed rod moves as a rigid body", "[collision][tool_shape]", float, double) {
+TEMPLATE_TEST_CASE("A placed rod moves as a rigid body", "[collision][tool_shape]", PALPATE_TEST_SCALARS) {
   using V = Vector3<TestType>;
   Eigen::Transform<TestType, 3, Eigen::Isometry> pose = Eigen::Transform<TestType, 3, Eigen::Isometry>::Identity();
   pose.translate(V(1, 2, 3));

@@ -66,7 +66,7 @@ TEST_CASE("the first normal numbers of seed 7 are pinned") {
   for (double expected : {1.1105852007172843, -1.0603622879041108, -1.1125952766778238, -0.9569878428209319, 1.1626013976691765, 0.28312971518944485}) CHECK(random.normal() == Approx(expected).epsilon(4e-16).margin(0));
 }
 
-TEMPLATE_TEST_CASE("uniform numbers fill [0, 1) evenly", "", float, double) {
+TEMPLATE_TEST_CASE("uniform numbers fill [0, 1) evenly", "", PALPATE_TEST_SCALARS) {
   Random random(Seed{1});
   constexpr int bins = 64;
   constexpr int samples = 64000;
@@ -84,7 +84,7 @@ TEMPLATE_TEST_CASE("uniform numbers fill [0, 1) evenly", "", float, double) {
   CHECK(chi_square > 63 - 5 * 11.2);
 }
 
-TEMPLATE_TEST_CASE("uniform(low, high) stays inside", "", float, double) {
+TEMPLATE_TEST_CASE("uniform(low, high) stays inside", "", PALPATE_TEST_SCALARS) {
   Random random(Seed{5});
   for (int i = 0; i < 10000; ++i) {
     TestType const x = random.uniform(TestType(-2), TestType(3));
@@ -116,7 +116,7 @@ TEST_CASE("below() is even and in range") {
 }
 
 // Yardstick: the distribution function Φ(x) = erfc(−x/√2)/2. Kolmogorov–Smirnov: √n · largest gap passes 1.95 once in 1000.
-TEMPLATE_TEST_CASE("normal numbers follow the normal distribution", "", float, double) {
+TEMPLATE_TEST_CASE("normal numbers follow the normal distribution", "", PALPATE_TEST_SCALARS) {
   Random random(Seed{2024});
   constexpr int n = 100000;
   std::vector<double> x(n);

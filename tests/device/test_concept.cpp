@@ -150,7 +150,7 @@ TEST_CASE("a session of the smallest device only writes the last zero", "[device
   static_assert(std::is_same_v<decltype(session), DeviceSession<Archetype, double>>);
 }
 
-TEMPLATE_TEST_CASE("the null device stays where it is", "[device]", float, double) {
+TEMPLATE_TEST_CASE("the null device stays where it is", "[device]", PALPATE_TEST_SCALARS) {
   NullDevice<TestType> device({TestType(1), TestType(2), TestType(3)});
   DeviceState<TestType> state;
   state.velocity.setOnes();

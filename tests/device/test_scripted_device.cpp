@@ -26,7 +26,7 @@ static_assert(HapticDevice<ScriptedDevice<float>, float> && !HapticDevice<Script
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("tick n of a script is the trajectory at n / rate", "[device]", float, double) {
+TEMPLATE_TEST_CASE("tick n of a script is the trajectory at n / rate", "[device]", PALPATE_TEST_SCALARS) {
   using Scalar = TestType;
   ScriptedDevice device(descent<Scalar>(), {.max_force = 7.9, .rate = 500.0});
   static_assert(std::is_same_v<decltype(device), ScriptedDevice<Scalar>>);

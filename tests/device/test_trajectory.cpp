@@ -37,7 +37,7 @@ Scalar distance(Vector3<Scalar> const& a, Vector3<Scalar> const& b) { return (a 
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a line covers its length at constant speed, a hold nothing", "[trajectory]", float, double) {
+TEMPLATE_TEST_CASE("a line covers its length at constant speed, a hold nothing", "[trajectory]", PALPATE_TEST_SCALARS) {
   // Yardstick: x(t) = x0 + (x1 - x0) t / T, by hand.
   using Scalar = TestType;
   using Point = Vector3<Scalar>;
@@ -52,7 +52,7 @@ TEMPLATE_TEST_CASE("a line covers its length at constant speed, a hold nothing",
   CHECK(path.end() == Point(3, 2, -1));
 }
 
-TEMPLATE_TEST_CASE("an arc keeps its radius, its height and its speed", "[trajectory]", float, double) {
+TEMPLATE_TEST_CASE("an arc keeps its radius, its height and its speed", "[trajectory]", PALPATE_TEST_SCALARS) {
   // Yardstick: circle of radius 0.03 about the z axis at height -0.01, quarter turn in 1 s: |v| = r π/2.
   using Scalar = TestType;
   Scalar const epsilon = std::numeric_limits<Scalar>::epsilon();
@@ -80,7 +80,7 @@ TEST_CASE("an arc turns counter-clockwise seen against its axis", "[trajectory]"
   CHECK(distance<double>(about({1, 0, 0}), {1, 0, 0}) <= 1e-15);   // on the axis nothing moves
 }
 
-TEMPLATE_TEST_CASE("a tap goes out and comes back to rest", "[trajectory]", float, double) {
+TEMPLATE_TEST_CASE("a tap goes out and comes back to rest", "[trajectory]", PALPATE_TEST_SCALARS) {
   // Yardstick: p + reach (1 - cos 2πt)/2; largest speed π reach / T at a quarter.
   using Scalar = TestType;
   using Point = Vector3<Scalar>;
@@ -105,7 +105,7 @@ TEST_CASE("a minimum-jerk line starts and ends at rest and is fastest in the mid
   CHECK(std::abs(path.at(0.5).position.x() - 106.0 / 1024.0) <= 1e-15);
 }
 
-TEMPLATE_TEST_CASE("the velocity is the derivative of the position, and the path never jumps", "[trajectory]", float, double) {
+TEMPLATE_TEST_CASE("the velocity is the derivative of the position, and the path never jumps", "[trajectory]", PALPATE_TEST_SCALARS) {
   // Yardstick: central differences. Their error is h²/6 |x'''| + ε |x| / h; |x'''| stays below 5 m/s³ here
   // (tap: (4π)³ 0.0025; minimum jerk: 60 · 0.03).
   using Scalar = TestType;
@@ -149,7 +149,7 @@ TEST_CASE("before the start and from the end on the path rests; at a joint the l
   CHECK(point.at(0.0).position == Vector3<double>(4, 5, 6));
 }
 
-TEMPLATE_TEST_CASE("paths are joined end to end, also a path with itself", "[trajectory]", float, double) {
+TEMPLATE_TEST_CASE("paths are joined end to end, also a path with itself", "[trajectory]", PALPATE_TEST_SCALARS) {
   using Scalar = TestType;
   using Point = Vector3<Scalar>;
   auto loop = Trajectory<Scalar>::start({0, 0, 0}).line({1, 0, 0}, 1.0).line({0, 0, 0}, 3.0);
@@ -164,7 +164,7 @@ TEMPLATE_TEST_CASE("paths are joined end to end, also a path with itself", "[tra
   CHECK(loop.then(far.moved(Point(0, -1, 0))).duration() == 9.0);
 }
 
-TEMPLATE_TEST_CASE("a moved path moves every sample, velocities only by the rotation", "[trajectory]", float, double) {
+TEMPLATE_TEST_CASE("a moved path moves every sample, velocities only by the rotation", "[trajectory]", PALPATE_TEST_SCALARS) {
   using Scalar = TestType;
   Scalar const tolerance = 32 * std::numeric_limits<Scalar>::epsilon();
   auto const path = stroke<Scalar>();

@@ -35,7 +35,7 @@ Trajectory<double> path_of(std::string_view content) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a path in a file is followed straight from row to row", "[trajectory][csv]", float, double) {
+TEMPLATE_TEST_CASE("a path in a file is followed straight from row to row", "[trajectory][csv]", PALPATE_TEST_SCALARS) {
   using Scalar = TestType;
   TemporaryFolder const folder;
   auto const path = Trajectory<Scalar>::from_csv(folder.file("path.csv", "time_s,x_m,y_m,z_m\n"

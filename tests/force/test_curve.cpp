@@ -8,7 +8,7 @@
 
 using namespace palpate;
 
-TEMPLATE_TEST_CASE("a network curve is the network inside its range and a tangent outside", "", float, double) {
+TEMPLATE_TEST_CASE("a network curve is the network inside its range and a tangent outside", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Network<S, 2, 3, 4, 1> const network(Seed{3});
   NetworkCurve const curve(network, DepthRange<S>{S(-0.5), S(1.5)});

@@ -45,7 +45,7 @@ static_assert(std::is_same_v<CuttingForce<TissueReaction, WhiteGaussianNoise<flo
 static_assert(std::is_same_v<CuttingForce<LeastCurve>::Scalar, double>);
 
 // Yardstick: the parts' own formulas, added here by hand.
-TEMPLATE_TEST_CASE("the cutting force is spring before the puncture, curve and organ after it", "", float, double) {
+TEMPLATE_TEST_CASE("the cutting force is spring before the puncture, curve and organ after it", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto const curve = liver_hysteresis<S>();
   CuttingForce force(curve, OrganForce<S>{.coefficient = S(2), .wall_normal = {S(1), S(0), S(0)}});
@@ -88,7 +88,7 @@ TEST_CASE("the order of the parts does not matter") {
 }
 
 // The published pair crosses twice: unloading exceeds loading below 1.8 mm and beyond 22.83 mm.
-TEMPLATE_TEST_CASE("coming back never pushes harder than going in, and nothing pushes at the surface", "", float, double) {
+TEMPLATE_TEST_CASE("coming back never pushes harder than going in, and nothing pushes at the surface", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   CuttingForce force(liver_hysteresis<S>());
   S last_in = S(0);

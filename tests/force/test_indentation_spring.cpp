@@ -10,7 +10,7 @@ using namespace palpate;
 static_assert(ForceModel<IndentationSpring<float>, float> && ForceModel<IndentationSpring<double>, double>);
 
 // Yardstick: the thesis's liver datum, 3 N at 18 mm.
-TEMPLATE_TEST_CASE("the default spring reaches 3 N at 18 mm and acts while indenting only", "", float, double) {
+TEMPLATE_TEST_CASE("the default spring reaches 3 N at 18 mm and acts while indenting only", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   IndentationSpring<S> const spring;
   ToolContact<S> contact{.phase = CuttingPhase::indenting, .depth = S(0.018), .normal = {S(0), S(0.6), S(0.8)}};

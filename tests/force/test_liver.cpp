@@ -42,7 +42,7 @@ static_assert(std::is_same_v<decltype(liver_loading<double>()), NetworkCurve<Net
 static_assert(std::is_same_v<decltype(liver_hysteresis<float>()), NetworkCurve<Network<float, 2, 5, 1>>>);
 
 // Yardstick: the tables evaluated with 60 digits in Python's decimal arithmetic.
-TEMPLATE_TEST_CASE("the liver presets have the values of the printed tables", "", float, double) {
+TEMPLATE_TEST_CASE("the liver presets have the values of the printed tables", "", PALPATE_TEST_SCALARS) {
   struct Row {
     double depth, loading, loading2, unloading2;
   };

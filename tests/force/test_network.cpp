@@ -44,7 +44,7 @@ static_assert(noexcept(Network<double, 1, 5, 1>(Seed{1})(0.5)));
 static_assert(noexcept(Network<float, 2, 5, 3, 1>(Seed{1})(std::array<float, 2>{})));
 
 // Yardstick: plain loops, with the sigmoid written with the exponential function.
-TEMPLATE_TEST_CASE("a network evaluates W f(W f(...) + b) + b", "", float, double) {
+TEMPLATE_TEST_CASE("a network evaluates W f(W f(...) + b) + b", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   double const tolerance = 200 * double(std::numeric_limits<S>::epsilon());
   Random random(Seed{9});

@@ -13,7 +13,7 @@ using namespace palpate;
 static_assert(ForceNoise<WhiteGaussianNoise<float>, float> && !ForceNoise<WhiteGaussianNoise<float>, double>);
 
 // Yardstick: the definition of the ratio, 10 log10(mean F² / mean ΔF²), measured over 1e5 samples.
-TEMPLATE_TEST_CASE("the noise has the asked signal-to-noise ratio, along the force", "", float, double) {
+TEMPLATE_TEST_CASE("the noise has the asked signal-to-noise ratio, along the force", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   for (double snr : {0.0, 20.0, 30.0}) {
     WhiteGaussianNoise<S> noise({.snr_db = snr, .seed = 7});

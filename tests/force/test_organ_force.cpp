@@ -25,7 +25,7 @@ ToolContact<S> cut_at(S depth, Vector3<S> const& velocity) {
 }  // namespace
 
 // Yardstick: the formula by hand, F = −2 · 0.012 · 0.02 = −0.00048 N along x.
-TEMPLATE_TEST_CASE("the organ force is a damper across the wall that grows with depth", "", float, double) {
+TEMPLATE_TEST_CASE("the organ force is a damper across the wall that grows with depth", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   OrganForce<S> const organ{.coefficient = S(2), .wall_normal = {S(1), S(0), S(0)}};
   auto const f = organ(cut_at<S>(S(0.012), {S(0.02), S(0.5), S(-0.01)}));
@@ -41,7 +41,7 @@ TEMPLATE_TEST_CASE("the organ force is a damper across the wall that grows with 
   CHECK(double(safe(cut_at<S>(S(0.018), {S(0.001), S(0), S(0)})).x()) == Approx(-0.011).epsilon(1e-5));
 }
 
-TEMPLATE_TEST_CASE("organ forces never give energy and do not depend on the wall normal's length or sign", "", float, double) {
+TEMPLATE_TEST_CASE("organ forces never give energy and do not depend on the wall normal's length or sign", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Random random(Seed{1});
   for (int i = 0; i < 1000; ++i) {

@@ -11,7 +11,7 @@ static_assert(ForceModel<TissueReaction, float> && ForceModel<TissueReaction, do
 static_assert(ForceModel<NoForce, float> && ForceModel<NoForce, double>);
 static_assert(!ForceCurve<TissueReaction, double>);
 
-TEMPLATE_TEST_CASE("tight coupling hands the tissue's reaction to the hand", "", float, double) {
+TEMPLATE_TEST_CASE("tight coupling hands the tissue's reaction to the hand", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   ToolContact<S> contact{.phase = CuttingPhase::indenting, .depth = S(0.01), .tissue_force = {S(1), S(-2), S(3)}};
   CHECK(TissueReaction{}(contact) == contact.tissue_force);

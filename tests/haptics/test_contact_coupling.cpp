@@ -74,7 +74,7 @@ TEST_CASE("a coupling says which coefficient is wrong", "[haptics][coupling]") {
   CHECK_NOTHROW(ContactCoupling{.stiffness = 1, .damping = 0}.validate());
 }
 
-TEMPLATE_TEST_CASE("what the tool feels is what the tissue gets, with the sign changed", "[haptics][coupling]", float, double) {
+TEMPLATE_TEST_CASE("what the tool feels is what the tissue gets, with the sign changed", "[haptics][coupling]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto const skin = make_grid<S>(5, 5, S(0.01));
   SoftBody body(MassSpring<S>(skin, {.mass = {.total = S(0.05)}, .link = {.stiffness = 40, .damping = S(0.01)}, .home = {.stiffness = 5}}),
@@ -98,7 +98,7 @@ TEMPLATE_TEST_CASE("what the tool feels is what the tissue gets, with the sign c
   }
 }
 
-TEMPLATE_TEST_CASE("a contact never pulls", "[haptics][coupling]", float, double) {
+TEMPLATE_TEST_CASE("a contact never pulls", "[haptics][coupling]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   SoftBody body(one_particle<S>(S(0.001), 10, S(0.1)), LeapfrogVerlet{}, WholeBody{});
   auto contact = on_particle(body, middle);
@@ -114,7 +114,7 @@ TEMPLATE_TEST_CASE("a contact never pulls", "[haptics][coupling]", float, double
   CHECK(body.displacement(middle).isZero(0));   // nothing of all this reached the tissue
 }
 
-TEMPLATE_TEST_CASE("at rest the force is stiffness times gap, in series with the tissue", "[haptics][coupling]", float, double) {
+TEMPLATE_TEST_CASE("at rest the force is stiffness times gap, in series with the tissue", "[haptics][coupling]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   // One particle on k_home under a contact k, tip held at depth d: f = k g and f = k_home u, g + u = d, so f = d k k_home/(k + k_home).
   S const home = 60, d = S(0.004);
@@ -143,7 +143,7 @@ TEMPLATE_TEST_CASE("at rest the force is stiffness times gap, in series with the
     }
 }
 
-TEMPLATE_TEST_CASE("a nailed surface is a wall: force is stiffness times depth, from the first tick", "[haptics][coupling]", float, double) {
+TEMPLATE_TEST_CASE("a nailed surface is a wall: force is stiffness times depth, from the first tick", "[haptics][coupling]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto tissue = one_particle<S>(S(0.001), 10, S(0.1));
   tissue.nail(middle);

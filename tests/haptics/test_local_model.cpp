@@ -14,7 +14,7 @@ static_assert(std::is_trivially_destructible_v<LocalModel<double>> && std::is_tr
               "it holds no memory of its own");
 static_assert(noexcept(std::declval<LocalModel<double> const&>().depth(std::declval<Vector3<double> const&>())));
 
-TEMPLATE_TEST_CASE("a fresh local model knows of no contact", "[haptics][local_model]", float, double) {
+TEMPLATE_TEST_CASE("a fresh local model knows of no contact", "[haptics][local_model]", PALPATE_TEST_SCALARS) {
   LocalModel<TestType> const model;
   CHECK(model.sound);
   CHECK(model.phase == CuttingPhase::no_contact);
@@ -22,7 +22,7 @@ TEMPLATE_TEST_CASE("a fresh local model knows of no contact", "[haptics][local_m
   CHECK(model.tissue_force.isZero(0));
 }
 
-TEMPLATE_TEST_CASE("depth is the distance below the plane, and zero above it", "[haptics][local_model]", float, double) {
+TEMPLATE_TEST_CASE("depth is the distance below the plane, and zero above it", "[haptics][local_model]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   LocalModel<S> model;
   model.phase = CuttingPhase::indenting;

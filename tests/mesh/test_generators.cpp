@@ -48,7 +48,7 @@ void check_closed_ball(TriangleMesh<Scalar> const& mesh, int vertices) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a grid has the agreed indices, diagonals and normals", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("a grid has the agreed indices, diagonals and normals", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const mesh = make_grid<TestType>(4, 3, TestType(0.5));
   REQUIRE(mesh.points.cols() == 12);
   REQUIRE(mesh.triangles.cols() == 12);
@@ -63,7 +63,7 @@ TEMPLATE_TEST_CASE("a grid has the agreed indices, diagonals and normals", "[mes
 }
 
 // Yardstick: the volume 5/12 (3 + √5) a³ and area 5 √3 a² of the icosahedron, a = r / sin 72°; counts of a geodesic sphere.
-TEMPLATE_TEST_CASE("a sphere is a geodesic icosahedron", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("a sphere is a geodesic icosahedron", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const ico = make_sphere<TestType>(2, 1);
   double const a = 2 / std::sin(72 * degree);
   REQUIRE(volume(ico) == Approx(5.0 / 12 * (3 + std::sqrt(5.0)) * a * a * a));
@@ -81,7 +81,7 @@ TEMPLATE_TEST_CASE("a sphere is a geodesic icosahedron", "[mesh]", float, double
 }
 
 // Yardstick: the volume of a box; each tetrahedron a sixth of a cube; the top cut as a grid.
-TEMPLATE_TEST_CASE("a block is cut into equal tetrahedra", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("a block is cut into equal tetrahedra", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const mesh = make_block<TestType>(3, 4, 2, TestType(0.5));
   REQUIRE(mesh.points.cols() == 24);
   REQUIRE(mesh.tetrahedra.cols() == 6 * 2 * 3 * 1);
@@ -150,7 +150,7 @@ TEST_CASE("an implicit surface says why it can not be made", "[mesh]") {
 }
 
 // The promises of the header, for several sizes and seeds.
-TEMPLATE_TEST_CASE("an organ is closed, well-shaped and of the asked size", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("an organ is closed, well-shaped and of the asked size", "[mesh]", PALPATE_TEST_SCALARS) {
   for (int const n : {300, 501, 1000, 2000})
     for (std::uint64_t const seed : {1u, 2u, 99u}) {
       CAPTURE(n, seed);
@@ -220,7 +220,7 @@ TEST_CASE("an organ is the same in every run and differs between seeds", "[mesh]
 }
 
 // Yardstick: the vertex count of the thesis, Euler's formula for a closed surface.
-TEMPLATE_TEST_CASE("a heart has the size of the thesis's, closed", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("a heart has the size of the thesis's, closed", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const mesh = make_heart<TestType>();
   check_closed_ball(mesh, 961);
   REQUIRE(edges(mesh).size() == 2877);

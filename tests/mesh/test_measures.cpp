@@ -21,7 +21,7 @@ using namespace palpate;
 using namespace palpate_test;
 
 // Yardstick: closed forms of plane, cube corner, torus.
-TEMPLATE_TEST_CASE("area, volume, centroid and box of known shapes", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("area, volume, centroid and box of known shapes", "[mesh]", PALPATE_TEST_SCALARS) {
   double const eps = std::numeric_limits<TestType>::epsilon();
   auto const grid = make_grid<TestType>(11, 6, TestType(0.5));
   REQUIRE(surface_area(grid) == Approx(5 * 2.5).epsilon(8 * eps));
@@ -69,7 +69,7 @@ TEST_CASE("area and volume of the sphere converge with second order", "[mesh]") 
 }
 
 // Yardstick: translation changes neither area nor volume; float loses only the digits of its coordinates.
-TEMPLATE_TEST_CASE("measures do not depend on where the mesh is", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("measures do not depend on where the mesh is", "[mesh]", PALPATE_TEST_SCALARS) {
   auto mesh = make_sphere<TestType>(TestType(0.5), 6);
   TestType const area = surface_area(mesh), inside = volume(mesh);
   mesh.points.colwise() += Vector3<TestType>(64, -32, 16);
@@ -110,7 +110,7 @@ TEST_CASE("measures of nothing are refused", "[mesh]") {
 }
 
 // Yardstick: the normal of a sphere is its radius. The error is at least of first order in the side; at icosahedron corners exact.
-TEMPLATE_TEST_CASE("vertex normals of a sphere are radial", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("vertex normals of a sphere are radial", "[mesh]", PALPATE_TEST_SCALARS) {
   for (auto const weight : {NormalWeight::angle, NormalWeight::area}) {
     double before = 0;
     for (int const frequency : {5, 10, 20}) {
@@ -132,7 +132,7 @@ TEMPLATE_TEST_CASE("vertex normals of a sphere are radial", "[mesh]", float, dou
 }
 
 // Yardstick: at a cube corner the angle weights give the diagonal however the faces are cut; area weights do not.
-TEMPLATE_TEST_CASE("angle weights do not depend on how a face is cut", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("angle weights do not depend on how a face is cut", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const skin = surface(make_block<TestType>(2, 2, 2, TestType(1)));
   auto const normals = vertex_normals(skin, NormalWeight::angle);
   for (Eigen::Index i = 0; i < 8; ++i) {
@@ -141,7 +141,7 @@ TEMPLATE_TEST_CASE("angle weights do not depend on how a face is cut", "[mesh]",
   }
 }
 
-TEMPLATE_TEST_CASE("normals of flat, tiny and degenerate triangles", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("normals of flat, tiny and degenerate triangles", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const grid = make_grid<TestType>(4, 4, TestType(1e-9));   // areas of 1e-18 m² do not vanish in float
   for (auto const weight : {NormalWeight::angle, NormalWeight::area}) {
     auto const normals = vertex_normals(grid, weight);
@@ -158,7 +158,7 @@ TEMPLATE_TEST_CASE("normals of flat, tiny and degenerate triangles", "[mesh]", f
 }
 
 // Yardstick: equilateral triangle 1, half a square √3/2, angles of the 3-4-5 triangle.
-TEMPLATE_TEST_CASE("quality of known triangles", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("quality of known triangles", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const equilateral = surface_of<TestType>({{0, 0, 0}, {2, 0, 0}, {1, std::sqrt(3.0), 0}}, {{0, 1, 2}});
   auto const best = quality(equilateral);
   REQUIRE(best.worst_quality == Approx(1));

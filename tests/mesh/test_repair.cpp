@@ -31,7 +31,7 @@ constexpr RepairOptions closed{.wanted = {.closed = true}};
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a sound mesh is left alone", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("a sound mesh is left alone", "[mesh]", PALPATE_TEST_SCALARS) {
   auto mesh = make_organ<TestType>({.vertices = 400});
   auto const before = mesh;
   auto const report = repair(mesh, closed);
@@ -44,7 +44,7 @@ TEMPLATE_TEST_CASE("a sound mesh is left alone", "[mesh]", float, double) {
 }
 
 // Yardstick: a soup of separate triangles, as STL files hold it, becomes the sphere it was cut from.
-TEMPLATE_TEST_CASE("a triangle soup is joined", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("a triangle soup is joined", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const sphere = make_sphere<TestType>(TestType(0.1), 5);
   TriangleMesh<TestType> soup;
   soup.points.resize(3, 3 * sphere.triangles.cols());
@@ -66,7 +66,7 @@ TEMPLATE_TEST_CASE("a triangle soup is joined", "[mesh]", float, double) {
       REQUIRE((soup.points.col(report.new_index[std::size_t(3 * t + c)]) - sphere.points.col(sphere.triangles(c, t))).norm() < 1e-6);
 }
 
-TEMPLATE_TEST_CASE("degenerate, repeated and unused parts go", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("degenerate, repeated and unused parts go", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const good = make_sphere<TestType>(1, 3);
   auto mesh = with_triangle(with_triangle(good, 4, 4, 9), good.triangles(1, 7), good.triangles(0, 7), good.triangles(2, 7));
   mesh.points.conservativeResize(3, good.points.cols() + 2);
@@ -82,7 +82,7 @@ TEMPLATE_TEST_CASE("degenerate, repeated and unused parts go", "[mesh]", float, 
 }
 
 // Yardstick: the closed surface stays closed, its volume and area do not change.
-TEMPLATE_TEST_CASE("a flat triangle is removed without opening a slit", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("a flat triangle is removed without opening a slit", "[mesh]", PALPATE_TEST_SCALARS) {
   // The corner tetrahedron with a vertex 4 on the edge 1–2: the face 1, 2, 3 knows it, the face 0, 2, 1 does not; the flat
   // triangle 2, 1, 4 fills the gap of no width between them.
   auto mesh = surface_of<TestType>({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.5, 0.5, 0}},
@@ -103,7 +103,7 @@ TEMPLATE_TEST_CASE("a flat triangle is removed without opening a slit", "[mesh]"
 }
 
 // Yardstick: volume, and the sense of the untouched mesh.
-TEMPLATE_TEST_CASE("triangles are turned until all face outward", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("triangles are turned until all face outward", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const good = make_sphere<TestType>(1, 4);
   Random random(Seed{7});
   for (int round = 0; round < 20; ++round) {
@@ -132,7 +132,7 @@ TEMPLATE_TEST_CASE("triangles are turned until all face outward", "[mesh]", floa
   REQUIRE(validate(hollow, {.closed = true}).empty());
 }
 
-TEMPLATE_TEST_CASE("what can not be repaired is reported", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("what can not be repaired is reported", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const good = make_sphere<TestType>(1, 2);
   SECTION("not finite") {
     auto mesh = good;
@@ -186,7 +186,7 @@ TEMPLATE_TEST_CASE("what can not be repaired is reported", "[mesh]", float, doub
   }
 }
 
-TEMPLATE_TEST_CASE("cut lips are not merged where they are wanted", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("cut lips are not merged where they are wanted", "[mesh]", PALPATE_TEST_SCALARS) {
   auto mesh = surface_of<TestType>({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}, {3, 5, 4}});
   auto copy = mesh;
   REQUIRE_FALSE(repair(mesh, {.wanted = {.distinct_points = false}}).changed());
@@ -195,7 +195,7 @@ TEMPLATE_TEST_CASE("cut lips are not merged where they are wanted", "[mesh]", fl
   REQUIRE(copy.points.cols() == 4);
 }
 
-TEMPLATE_TEST_CASE("a volume is repaired", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("a volume is repaired", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const good = make_block<TestType>(3, 3, 3, TestType(0.1));
   auto mesh = good;
   mesh.points.conservativeResize(3, 29);

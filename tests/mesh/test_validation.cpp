@@ -52,7 +52,7 @@ void add_point(TriangleMesh<Scalar>& mesh, double x, double y, double z) {
 }  // namespace
 
 // Each mesh is made by hand with one mistake; the defect and its text are the expected ones.
-TEMPLATE_TEST_CASE("every defect of a surface is named with its place, value and remedy", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("every defect of a surface is named with its place, value and remedy", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const good = tetrahedron<TestType>();
   REQUIRE(validate(good, {.closed = true}).empty());
   REQUIRE_NOTHROW(require_valid(good, {.closed = true}));
@@ -154,7 +154,7 @@ TEMPLATE_TEST_CASE("every defect of a surface is named with its place, value and
 }
 
 // A hollow body is its outer surface and the inward wall of its cavity; two bodies beside each other must both face outward.
-TEMPLATE_TEST_CASE("walls of cavities may face inward", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("walls of cavities may face inward", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const outer = make_sphere<TestType>(2, 3);
   auto inner = make_sphere<TestType>(1, 2);
   inner.triangles.row(0).swap(inner.triangles.row(1));
@@ -165,7 +165,7 @@ TEMPLATE_TEST_CASE("walls of cavities may face inward", "[mesh]", float, double)
   REQUIRE(beside[0].index == outer.points.cols());
 }
 
-TEMPLATE_TEST_CASE("every defect of a volume is named", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("every defect of a volume is named", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const good = make_block<TestType>(2, 2, 2, TestType(1));
   REQUIRE(validate(good).empty());
   auto mesh = good;
@@ -234,7 +234,7 @@ TEST_CASE("the exception shows the first defects and counts the rest", "[mesh]")
 }
 
 // Yardstick: the distance to every earlier first point.
-TEMPLATE_TEST_CASE("points at one place are found as by brute force", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("points at one place are found as by brute force", "[mesh]", PALPATE_TEST_SCALARS) {
   Random random(Seed{11});
   for (double const distance : {0.0, 0.002, 0.01, 0.05}) {
     CAPTURE(distance);

@@ -56,7 +56,7 @@ std::vector<int> brute_distances(std::set<std::array<int, 2>> const& sides, int 
 }  // namespace
 
 // Yardstick: an ordered set filled from all corner pairs.
-TEMPLATE_TEST_CASE("edges are every side once, in order", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("edges are every side once, in order", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const check = [](auto const& mesh, auto const& elements) {
     auto const found = edges(mesh);
     auto const expected = brute_edges(elements);
@@ -73,7 +73,7 @@ TEMPLATE_TEST_CASE("edges are every side once, in order", "[mesh]", float, doubl
 }
 
 // Yardstick: the rim of a grid, by its indices; closed surfaces have none.
-TEMPLATE_TEST_CASE("the boundary of a grid is its rim, in the sense of its triangles", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("the boundary of a grid is its rim, in the sense of its triangles", "[mesh]", PALPATE_TEST_SCALARS) {
   int const nx = 6, ny = 4;
   auto const mesh = make_grid<TestType>(nx, ny, TestType(1));
   std::vector<int> rim;
@@ -100,7 +100,7 @@ TEMPLATE_TEST_CASE("the boundary of a grid is its rim, in the sense of its trian
 }
 
 // Yardstick: area and volume of the box, Euler's formula.
-TEMPLATE_TEST_CASE("the surface of a block is its six sides, outward", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("the surface of a block is its six sides, outward", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const block = make_block<TestType>(4, 3, 5, TestType(0.5));
   auto const skin = surface(block);
   REQUIRE(skin.points == block.points);
@@ -112,7 +112,7 @@ TEMPLATE_TEST_CASE("the surface of a block is its six sides, outward", "[mesh]",
   REQUIRE(surface(TetrahedralMesh<TestType>{}).triangles.cols() == 0);
 }
 
-TEMPLATE_TEST_CASE("pieces are found and ordered by their smallest vertex", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("pieces are found and ordered by their smallest vertex", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const one = make_grid<TestType>(3, 3, TestType(1));
   auto two = together(one, tetrahedron<TestType>(), {5, 0, 0});
   auto const pieces = connected_components(two);
@@ -129,7 +129,7 @@ TEMPLATE_TEST_CASE("pieces are found and ordered by their smallest vertex", "[me
 }
 
 // Yardstick: breadth-first search over the brute-force edge set, from every vertex.
-TEMPLATE_TEST_CASE("rings are distances in edges", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("rings are distances in edges", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const check = [](auto const& mesh, auto const& elements, std::vector<int> const& seeds) {
     auto const distance = brute_distances(brute_edges(elements), static_cast<int>(mesh.points.cols()), seeds);
     auto const rings = vertex_rings(mesh, seeds, 4);
@@ -149,7 +149,7 @@ TEMPLATE_TEST_CASE("rings are distances in edges", "[mesh]", float, double) {
 }
 
 // Yardstick: on the grid with one diagonal per square a ring is a hexagon of 6 k vertices, far from the rim.
-TEMPLATE_TEST_CASE("rings on a grid are hexagons", "[mesh]", float, double) {
+TEMPLATE_TEST_CASE("rings on a grid are hexagons", "[mesh]", PALPATE_TEST_SCALARS) {
   auto const mesh = make_grid<TestType>(21, 21, TestType(1));
   auto const rings = vertex_rings(mesh, 10 * 21 + 10, 9);
   REQUIRE(rings[0] == std::vector<int>{10 * 21 + 10});

@@ -30,7 +30,7 @@ SoftBody<MassSpring<S>, LeapfrogVerlet, WholeBody> slit(S to) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("the walls of a slit are two, as deep as asked, and look into the wound", "", float, double) {
+TEMPLATE_TEST_CASE("the walls of a slit are two, as deep as asked, and look into the wound", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto const uncut = make_grid<S>(9, 9, S(0.01));
   auto const body = slit<S>(S(0.06));

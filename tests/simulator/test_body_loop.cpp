@@ -66,7 +66,7 @@ Vector3<S> over(S z) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a tick is split into the fewest equal steps not above the stable one", "[simulator][body_loop]", float, double) {
+TEMPLATE_TEST_CASE("a tick is split into the fewest equal steps not above the stable one", "[simulator][body_loop]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   struct Case {
     double tick, stable;
@@ -168,7 +168,7 @@ TEST_CASE("a stiff organ under pre-tension is cut without diverging", "[simulato
   CHECK(farthest < 0.25 * 0.2 / 2);   // the organ is 0.2 m across
 }
 
-TEMPLATE_TEST_CASE("a wall answers stiffness times the mean depth of the tick", "[simulator][body_loop]", float, double) {
+TEMPLATE_TEST_CASE("a wall answers stiffness times the mean depth of the tick", "[simulator][body_loop]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Witness<S> body(sheet<S>(21, true));
   body.stated = S(0.25e-3);   // four steps
@@ -278,7 +278,7 @@ TEST_CASE("a cutter of the least kind is enough", "[simulator][body_loop]") {
   CHECK(model.tip_radius == 0.0);
 }
 
-TEMPLATE_TEST_CASE("a tick of palpation allocates nothing", "[simulator][body_loop]", float, double) {
+TEMPLATE_TEST_CASE("a tick of palpation allocates nothing", "[simulator][body_loop]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   REQUIRE(palpate_test::trap_works());
   auto const run = [](auto region) {

@@ -109,7 +109,7 @@ class Renderer {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a stroke on two threads", "[simulator][realtime][threads]", float, double) {
+TEMPLATE_TEST_CASE("a stroke on two threads", "[simulator][realtime][threads]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   double const cap = 0.8;
   auto const script = stroke<S>(0.010, 0.4);

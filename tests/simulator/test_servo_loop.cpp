@@ -66,7 +66,7 @@ static_assert(std::is_same_v<ServoLoop<Puppet<float>, NoForce, double>::DeviceSc
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a servo tick writes what the force model answers and records it", "[simulator][servo_loop]", float, double) {
+TEMPLATE_TEST_CASE("a servo tick writes what the force model answers and records it", "[simulator][servo_loop]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Stage<S> stage;
   stage.answer = {S(0.5), S(-0.25), S(1)};
@@ -120,7 +120,7 @@ TEST_CASE("a velocity that the device reports is taken as it is, unless it is no
   CHECK((stage.asked.velocity - Vector3<double>(1, 0, 0)).norm() < 1e-12);
 }
 
-TEMPLATE_TEST_CASE("a force above the device's maximum is shortened and keeps its direction", "[simulator][servo_loop]", float, double) {
+TEMPLATE_TEST_CASE("a force above the device's maximum is shortened and keeps its direction", "[simulator][servo_loop]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Stage<S> stage;
   for (Vector3<S> const& wanted : {Vector3<S>(0, 0, S(3.1)), Vector3<S>(S(10), S(1), 0), Vector3<S>(S(-1e15), S(1e15), S(3e14))}) {
@@ -263,7 +263,7 @@ TEST_CASE("a device that promises nonsense is refused when the session begins", 
   CHECK(unsaid(message_of([&] { stage.servo.begin_session(); }), "maximum force") == "");
 }
 
-TEMPLATE_TEST_CASE("a servo tick allocates nothing", "[simulator][servo_loop]", float, double) {
+TEMPLATE_TEST_CASE("a servo tick allocates nothing", "[simulator][servo_loop]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   REQUIRE(palpate_test::trap_works());
   Strings<S> strings;

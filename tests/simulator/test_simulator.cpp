@@ -51,7 +51,7 @@ auto session(double share = 0.25, ScriptedDeviceOptions const& options = {}) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("the same run gives the same bytes", "[simulator]", float, double) {
+TEMPLATE_TEST_CASE("the same run gives the same bytes", "[simulator]", PALPATE_TEST_SCALARS) {
   auto first = session<TestType>(), second = session<TestType>();
   std::string const text = first.run(0.9).to_csv();
   CHECK(text == second.run(0.9).to_csv());
@@ -92,7 +92,7 @@ TEST_CASE("a run without time is an empty recording, and one that makes no sense
   CHECK(with({}) == "(no exception)");
 }
 
-TEMPLATE_TEST_CASE("depth on a flat sheet is how far the tip is below it, and phases follow one another", "[simulator]", float, double) {
+TEMPLATE_TEST_CASE("depth on a flat sheet is how far the tip is below it, and phases follow one another", "[simulator]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto simulator = session<S>(1.0, {.max_force = 100.0});
   Recording const recording = simulator.run(3.6);
@@ -330,7 +330,7 @@ TEST_CASE("statistics say how many ticks ran and how long they took", "[simulato
   CHECK(simulator.statistics().servo.ticks() == 750);
 }
 
-TEMPLATE_TEST_CASE("a lock-step tick of palpation allocates nothing", "[simulator]", float, double) {
+TEMPLATE_TEST_CASE("a lock-step tick of palpation allocates nothing", "[simulator]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   REQUIRE(palpate_test::trap_works());
   auto const run = [](auto region) {

@@ -14,7 +14,7 @@
 
 using namespace palpate;
 
-TEMPLATE_TEST_CASE("a snapshot is the body as it was", "[simulator][snapshot]", float, double) {
+TEMPLATE_TEST_CASE("a snapshot is the body as it was", "[simulator][snapshot]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto body = palpate_test::skin<S>(WholeBody{});
   SnapshotChannel<S> channel;

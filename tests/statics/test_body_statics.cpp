@@ -38,7 +38,7 @@ void load(Body& body) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("every solver finds where stepping comes to rest", "", float, double) {
+TEMPLATE_TEST_CASE("every solver finds where stepping comes to rest", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   SoftBody stepped(skin<S>(), LeapfrogVerlet{}, WholeBody{});
   stepped.set_gravity({S(0), S(0), S(-2)});

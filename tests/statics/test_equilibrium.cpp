@@ -30,7 +30,7 @@ static_assert(EquilibriumSolver<DynamicRelaxation, MassSpring<float>> && Equilib
               EquilibriumSolver<NewtonRaphson<>, MassSpring<double>> &&
               EquilibriumSolver<NewtonRaphson<TangentOverRelaxation>, Supported<MassSpring<float>>>);
 
-TEMPLATE_TEST_CASE("a body on home springs sags by g m/k", "", float, double) {
+TEMPLATE_TEST_CASE("a body on home springs sags by g m/k", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   MassSpring<S> const tissue(make_grid<S>(6, 5, S(0.01)), {.mass = {.total = S(0.03), .lumping = Lumping::equal},
                                                            .link = {.stiffness = S(20)}, .home = {.stiffness = S(5)}});
@@ -47,7 +47,7 @@ TEMPLATE_TEST_CASE("a body on home springs sags by g m/k", "", float, double) {
   });
 }
 
-TEMPLATE_TEST_CASE("a chain of springs hangs as its closed form says", "", float, double) {
+TEMPLATE_TEST_CASE("a chain of springs hangs as its closed form says", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   std::vector<S> const stiffness{S(3), S(8), S(2), S(20), S(5), S(1), S(4)};
   Chain<S> const chain(stiffness);

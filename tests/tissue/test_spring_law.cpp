@@ -74,7 +74,7 @@ std::string faults(Broken const& law) { return testing::to_text(testing::check_s
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("shipped and user laws obey the laws of springs", "", float, double) {
+TEMPLATE_TEST_CASE("shipped and user laws obey the laws of springs", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   for (S const length : {S(0.002), S(0.1), S(3)}) {
     CHECK(testing::to_text(testing::check_spring_law(LinearSpring<S>{.stiffness = S(80), .damping = S(0.1)}, length)) == "");
@@ -105,7 +105,7 @@ TEST_CASE("the battery names each fault of a law") {
   CHECK(testing::to_text(testing::check_spring_law(Yielding{.says = false}, 1.0)) == "");
 }
 
-TEMPLATE_TEST_CASE("a locking spring is d/(ad + b) up to its guard, and its tangent from there", "", float, double) {
+TEMPLATE_TEST_CASE("a locking spring is d/(ad + b) up to its guard, and its tangent from there", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   LockingSpring<S> const spring{.stiffness = S(80), .largest_tension = S(2), .damping = S(0), .guard = S(0.75)};
   long double const a = 0.5L, b = 1.0L / 80, pole = -b / a, guard = 0.75L * pole;
@@ -126,7 +126,7 @@ TEMPLATE_TEST_CASE("a locking spring is d/(ad + b) up to its guard, and its tang
   CHECK_FALSE(LockingSpring<S>{.largest_tension = S(-1)}.monotone(S(1)));
 }
 
-TEMPLATE_TEST_CASE("a cubic spring is its polynomial", "", float, double) {
+TEMPLATE_TEST_CASE("a cubic spring is its polynomial", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   CubicSpring<S> const spring{.stiffness = S(80), .quadratic = S(-300), .cubic = S(5000), .damping = S(0)};
   check_against<S>(spring, [](long double d) { return 80 * d - 300 * d * d + 5000 * d * d * d; }, {-0.2, -0.03, -1e-4, 2e-4, 0.05, 0.3});
@@ -149,7 +149,7 @@ TEST_CASE("a cubic spring says where it is monotone") {
   CHECK((yes > 50 && no > 50));
 }
 
-TEMPLATE_TEST_CASE("a saturating spring is d/(a|d| + b): soft at the end, never stronger than its largest tension", "", float, double) {
+TEMPLATE_TEST_CASE("a saturating spring is d/(a|d| + b): soft at the end, never stronger than its largest tension", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   SaturatingSpring<S> const spring{.stiffness = S(80), .largest_tension = S(2), .damping = S(0)};
   double const a = 0.5, b = 1.0 / 80;
@@ -163,7 +163,7 @@ TEMPLATE_TEST_CASE("a saturating spring is d/(a|d| + b): soft at the end, never 
   }
 }
 
-TEMPLATE_TEST_CASE("stiffness and energy of a law that states neither are found from its tension", "", float, double) {
+TEMPLATE_TEST_CASE("stiffness and energy of a law that states neither are found from its tension", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   bool const single = std::same_as<S, float>;
   ToeSpring<S> const spring{S(50), S(0.002), S(0)};

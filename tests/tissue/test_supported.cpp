@@ -35,7 +35,7 @@ MassSpring<S> ball(S stiffness, S home) {
 static_assert(Linearises<Supported<MassSpring<double>>> && CuttableTissue<Supported<MassSpring<double>>> && HasPotentialEnergy<Supported<MassSpring<float>>> &&
               MultipliesStiffness<Supported<MassSpring<double>>> && BoundsItsRowsAt<Supported<MassSpring<float>>>);
 
-TEMPLATE_TEST_CASE("supported tissue obeys the laws of its family", "", float, double) {
+TEMPLATE_TEST_CASE("supported tissue obeys the laws of its family", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto const broken = [](auto const& tissue) { return testing::to_text(testing::check_tissue(tissue)); };
   CHECK(broken(Supported(ball<S>(S(50), S(0)), LinearSpring<S>{.stiffness = S(20), .damping = S(0.1)})) == "");

@@ -134,7 +134,7 @@ class ErrorStream {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("every format gives the same tetrahedron, in metres", "[vtk][read]", float, double) {
+TEMPLATE_TEST_CASE("every format gives the same tetrahedron, in metres", "[vtk][read]", PALPATE_TEST_SCALARS) {
   ScratchFolder const folder;
   for (auto const& [name, bytes] : formats) {
     CAPTURE(name);

@@ -12,7 +12,7 @@
 using namespace palpate;
 
 // Yardstick: the .pvd text written out by hand, and VTK's own reader for the frames.
-TEMPLATE_TEST_CASE("a series names its frames and each frame reads back", "[vtk][series]", float, double) {
+TEMPLATE_TEST_CASE("a series names its frames and each frame reads back", "[vtk][series]", PALPATE_TEST_SCALARS) {
   ScratchFolder const folder;
   SeriesWriter series(folder.path() / "a" / "tissue.pvd");
   CHECK(ScratchFolder::read(series.path()) ==
