@@ -52,7 +52,7 @@ void draw(Points<S> const& corners, S step, Expected const& expected) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("the four ways through a triangle add what the table says", "[cutting]", float, double) {
+TEMPLATE_TEST_CASE("the four ways through a triangle add what the table says", "[cutting]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   S const step = GENERATE(S(0.0003), S(0.003), S(0.05));
   CAPTURE(step);
@@ -86,7 +86,7 @@ TEMPLATE_TEST_CASE("the four ways through a triangle add what the table says", "
   }
 }
 
-TEMPLATE_TEST_CASE("free ends of a cut: in a triangle, at an edge, at a vertex", "[cutting]", float, double) {
+TEMPLATE_TEST_CASE("free ends of a cut: in a triangle, at an edge, at a vertex", "[cutting]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   S const step = GENERATE(S(0.0003), S(0.003), S(0.05));
   CAPTURE(step);

@@ -79,7 +79,7 @@ class Bench {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a cut along edges doubles what lies between its ends", "[cutting]", float, double) {
+TEMPLATE_TEST_CASE("a cut along edges doubles what lies between its ends", "[cutting]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   S const tick = GENERATE(S(0.3), S(3), S(100));
   CAPTURE(tick);
@@ -102,7 +102,7 @@ TEMPLATE_TEST_CASE("a cut along edges doubles what lies between its ends", "[cut
   SECTION("a corner: from border to border over one edge") { sheet.draw({{0.5, 10}, {10, 10}, {10, -2}}, {3, 2, 2, 2}); }
 }
 
-TEMPLATE_TEST_CASE("vertices are moved onto the blade's line", "[cutting]", float, double) {
+TEMPLATE_TEST_CASE("vertices are moved onto the blade's line", "[cutting]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   // One vertex after the other; a blade whose tick is far longer than an edge takes the shortest path, which is the same here.
   Bench<S> sheet(7, GENERATE(S(0.3), S(3), S(100)));
@@ -137,7 +137,7 @@ TEMPLATE_TEST_CASE("vertices are moved onto the blade's line", "[cutting]", floa
   }
 }
 
-TEMPLATE_TEST_CASE("cuts along edges that cross, meet and close", "[cutting]", float, double) {
+TEMPLATE_TEST_CASE("cuts along edges that cross, meet and close", "[cutting]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Bench<S> sheet(7, GENERATE(S(0.3), S(3)));
   SECTION("a cross: the vertex between has four copies") {

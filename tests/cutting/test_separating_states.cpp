@@ -73,7 +73,7 @@ TEST_CASE("a separating cutter stands where a progressive one does") {
   CHECK(palpate_then_cut<SeparatingCutter<double>>() == 0);
 }
 
-TEMPLATE_TEST_CASE("the simulator takes a separating cutter by its type", "", float, double) {
+TEMPLATE_TEST_CASE("the simulator takes a separating cutter by its type", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto const run = [](auto cutter) {
     auto path = Trajectory<S>::start({S(0.031), S(0.062), S(0.004)});

@@ -104,25 +104,25 @@ Seen separate_at_random(TriangleMesh<S> const& mesh, Region region, std::uint64_
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("separating strokes over a sheet at rest keep every invariant", "[cutting]", float, double) {
+TEMPLATE_TEST_CASE("separating strokes over a sheet at rest keep every invariant", "[cutting]", PALPATE_TEST_SCALARS) {
   Seen const seen = separate_at_random<TestType>(make_grid<TestType>(12, 12, TestType(0.01)), WholeBody{}, 41, 12, 8, false, 0);
   CHECK(seen.opened > 200);
   CHECK(seen.moved > 100);
   CHECK(seen.left > 10);
 }
 
-TEMPLATE_TEST_CASE("separating strokes over a sphere at rest keep every invariant", "[cutting]", float, double) {
+TEMPLATE_TEST_CASE("separating strokes over a sphere at rest keep every invariant", "[cutting]", PALPATE_TEST_SCALARS) {
   Seen const seen = separate_at_random<TestType>(make_sphere<TestType>(TestType(0.05), 6), WholeBody{}, 42, 8, 8, false, 0);
   CHECK(seen.opened > 200);
   CHECK(seen.moved > 100);
 }
 
-TEMPLATE_TEST_CASE("separating strokes over a moving, pre-tensioned organ keep every invariant", "[cutting]", float, double) {
+TEMPLATE_TEST_CASE("separating strokes over a moving, pre-tensioned organ keep every invariant", "[cutting]", PALPATE_TEST_SCALARS) {
   Seen const seen = separate_at_random<TestType>(make_organ<TestType>({.vertices = 400}), WholeBody{}, 43, 2, 5, true, TestType(0.06));
   CHECK(seen.opened > 30);
 }
 
-TEMPLATE_TEST_CASE("separating strokes over a moving sheet, a zone computed, keep every invariant", "[cutting]", float, double) {
+TEMPLATE_TEST_CASE("separating strokes over a moving sheet, a zone computed, keep every invariant", "[cutting]", PALPATE_TEST_SCALARS) {
   Seen const seen = separate_at_random<TestType>(make_grid<TestType>(12, 12, TestType(0.01)), ZoneOfInfluence{.rings = 3}, 44, 4, 4, true, 0);
   CHECK(seen.opened > 30);
 }

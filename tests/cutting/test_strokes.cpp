@@ -45,11 +45,11 @@ void cut_at_random(TriangleMesh<S> const& mesh, Region region, std::uint64_t see
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("strokes over a sheet at rest keep every invariant", "", float, double) {
+TEMPLATE_TEST_CASE("strokes over a sheet at rest keep every invariant", "", PALPATE_TEST_SCALARS) {
   cut_at_random<TestType>(make_grid<TestType>(12, 12, TestType(0.01)), WholeBody{}, 11, 40, false, 0);
 }
 
-TEMPLATE_TEST_CASE("strokes over a sphere at rest keep every invariant", "", float, double) {
+TEMPLATE_TEST_CASE("strokes over a sphere at rest keep every invariant", "", PALPATE_TEST_SCALARS) {
   cut_at_random<TestType>(make_sphere<TestType>(TestType(0.05), 6), WholeBody{}, 12, 25, false, 0);
 }
 
