@@ -301,6 +301,47 @@ TEST_CASE("any scalar of device and body goes together", "[simulator]") {
   }
 }
 
+// Yardstick: the body of before, to the byte; an even fade, by hand.
+TEST_CASE("a cut is undone under the tool: the force fades, the tool touches anew, and the same stroke cuts the same way", "[simulator]") {
+  auto simulator = session<double>();
+  auto const before = simulator.mark();
+  Matrix3X<double> const rest = simulator.body().positions();
+  auto const triangles = simulator.body().triangles().eval();
+  int ticks = 0, restored_at = -1;
+  auto const undo = [&](Tick const& tick) {
+    if (restored_at < 0 && tick.phase == CuttingPhase::moving && ++ticks == 150) {
+      REQUIRE(simulator.body().size() > rest.cols());
+      auto const mid_cut = simulator.mark();   // and on from there, after what follows
+      CHECK(mid_cut.tissue.size() > rest.cols());
+      simulator.restore(before);
+      CHECK(simulator.body().positions() == rest);
+      CHECK(simulator.body().triangles() == triangles);
+      restored_at = static_cast<int>(std::lround(1000 * tick.time));
+    }
+  };
+  Recording const recording = simulator.run(0.9, undo);
+  REQUIRE(restored_at > 0);
+  auto const& all = recording.ticks();
+  auto const at = static_cast<std::size_t>(restored_at);
+  REQUIRE(all[at].force.norm() > 0.005);
+  for (std::size_t k = 1; k <= 50; ++k) CHECK((all[at + k].force - (1 - 0.02 * static_cast<double>(k)) * all[at].force).norm() < 1e-12);
+  for (std::size_t k = at + 51; k < all.size(); ++k) {
+    CHECK(all[k].force.isZero(0));   // the stroke goes on inside, and is lifted
+    CHECK(all[k].phase == CuttingPhase::no_contact);
+  }
+  CHECK(simulator.statistics().servo_counts.faded == 50);
+  CHECK(simulator.body().triangles() == triangles);
+
+  auto again = session<double>();   // another simulator, not restored: the same stroke over the same body
+  again.run(0.9);
+  simulator.restore(before);
+  simulator.device() = session<double>().device();
+  simulator.cutter() = session<double>().cutter();
+  simulator.run(0.9);
+  CHECK(simulator.body().triangles() == again.body().triangles());
+  CHECK(simulator.body().positions() == again.body().positions());
+}
+
 TEST_CASE("snapshots come at their rate and at the end", "[simulator]") {
   Simulator simulator(ScriptedDevice<double>(stroke<double>(0.010, 0.25)), skin<double>(ZoneOfInfluence{.rings = 4}),
                       ProgressiveCutter<double>({.puncture_depth = 0.006}), NoForce{}, {.snapshot_rate = 100.0});

@@ -336,11 +336,12 @@ class SoftBody : public BodyShape<TissueType> {
   };
   /// While a cut is in progress its temporary particles are saved as such that stay: the wound ends where the blade is.
   State save() const {
-    if (this->temporary_count() > 0) {
-      SoftBody cut = *this;
-      cut.keep_temporaries();
-      return cut.save();
-    }
+    if constexpr (CuttableTissue<Tissue>)
+      if (this->temporary_count() > 0) {
+        SoftBody cut = *this;
+        cut.keep_temporaries();
+        return cut.save();
+      }
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
             gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_};

@@ -4,6 +4,8 @@
 #include <palpate/body/touch.hpp>
 #include <palpate/core/phase.hpp>
 
+#include <cstddef>
+
 namespace palpate {
 
 /// What the servo needs to know of the body between two body steps: the plane of the undisturbed surface at the touched point, the
@@ -14,6 +16,7 @@ template <RealScalar Scalar>
 struct LocalModel {
   CuttingPhase phase = CuttingPhase::no_contact;
   bool sound = true;   ///< false: the body has diverged, and the hand must feel nothing
+  std::size_t restorations = 0;   ///< of the body: when it changes, what was touched before is gone
   Vector3<Scalar> home_point = Vector3<Scalar>::Zero();
   Vector3<Scalar> normal = Vector3<Scalar>::UnitZ();
   Scalar tip_radius = 0;

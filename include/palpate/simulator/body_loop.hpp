@@ -68,6 +68,7 @@ class BodyLoop {
     SurfaceContact<Scalar> const& contact = cutter_.contact();
     model.phase = cutter_.state();
     model.sound = sound_;
+    if constexpr (requires { body_.restorations(); }) model.restorations = body_.restorations();
     if (model.phase != CuttingPhase::no_contact) {
       model.home_point = contact.home_point;
       model.normal = contact.normal;
@@ -80,6 +81,16 @@ class BodyLoop {
   /// A tick without a tool.
   void rest(Scalar h) {
     step(h, [](int, int, Scalar) {});
+  }
+
+  /// Brings the body back to a state it was in. The tool has to come from outside again.
+  template <class State>
+  void restore(State const& state) {
+    body_.restore(state);
+    pressed_ = 0;
+    guarded_ticks_ = 0;
+    was_guarded_ = false;
+    find_stable_step();
   }
 
   BodyType& body() noexcept { return body_; }

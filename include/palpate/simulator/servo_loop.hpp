@@ -7,6 +7,7 @@
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/simulator/recording.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 #include <utility>
@@ -20,6 +21,7 @@ struct ServoCounts {
   std::uint64_t unwritten = 0;    ///< writes that failed
   std::uint64_t faulted = 0;      ///< ticks without force because the device had reported a fault in this session
   std::uint64_t unsound = 0;      ///< ticks without force because the body had diverged
+  std::uint64_t faded = 0;        ///< ticks in which the force of before a restoration faded
   std::uint64_t not_finite = 0;   ///< forces that were not finite and became zero
   std::uint64_t limited = 0;      ///< forces shortened to the device's maximum
 };
@@ -37,7 +39,8 @@ struct DeviceScalarOf {
 
 /// The hand's side of a simulation: read the device, ask the force model, write the force. Both calls are noexcept and allocate nothing.
 /// The force is zero when the read failed or gave no finite position, when the body has diverged, when the force is not finite, and,
-/// from a fault of the device on, until its next session; it is never above the device's maximum.
+/// from a fault of the device on, until its next session; it is never above the device's maximum. When the body is restored under the
+/// tool, the last force fades to zero over 50 ms, evenly; then the force model is heard again, and the tool has to touch anew.
 template <class Device, class Force, RealScalar Scalar>
 class ServoLoop {
  public:
@@ -100,7 +103,9 @@ class ServoLoop {
     else if (!model.sound)
       ++counts_.unsound;
     else if (usable_)
-      wrench.force = permitted(Vector(force_(contact)).template cast<DeviceScalar>());
+      wrench.force = permitted(faded(model, Vector(force_(contact)).template cast<DeviceScalar>()));
+    restorations_ = model.restorations;
+    last_force_ = wrench.force;
     if (!is_usable(device_.write(wrench))) {
       ++counts_.unwritten;
       faulted_ = true;
@@ -123,6 +128,8 @@ class ServoLoop {
     rate_ = capabilities.rate;
     reports_velocity_ = capabilities.reports_velocity;
     faulted_ = false;
+    last_force_.setZero();
+    fade_left_ = 0;
   }
 
   Vector const& tip() const noexcept { return tip_; }
@@ -136,6 +143,20 @@ class ServoLoop {
   ServoCounts const& counts() const noexcept { return counts_; }
 
  private:
+  static constexpr Scalar fade_time = Scalar(0.05);   // s
+
+  /// The force wanted, or, after a restoration, what is left of the force before.
+  Vector3<DeviceScalar> faded(LocalModel<Scalar> const& model, Vector3<DeviceScalar> const& wanted) noexcept {
+    if (model.restorations != restorations_) {
+      faded_force_ = last_force_;
+      fade_left_ = fade_time;
+    }
+    if (!(fade_left_ > 0)) return wanted;
+    fade_left_ = fade_left_ > since_last_ ? fade_left_ - since_last_ : Scalar(0);
+    ++counts_.faded;
+    return static_cast<DeviceScalar>(fade_left_ / fade_time) * faded_force_;
+  }
+
   Vector3<DeviceScalar> permitted(Vector3<DeviceScalar> const& wanted) noexcept {
     if (!wanted.allFinite())
       ++counts_.not_finite;
@@ -158,6 +179,10 @@ class ServoLoop {
   Vector velocity_ = Vector::Zero();
   Scalar last_depth_ = 0;
   Scalar since_last_ = 0;   // s, the tick before this one
+  std::size_t restorations_ = 0;   // of the body, in the last tick
+  Vector3<DeviceScalar> last_force_ = Vector3<DeviceScalar>::Zero();    // N, written
+  Vector3<DeviceScalar> faded_force_ = Vector3<DeviceScalar>::Zero();   // N, before the restoration
+  Scalar fade_left_ = 0;   // s
   ServoCounts counts_;
 };
 

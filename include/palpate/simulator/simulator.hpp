@@ -131,6 +131,19 @@ class Simulator {
     return recording;
   }
 
+  /// The body as it is now, cuts included, also while the tool is in it: for restore(), as often as wanted.
+  auto mark() const
+    requires requires(Body const& body) { body.save(); }
+  {
+    return loop_.body().save();
+  }
+  /// Undoes all that has happened to the body since mark(). A tool that is in contact feels its force fade to zero over 50 ms, and has to touch
+  /// the tissue anew. Between runs, or from `after_tick`.
+  template <class Mark>
+  void restore(Mark const& mark) {
+    loop_.restore(mark);
+  }
+
   Body& body() noexcept { return loop_.body(); }
   Body const& body() const noexcept { return loop_.body(); }
   CutterType& cutter() noexcept { return loop_.cutter(); }
