@@ -223,6 +223,17 @@ class BodyShape {
   /// springs. They are the last particles, and the two triangles that each adds are the last ones: their numbers change with every edit.
   int temporary_count() const noexcept { return static_cast<int>(temporaries_.size()); }
   bool is_temporary(int particle) const noexcept { return particle >= size() - temporary_count(); }
+  /// Calls visit(particle, weight) for the particles that carry this one: itself, or the corners that a temporary one follows.
+  template <class Visit>
+  void for_each_carrier(int i, Visit visit) const {
+    if (!is_temporary(i)) {
+      visit(i, Scalar(1));
+      return;
+    }
+    Temporary const& temporary = temporaries_[static_cast<std::size_t>(i - size() + temporary_count())];
+    for (std::size_t k = 0; k < temporary.parents.size(); ++k)
+      if (temporary.parents[k] >= 0) visit(temporary.parents[k], temporary.weights[k]);
+  }
   /// The temporary particle, or −1 once it was removed or kept.
   int temporary_particle(TemporaryId id) const noexcept {
     std::size_t const k = find(id);

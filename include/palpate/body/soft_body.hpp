@@ -108,13 +108,7 @@ class SoftBody : public BodyShape<TissueType> {
   void apply_force(int i, Vector const& force) {
     this->check(i);
     require_finite("the force on particle", i, force);
-    if (!this->is_temporary(i)) {
-      forces_.add(state_, i, force);
-      return;
-    }
-    auto const& temporary = temporaries_[static_cast<std::size_t>(i - size() + this->temporary_count())];
-    for (std::size_t k = 0; k < temporary.parents.size(); ++k)
-      if (temporary.parents[k] >= 0) apply_force(temporary.parents[k], Vector(temporary.weights[k] * force));
+    this->for_each_carrier(i, [&](int carrier, Scalar weight) { forces_.add(state_, carrier, Vector(weight * force)); });
   }
 
   /// A uniform acceleration of every particle [m/s²]. Wakes the whole body; settle() finds the new equilibrium at once.

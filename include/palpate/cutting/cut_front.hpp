@@ -44,6 +44,13 @@ class CutFront {
     return body.tissue().surface().triangles_at(anchor_.left()).front();
   }
 
+  /// The particle at the blade: the temporary one, or where the cut ends.
+  template <class Body>
+  int blade_particle(Body const& body) const noexcept {
+    int const temporary = body.temporary_particle(temporary_);
+    return temporary >= 0 ? temporary : anchor_.left();
+  }
+
   /// Punctures: the path begins at a point of a triangle, or at the vertex or edge that it snaps to.
   template <class Body>
   void start(Body& body, int triangle, Vector const& barycentric, detail::Snapping<Scalar> const& snapping) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/cutting/blade_edge.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/cut_front.hpp>
 #include <palpate/cutting/detail/blade.hpp>
@@ -22,6 +23,7 @@ struct ProgressiveCutterOptions {
   Scalar puncture_force = std::numeric_limits<Scalar>::infinity();    ///< N, of the tool on the tissue
   std::optional<Scalar> snap = {};                                    ///< m, in the undeformed shape; a fifth of the edge in question if not given
   Scalar tip_radius = 0;                                              ///< m
+  std::optional<BladeEdge<Scalar>> edge = {};                         ///< the way the blade cuts; every way if not given
 };
 
 /// A scalpel: it presses, punctures, and cuts the surface along the tip's path, triangle by triangle, until it is lifted.
@@ -49,7 +51,7 @@ class ProgressiveCutter {
   using Vector = Vector3<Scalar>;
 
   explicit ProgressiveCutter(ProgressiveCutterOptions<Scalar> const& options = {})
-      : blade_(options.puncture_depth, options.puncture_force, options.tip_radius), snap_(options.snap) {
+      : blade_(options.puncture_depth, options.puncture_force, options.tip_radius, options.edge), snap_(options.snap) {
     if (snap_ && !(*snap_ >= 0 && std::isfinite(*snap_)))
       throw InvalidArgument(detail::message("snap is ", *snap_, " m; it must be finite and not negative"));
   }
@@ -81,9 +83,17 @@ class ProgressiveCutter {
     blade_.reset(body);
   }
 
+  /// Turns the blade's edge with the tool: its direction in the world, of any length. A point gets an edge by that.
+  void turn_edge(Vector const& axis) { blade_.turn(axis); }
+
   CuttingPhase state() const noexcept { return blade_.state(); }
   CutReport const& report() const noexcept { return blade_.front().report(); }
   SurfaceContact<Scalar> const& contact() const noexcept { return blade_.contact(); }
+  /// What the blade drags along while it is moved across its edge; nothing while it cuts.
+  template <class Body>
+  std::optional<BladeHold<Scalar>> held(Body const& body) const noexcept {
+    return blade_.held(body);
+  }
   /// Particles that were one before the current or last cut: the two lips of the wound, pair by pair.
   std::vector<std::array<int, 2>> const& lips() const noexcept { return blade_.front().lips(); }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/cutting/blade_edge.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/blade.hpp>
 #include <palpate/cutting/detail/separating_front.hpp>
@@ -8,6 +9,7 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace palpate {
@@ -18,6 +20,7 @@ struct SeparatingCutterOptions {
   Scalar puncture_depth = Scalar(0.005);                              ///< m below the undisturbed surface
   Scalar puncture_force = std::numeric_limits<Scalar>::infinity();    ///< N, of the tool on the tissue
   Scalar tip_radius = 0;                                              ///< m
+  std::optional<BladeEdge<Scalar>> edge = {};                         ///< the way the blade cuts; every way if not given
 };
 
 /// A scalpel that adds no triangles: it opens edges of the mesh that is there, those nearest to the blade.
@@ -51,7 +54,7 @@ class SeparatingCutter {
   using Vector = Vector3<Scalar>;
 
   explicit SeparatingCutter(SeparatingCutterOptions<Scalar> const& options = {})
-      : blade_(options.puncture_depth, options.puncture_force, options.tip_radius) {}
+      : blade_(options.puncture_depth, options.puncture_force, options.tip_radius, options.edge) {}
 
   /// Moves the tip [m] by one tick; `force` is what the tool presses the tissue with [N], for puncture_force.
   /// Throws InvalidArgument for a tip that is not finite, or a body that can not be cut; then nothing has changed.
@@ -77,9 +80,17 @@ class SeparatingCutter {
     blade_.reset(body);
   }
 
+  /// Turns the blade's edge with the tool: its direction in the world, of any length. A point gets an edge by that.
+  void turn_edge(Vector const& axis) { blade_.turn(axis); }
+
   CuttingPhase state() const noexcept { return blade_.state(); }
   SeparatingReport<Scalar> const& report() const noexcept { return blade_.front().report(); }
   SurfaceContact<Scalar> const& contact() const noexcept { return blade_.contact(); }
+  /// What the blade drags along while it is moved across its edge; nothing while it cuts.
+  template <class Body>
+  std::optional<BladeHold<Scalar>> held(Body const& body) const noexcept {
+    return blade_.held(body);
+  }
   /// Particles that were one before the current or last cut: the two lips of the wound, pair by pair.
   std::vector<std::array<int, 2>> const& lips() const noexcept { return blade_.front().lips(); }
 

@@ -16,7 +16,7 @@ namespace palpate {
 /// Source     \cite zheng2006 ch. 2, fig. 2.1 (tightly coupled framework)
 /// Invariant  The scale is finite; checked by `validate`.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Only an indenting tool is coupled to the tissue. While it cuts, F is 0: springs hold up a tip that lies on the surface, and
+/// Limits     Only a tool that indents, or a blade held across its edge, is coupled to the tissue. While it cuts, F is 0: springs hold up a tip that lies on the surface, and
 ///            nothing in them resists a blade that is through it; fracture and friction are forces of CuttingForce. The body's step rate is heard in the force unless the body runs at the servo rate.
 struct TissueReaction {
   double scale = 1.0;

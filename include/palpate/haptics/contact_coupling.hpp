@@ -14,6 +14,7 @@ namespace palpate {
 /// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them. This is the
 /// spring's force at the end of the step, so it is stable however stiff the spring and however light the particles; at rest
 /// f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
+/// A blade that is held across its edge drags the particle at it along the surface with the same spring, to all sides, up to a slip force.
 /// Units      k [N/m], c [N·s/m], force [N].
 /// Source     \cite baraff1998 for the force at the end of the step.
 /// Cost       O(links at three particles), no allocation.
@@ -64,6 +65,31 @@ struct ContactCoupling {
       if (b > 0) body.apply_force(corners[i], -b * force * contact.normal);
     }
     return force * contact.normal;
+  }
+
+  /// Drags a particle with the tip along the surface for the body's next step and returns the tissue's reaction on the tool [N].
+  template <class Body>
+  typename Body::Vector drag(Body& body, int particle, typename Body::Scalar slip_force, typename Body::Vector const& normal, typename Body::Vector const& tip,
+                             typename Body::Vector const& tip_velocity, typename Body::Scalar h) const {
+    using Scalar = typename Body::Scalar;
+    using Vector = typename Body::Vector;
+    Vector point = Vector::Zero(), velocity = Vector::Zero(), acceleration = Vector::Zero();
+    Scalar mobility = 0;   // 1/kg
+    body.for_each_carrier(particle, [&](int i, Scalar b) {
+      point += b * body.positions().col(i);
+      velocity += b * body.velocities().col(i);
+      acceleration += b * body.predicted_acceleration(i, h);
+      if (!body.tissue().nailed(i) && !body.is_held(i)) mobility += b * b / body.tissue().mass(i);
+    });
+    auto const along = [&](Vector const& v) { return Vector(v - v.dot(normal) * normal); };
+    Scalar const k = static_cast<Scalar>(stiffness);
+    Scalar const c = static_cast<Scalar>(damping) + h * k;
+    Vector force = (k * along(tip - point) + c * along(tip_velocity - velocity - h * acceleration)) / (1 + h * c * mobility);
+    Scalar const size = force.norm();
+    if (!std::isfinite(size)) return Vector::Zero();
+    if (size > slip_force) force *= slip_force / size;
+    body.apply_force(particle, force);
+    return -force;
   }
 };
 

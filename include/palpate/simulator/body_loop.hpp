@@ -28,7 +28,8 @@ struct BodyCounts {
 /// A tick is split into the fewest equal steps not above the body's stable step, which is found anew after every cut, and where the body,
 /// looked at every eight ticks while it moves, says that it has fallen: a wound that opens under pre-tension grows stiffer. Just after a cut,
 /// and while a particle moves faster than 5 % of an edge a tick, springs turn within a tick: then the steps are not above the body's
-/// guaranteed one, which holds wherever the body goes. While the tool indents, the touched point is coupled to the tip in each of these steps; the tip moves evenly through the tick.
+/// guaranteed one, which holds wherever the body goes. While the tool indents, the touched point is coupled to the tip in each of these steps, and so is the point at a blade that is held across its
+/// edge; the tip moves evenly through the tick.
 /// Where that would be more steps than allowed, those allowed are taken, each a stable one: the body then lags behind the hand, it
 /// does not diverge.
 /// After a step that diverged the local model says so, until the tip is out of the tissue and the body moves again.
@@ -58,8 +59,11 @@ class BodyLoop {
     bool const presses = cutter_.state() == CuttingPhase::indenting;
     Vector reaction = Vector::Zero();
     step(h, [&](int i, int steps, Scalar each) {
-      if (!presses) return;
       Vector const now = from + (tip - from) * (Scalar(i) / Scalar(steps));
+      if constexpr (requires { cutter_.held(body_); })
+        if (auto const held = cutter_.held(body_))
+          reaction += coupling_.drag(body_, held->particle, held->slip_force, cutter_.contact().normal, now, velocity, each) / Scalar(steps);
+      if (!presses) return;
       reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, tip_radius(), each) / Scalar(steps);
     });
     pressed_ = reaction.norm();

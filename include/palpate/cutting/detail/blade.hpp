@@ -5,7 +5,9 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
+#include <palpate/cutting/blade_edge.hpp>
 
+#include <optional>
 #include <string_view>
 
 namespace palpate::detail {
@@ -21,8 +23,9 @@ class Blade {
   using Vector = Vector3<Scalar>;
 
   /// `puncture_depth` and `tip_radius` in m, `puncture_force` in N.
-  Blade(Scalar puncture_depth, Scalar puncture_force, Scalar tip_radius)
-      : puncture_depth_(puncture_depth), puncture_force_(puncture_force), touch_(tip_radius) {
+  Blade(Scalar puncture_depth, Scalar puncture_force, Scalar tip_radius, std::optional<BladeEdge<Scalar>> const& edge)
+      : puncture_depth_(puncture_depth), puncture_force_(puncture_force), edge_(edge), touch_(tip_radius) {
+    if (edge_) edge_->validate();
     require_positive("puncture_depth", puncture_depth, "m");
     require_positive("puncture_force", puncture_force, "N");
   }
@@ -41,9 +44,13 @@ class Blade {
     if (!contact.touching) {
       if (state_ == CuttingPhase::moving) front_.finish(body), body.even_masses();
       state_ = CuttingPhase::no_contact;
+      is_held_ = false;
       return;
     }
     int restart = -1;
+    is_held_ = state_ == CuttingPhase::moving && edge_ && !contact.off_surface && !edge_->cuts(contact.home_point - cut_to_, contact.normal);
+    if (is_held_) return;
+    cut_to_ = contact.home_point;
     if (state_ == CuttingPhase::moving) {
       restart = go_on(front_, contact);
     } else {
@@ -65,6 +72,22 @@ class Blade {
       front_.finish(body), body.even_masses();
     touch_.reset();
     state_ = CuttingPhase::no_contact;
+    is_held_ = false;
+  }
+
+  /// The edge turns with the tool.
+  void turn(Vector const& axis) {
+    BladeEdge<Scalar> edge = edge_ ? *edge_ : BladeEdge<Scalar>{};
+    edge.axis = axis;
+    edge.validate();
+    edge_ = edge;
+  }
+
+  /// What the blade drags along while it is held across its edge.
+  template <class Body>
+  std::optional<BladeHold<Scalar>> held(Body const& body) const noexcept {
+    if (!is_held_ || touch_.was_restored(body)) return {};
+    return BladeHold<Scalar>{front_.blade_particle(body), edge_->slip_force};
   }
 
   CuttingPhase state() const noexcept { return state_; }
@@ -77,6 +100,9 @@ class Blade {
   }
 
   Scalar puncture_depth_, puncture_force_;
+  std::optional<BladeEdge<Scalar>> edge_;
+  bool is_held_ = false;              // across its edge
+  Vector cut_to_ = Vector::Zero();    // m, where the blade has cut to, in the undisturbed body
   Touch<Scalar> touch_;
   Front front_;
   CuttingPhase state_ = CuttingPhase::no_contact;

@@ -45,6 +45,12 @@ class SeparatingFront {
   SeparatingReport<Scalar> const& report() const noexcept { return report_; }
   std::vector<std::array<int, 2>> const& lips() const noexcept { return lips_; }
 
+  /// The particle at the blade: the vertex nearest to it.
+  template <class Body>
+  int blade_particle(Body const&) const noexcept {
+    return goal_;
+  }
+
   /// Punctures: the cut begins at the vertex nearest to a point of a triangle.
   template <class Body>
   void start(Body const& body, int triangle, Vector const& barycentric) {
