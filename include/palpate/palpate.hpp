@@ -82,6 +82,7 @@
 #include <palpate/body/modal_view.hpp>
 #include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
+#include <palpate/body/surface_changes.hpp>
 #include <palpate/body/touch.hpp>
 
 // cutting: how topology changes

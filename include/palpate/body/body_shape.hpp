@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/particle_state.hpp>
+#include <palpate/body/surface_changes.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/mesh/normals.hpp>
@@ -88,6 +89,13 @@ class BodyShape {
   /// Counts the changes of the triangles: a renderer whose count differs must take them anew.
   std::size_t topology_revision() const noexcept { return topology_revision_; }
 
+  /// What has changed since forget_changes(): particles and triangles added, changed, gone. Before the first call, and after restore(),
+  /// everything is new. One host at a time can follow a body so. Allocates nothing; O(m log m) for m triangles changed.
+  SurfaceChanges changes() noexcept {
+    return {changes_.first_particle(), size(), changes_.first_triangle(), tree_.size(), changes_.sorted(), temporary_count()};
+  }
+  void forget_changes() noexcept { changes_.forget(size(), tree_.size()); }
+
   /// Divides a triangle in three at barycentric weights, all > 0. Returns the new particle.
   int insert_in_triangle(int t, Vector const& w)
     requires CuttableTissue<Tissue>
@@ -129,7 +137,10 @@ class BodyShape {
     return edit_below_temporaries([&] {
       int const n = tissue_.split_particle(p, triangles);
       state_.add_copy(p);
-      for (int const t : triangles) tree_.relabel(state_.position.view(), t, tissue_.surface().corners(t));
+      for (int const t : triangles) {
+        tree_.relabel(state_.position.view(), t, tissue_.surface().corners(t));
+        changes_.edited(t);
+      }
       ++topology_revision_;
       disturbed_.insert(disturbed_.end(), {p, n});
       return n;
@@ -145,7 +156,7 @@ class BodyShape {
       state_.merge_last(p, tissue_.mass(p), tissue_.mass(last));
       tissue_.merge_last_particle(p);
       for (int const t : tissue_.surface().triangles_at(p)) patch_tree(t);   // while the tree may still look at the old corner
-      state_.pop();
+      pop_particle();
       fit_tree_at(p);
       disturbed_.push_back(p);
       return p;
@@ -349,6 +360,7 @@ class BodyShape {
   void reserve(int particles, int triangles) {
     state_.reserve(particles);
     tree_.reserve(triangles);
+    changes_.reserve(triangles);
     reserved_triangles_ = std::max(reserved_triangles_, triangles);
     disturbed_.reserve(4 * static_cast<std::size_t>(particles));
     temporaries_.reserve(8), withdrawn_.reserve(8), kept_.reserve(8);
@@ -426,6 +438,7 @@ class BodyShape {
   Vector home_low_ = Vector::Zero(), home_high_ = Vector::Zero();   // m, of the undisturbed body
   bool home_box_is_known_ = false;
   int reserved_triangles_ = 0;
+  detail::ChangeRecord changes_;   // of particles and triangles, for a host's copy
 
  private:
   static constexpr Scalar least_kept_weight = Scalar(0.1);   // of each corner of its triangle, before they are made to sum to 1
@@ -444,9 +457,10 @@ class BodyShape {
       temporaries_.pop_back();
       tree_.remove_last(state_.position.view());
       tree_.remove_last(state_.position.view());
+      changes_.triangles_fell_to(tree_.size());
       tissue_.remove_temporary(t.triangle, {t.parents[0], t.parents[1], t.parents[2]});
       patch_tree(t.triangle);   // while the tree may still look at the old corner
-      state_.pop();
+      pop_particle();
     }
     return first;
   }
@@ -496,12 +510,20 @@ class BodyShape {
   /// Particle `to` has got this share of its mass from `from`: an inelastic impact.
   void mix_velocity(int from, int to, Scalar share) noexcept { state_.velocity[to] += share * (state_.velocity[from] - state_.velocity[to]); }
 
+  void pop_particle() noexcept {
+    state_.pop();
+    changes_.particles_fell_to(size());
+  }
+
   void patch_tree(int t) {
-    tree_.replace(state_.position.view(), t, tissue_.surface().corners(t));
+    Corners const now = tissue_.surface().corners(t);
+    if (now != tree_.corners(t)) changes_.edited(t);
+    tree_.replace(state_.position.view(), t, now);
     ++topology_revision_;
   }
   void divide_in_tree(int t) {
     tree_.divide(state_.position.view(), t, tissue_.surface().corners(t), tissue_.surface().corners(tree_.size()));
+    changes_.edited(t);
     ++topology_revision_;
   }
   void append_to_tree(int sibling) { tree_.add(state_.position.view(), tissue_.surface().corners(tree_.size()), sibling); }

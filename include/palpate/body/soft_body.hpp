@@ -352,6 +352,7 @@ class SoftBody : public BodyShape<TissueType> {
     this->evened_ = 0;
     temporaries_.clear(), kept_.clear();
     this->build_tree();
+    this->changes_.forget(0, 0);   // all is new
     stable_step_is_known_ = false;
     ++topology_revision_;
     ++restorations_;
