@@ -242,7 +242,8 @@ class CutFront {
     Vector const anchor = body.tissue().rest_position(anchor_.left()), start = body.tissue().rest_position(b);
     Vector const edge = body.tissue().rest_position(c) - start;
     Scalar const length = edge.norm(), height = 2 * body.tissue().triangle_area(host_) / length;
-    Scalar limit = snapping_.near(std::max(length, local_edge(body, exit)));
+    Scalar const reach = snapping_.near(std::max(length, local_edge(body, exit)));
+    Scalar limit = reach;
     Scalar s = exit.s, way = (start + s * edge - anchor).norm();
     if (height < limit) {   // a thin triangle, crossed at a slant
       Scalar const foot = std::clamp((anchor - start).dot(edge) / (length * length), Scalar(0), Scalar(1));
@@ -252,7 +253,9 @@ class CutFront {
     }
     Scalar const nearer = std::min(s, 1 - s), beside = nearer * height * length / way;   // how far the nearer end is off the way
     if (way < limit) limit *= limit / way;                                               // a short way through a narrow corner
-    bool const snaps = nearer * length <= limit || beside <= limit / 2;
+    int const end = s <= Scalar(0.5) ? b : c;
+    bool const follows_wound = nearer * length <= Scalar(2.5) * reach && runs_along_wound(body, anchor, start + s * edge, end);
+    bool const snaps = nearer * length <= limit || beside <= limit / 2 || follows_wound;
     bool const to_b = snaps && s <= Scalar(0.5), to_c = snaps && !to_b;
     if (snaps && !anchor_.can_cut_to(body, host_, to_b ? b : c) && !anchor_.can_close(body)) {
       count(false);
@@ -267,6 +270,32 @@ class CutFront {
       kind_ = detail::SpotKind::edge;
     }
     host_ = -1;
+  }
+
+  /// Whether a way leads to within 25 degrees along a lip or border at this vertex, which lies ahead: it follows a cut that was snapped there, and
+  /// would free a sliver beside it.
+  template <class Body>
+  bool runs_along_wound(Body const& body, Vector const& from, Vector const& to, int vertex) const {
+    auto const& surface = body.tissue().surface();
+    Vector const way = to - from;
+    if (!(way.dot(body.tissue().rest_position(vertex) - from) > 0)) return false;
+    auto const is_along = [&](int other) {
+      Vector const lip = body.tissue().rest_position(other) - body.tissue().rest_position(vertex);
+      return std::abs(way.dot(lip)) > Scalar(0.9) * way.norm() * lip.norm();
+    };
+    auto const is_held_by = [&](int p, int q) {   // between edits the host alone is parted from its neighbour: both copies of the anchor count
+      if (surface.triangle_with_edge(p, q) >= 0) return true;
+      if (anchor_.is(p)) return surface.triangle_with_edge(anchor_.left(), q) >= 0 || surface.triangle_with_edge(anchor_.right(), q) >= 0;
+      if (anchor_.is(q)) return surface.triangle_with_edge(p, anchor_.left()) >= 0 || surface.triangle_with_edge(p, anchor_.right()) >= 0;
+      return false;
+    };
+    for (int const t : surface.triangles_at(vertex)) {
+      auto const c = surface.corners(t);
+      auto const k = static_cast<std::size_t>(surface.corner_of(t, vertex));
+      int const ahead = c[(k + 1) % 3], behind = c[(k + 2) % 3];
+      if ((!is_held_by(ahead, vertex) && is_along(ahead)) || (!is_held_by(vertex, behind) && is_along(behind))) return true;
+    }
+    return false;
   }
 
   /// The mean edge [m] of the triangle that the way leaves or of the one it enters, whichever is longer.
