@@ -12,6 +12,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -239,37 +240,61 @@ class CutFront {
   template <class Body>
   void cross(Body& body, Exit const& exit) {
     auto const [b, c] = ends(body, exit);
+    auto const [vertex, s] = passage(body, exit);
+    if (vertex >= 0 && (anchor_.can_cut_to(body, host_, vertex) || anchor_.can_close(body))) {
+      if (anchor_.cut_to(body, host_, vertex)) count(true);
+      kind_ = detail::SpotKind::vertex;
+    } else {
+      count(false);
+      anchor_.join(body, anchor_.insert_facing(body, b, c, vertex < 0 ? s : vertex == b ? Scalar(0.25) : Scalar(0.75)));
+      kind_ = detail::SpotKind::edge;
+    }
+    host_ = -1;
+  }
+
+  /// Where the path passes an edge: at a vertex, or at this part of it.
+  struct Passage {
+    int vertex = -1;
+    Scalar s = 0;
+  };
+
+  template <class Body>
+  Passage passage(Body const& body, Exit const& exit) const {
+    auto const [b, c] = ends(body, exit);
     Vector const anchor = body.tissue().rest_position(anchor_.left()), start = body.tissue().rest_position(b);
     Vector const edge = body.tissue().rest_position(c) - start;
     Scalar const length = edge.norm(), height = 2 * body.tissue().triangle_area(host_) / length;
     Scalar const reach = snapping_.near(std::max(length, local_edge(body, exit)));
-    Scalar limit = reach;
     Scalar s = exit.s, way = (start + s * edge - anchor).norm();
-    if (height < limit) {   // a thin triangle, crossed at a slant
+    auto const nearest_end = [&] { return s <= Scalar(0.5) ? b : c; };
+    auto const from_end = [&] { return std::min(s, 1 - s) * length; };
+    auto const off_way = [&](Scalar part) { return part * height * length / way; };   // how far an end of the edge is off the way
+    if (from_end() <= Scalar(2.5) * reach && runs_along_wound(body, anchor, start + s * edge, nearest_end())) return {nearest_end(), s};
+    if (beyond(body, exit) < 0)   // a corner of a wound would come free as a sliver
+      for (auto const& [corner, part] : {std::pair(b, s), std::pair(c, 1 - s)})
+        if (off_way(part) <= reach && is_lip(body, anchor_.left(), corner)) return {corner, s};
+    if (height < reach) {   // a thin triangle, crossed at a slant
       Scalar const foot = std::clamp((anchor - start).dot(edge) / (length * length), Scalar(0), Scalar(1));
-      Scalar const slide = limit / 2 * way / (height * length);
+      Scalar const slide = reach / 2 * way / (height * length);
       s = s < foot ? std::min(foot, s + slide) : std::max(foot, s - slide);
       way = (start + s * edge - anchor).norm();
     }
-    Scalar const nearer = std::min(s, 1 - s), beside = nearer * height * length / way;   // how far the nearer end is off the way
-    if (way < limit) limit *= limit / way;                                               // a short way through a narrow corner
-    int const end = s <= Scalar(0.5) ? b : c;
-    bool const follows_wound = nearer * length <= Scalar(2.5) * reach && runs_along_wound(body, anchor, start + s * edge, end);
-    bool const snaps = nearer * length <= limit || beside <= limit / 2 || follows_wound;
-    bool const to_b = snaps && s <= Scalar(0.5), to_c = snaps && !to_b;
-    if (snaps && !anchor_.can_cut_to(body, host_, to_b ? b : c) && !anchor_.can_close(body)) {
-      count(false);
-      anchor_.join(body, anchor_.insert_facing(body, b, c, to_b ? Scalar(0.25) : Scalar(0.75)));
-      kind_ = detail::SpotKind::edge;
-    } else if (to_b || to_c) {
-      if (anchor_.cut_to(body, host_, to_b ? b : c)) count(true);
-      kind_ = detail::SpotKind::vertex;
-    } else {
-      count(false);
-      anchor_.join(body, anchor_.insert_facing(body, b, c, s));
-      kind_ = detail::SpotKind::edge;
-    }
-    host_ = -1;
+    Scalar const limit = way < reach ? reach * reach / way : reach;   // a short way through a narrow corner
+    bool const snaps = from_end() <= limit || off_way(std::min(s, 1 - s)) <= limit / 2;
+    return {snaps ? nearest_end() : -1, s};
+  }
+
+  /// Whether an edge is a lip or a border. Between edits an open anchor's host is parted from its neighbour: both copies of the anchor count.
+  template <class Body>
+  bool is_lip(Body const& body, int p, int q) const noexcept {
+    auto const& surface = body.tissue().surface();
+    auto const holds = [&](int from, int to) {
+      if (surface.triangle_with_edge(from, to) >= 0) return true;
+      if (anchor_.is(from)) return surface.triangle_with_edge(anchor_.left(), to) >= 0 || surface.triangle_with_edge(anchor_.right(), to) >= 0;
+      if (anchor_.is(to)) return surface.triangle_with_edge(from, anchor_.left()) >= 0 || surface.triangle_with_edge(from, anchor_.right()) >= 0;
+      return false;
+    };
+    return !holds(p, q) || !holds(q, p);
   }
 
   /// Whether a way leads to within 25 degrees along a lip or border at this vertex, which lies ahead: it follows a cut that was snapped there, and
@@ -283,17 +308,11 @@ class CutFront {
       Vector const lip = body.tissue().rest_position(other) - body.tissue().rest_position(vertex);
       return std::abs(way.dot(lip)) > Scalar(0.9) * way.norm() * lip.norm();
     };
-    auto const is_held_by = [&](int p, int q) {   // between edits the host alone is parted from its neighbour: both copies of the anchor count
-      if (surface.triangle_with_edge(p, q) >= 0) return true;
-      if (anchor_.is(p)) return surface.triangle_with_edge(anchor_.left(), q) >= 0 || surface.triangle_with_edge(anchor_.right(), q) >= 0;
-      if (anchor_.is(q)) return surface.triangle_with_edge(p, anchor_.left()) >= 0 || surface.triangle_with_edge(p, anchor_.right()) >= 0;
-      return false;
-    };
     for (int const t : surface.triangles_at(vertex)) {
       auto const c = surface.corners(t);
       auto const k = static_cast<std::size_t>(surface.corner_of(t, vertex));
       int const ahead = c[(k + 1) % 3], behind = c[(k + 2) % 3];
-      if ((!is_held_by(ahead, vertex) && is_along(ahead)) || (!is_held_by(vertex, behind) && is_along(behind))) return true;
+      if ((is_lip(body, ahead, vertex) && is_along(ahead)) || (is_lip(body, vertex, behind) && is_along(behind))) return true;
     }
     return false;
   }
