@@ -189,6 +189,13 @@ TEST_CASE("cuts that meet, cross and close: pieces and Euler characteristic by t
     CHECK(pieces() == 4);
     CHECK(euler_characteristic(body.rest_mesh()) == 4);   // four discs
   }
+  SECTION("three wounds in one tick: what lies between them is cut too") {
+    for (double const y : {0.0253, 0.0353, 0.0437}) draw_on({{-0.005, y, 0}, {0.085, y + 4e-4, 0}});
+    CHECK(pieces() == 4);
+    double const tick = GENERATE(0.1, 0.025, 0.008);
+    REQUIRE(violations_along(body, cutter, stroke_over(grid, sampled(Points<double>{{0.0413, 0.085, 0}, {0.0423, -0.005, 0}}, tick), 0.003, 0.003), before, [](auto&) {}) == "");
+    CHECK(pieces() == 8);
+  }
   SECTION("several blades at once: the pieces are those of the lines, and each blade has its temporary particle") {
     std::vector<Points<double>> const lines = GENERATE(std::vector<Points<double>>{{{-0.005, 0.0253, 0}, {0.085, 0.0257, 0}}, {{-0.005, 0.0553, 0}, {0.085, 0.0557, 0}}},
                                                        std::vector<Points<double>>{{{-0.005, 0.0353, 0}, {0.085, 0.0357, 0}}, {{0.0413, 0.085, 0}, {0.0423, -0.005, 0}}},

@@ -92,6 +92,11 @@ class CutFront {
       if (host_ < 0) host_ = host_towards(body, way, triangle);
       if (host_ >= 0 && body.keep_temporary_in(host_) >= 0) host_ = host_towards(body, way, triangle);
       if (host_ < 0) {
+        if (step_over_wound(body, way)) {
+          from = body.tissue().rest_position(anchor_.left());
+          from_normal = body.home_normal(anchor_.left());
+          continue;
+        }
         if (!enter_beyond_wound(body, way, triangle, target)) return;   // not ahead: the front waits
         from = body.tissue().rest_position(anchor_.left());
         from_normal = body.home_normal(anchor_.left());
@@ -195,12 +200,16 @@ class CutFront {
   /// The triangle at the anchor that the way enters: its facing edge starts to the right of the way and ends to the left.
   template <class Body>
   int host_towards(Body const& body, detail::RestWay<Scalar> const& way, int target_triangle) const {
+    return host_towards(body, anchor_.left(), way, target_triangle);
+  }
+  template <class Body>
+  static int host_towards(Body const& body, int anchor, detail::RestWay<Scalar> const& way, int target_triangle) {
     auto const& surface = body.tissue().surface();
     int best = -1;
     Scalar best_progress = 0;
-    for (int const t : surface.triangles_at(anchor_.left())) {
+    for (int const t : surface.triangles_at(anchor)) {
       auto const c = surface.corners(t);
-      auto const k = static_cast<std::size_t>(surface.corner_of(t, anchor_.left()));
+      auto const k = static_cast<std::size_t>(surface.corner_of(t, anchor));
       Vector const p = body.tissue().rest_position(c[(k + 1) % 3]), q = body.tissue().rest_position(c[(k + 2) % 3]);
       Scalar const at_p = way.to_the_right(p), at_q = way.to_the_right(q);
       if (!(at_p >= 0 && at_q <= 0 && at_p > at_q)) continue;
@@ -327,6 +336,75 @@ class CutFront {
       longest = std::max(longest, detail::rest_length(body, c[0], c[1]) + detail::rest_length(body, c[1], c[2]) + detail::rest_length(body, c[2], c[0]));
     }
     return longest / 3;
+  }
+
+  /// The anchor lies on a lip, and the way leads away from that: the cut goes on from the same place of the other lip. False where there is none,
+  /// or the way does not enter it.
+  template <class Body>
+  bool step_over_wound(Body& body, detail::RestWay<Scalar> const& way) {
+    if constexpr (requires { body.tissue().next_copy(0); }) {
+      auto const& surface = body.tissue().surface();
+      int const anchor = anchor_.left();
+      Vector const place = body.tissue().rest_position(anchor);
+      auto const go_on_at = [&](int particle) {
+        kind_ = detail::SpotKind::vertex;
+        anchor_.restart(particle);
+        return true;
+      };
+      for (int copy = body.tissue().next_copy(anchor); copy != anchor; copy = body.tissue().next_copy(copy))
+        if (host_towards(body, copy, way, -1) >= 0) return go_on_at(copy);
+      for (int const t : surface.triangles_at(anchor))
+        for (int const beside : surface.corners(t)) {
+          if (beside == anchor || !(surface.triangle_with_edge(anchor, beside) < 0 || surface.triangle_with_edge(beside, anchor) < 0)) continue;
+          for (int copy = body.tissue().next_copy(beside); copy != beside; copy = body.tissue().next_copy(copy)) {
+            auto const [a, b, s] = border_edge_at(body, copy, place);
+            if (a < 0 || !(way.to_the_right(body.tissue().rest_position(a)) <= 0 && way.to_the_right(body.tissue().rest_position(b)) >= 0)) continue;
+            Scalar const length = detail::rest_length(body, a, b);
+            if (std::min(s, 1 - s) * length <= snapping_.near(length)) {
+              int const end = s <= Scalar(0.5) ? a : b;
+              if (host_towards(body, end, way, -1) >= 0) return go_on_at(end);
+              continue;
+            }
+            if (body.is_temporary(a) || body.is_temporary(b)) continue;
+            kind_ = detail::SpotKind::edge;
+            anchor_.restart(anchor_.insert_on_edge(body, a, b, s));
+            return true;
+          }
+        }
+    }
+    return false;
+  }
+
+  /// A border edge, as its triangle has it, that holds a point at s.
+  struct BorderPlace {
+    int a = -1, b = -1;
+    Scalar s = 0;
+  };
+
+  /// Follows the border from a particle, straight, to the edge that holds a point.
+  template <class Body>
+  BorderPlace border_edge_at(Body const& body, int particle, Vector const& point) const {
+    constexpr int most_edges = 100;
+    auto const& surface = body.tissue().surface();
+    for (bool const ahead : {true, false}) {
+      int at = particle;
+      for (int k = 0; k < most_edges && at >= 0; ++k) {
+        int next = -1;
+        for (int const t : surface.triangles_at(at)) {
+          auto const c = surface.corners(t);
+          int const q = c[static_cast<std::size_t>((surface.corner_of(t, at) + (ahead ? 1 : 2)) % 3)];
+          if ((ahead ? surface.triangle_with_edge(q, at) : surface.triangle_with_edge(at, q)) < 0) next = q;
+        }
+        if (next < 0) break;
+        Vector const start = body.tissue().rest_position(at), edge = body.tissue().rest_position(next) - start, off = point - start;
+        Scalar const s = off.dot(edge) / edge.squaredNorm();
+        constexpr Scalar slack = std::same_as<Scalar, float> ? Scalar(1e-3) : Scalar(1e-6);
+        if (!(s > 0) || (off - s * edge).norm() > slack * (edge.norm() + off.norm())) break;
+        if (s <= 1) return ahead ? BorderPlace{at, next, s} : BorderPlace{next, at, 1 - s};
+        at = next;
+      }
+    }
+    return {};
   }
 
   /// The way to the target leads over a wound or a border: the cut ends on this side, and goes on from where the way, followed back from the

@@ -43,8 +43,7 @@ struct ProgressiveCutterOptions {
 /// Source     \cite zheng2006 ch. 3; spec Z8.
 /// Invariant  after every tick: a valid mesh, the mass and the rest area unchanged.
 /// Cost       a tick is O(triangles crossed). It allocates when the body outgrows what was reserved.
-/// Limits     a tick that passes two wounds at once leaves the strip between them uncut. Of several blades in one body each cuts; what
-///            divides a triangle for the eye goes while another blade edits the mesh, and is back after the next tick of its own.
+/// Limits     only surfaces. Where another blade comes to a triangle beside, what divided the triangle for the eye stays; see docs/cutting.md.
 template <RealScalar Scalar>
 class ProgressiveCutter {
  public:

@@ -40,6 +40,8 @@ class MassExchange {
     at(before).next_copy = at(last).next_copy;
     origins_.pop_back();
   }
+  /// The copies of a particle form a ring: the one after i, or i where there is no other.
+  int next_copy(int i) const noexcept { return at(i).next_copy; }
   void reserve(int particles) { origins_.reserve(static_cast<std::size_t>(particles)); }
 
   /// Of the particles listed, in their order; `now` says where each particle of the whole is in that list, −1 for none. A relation to one that

@@ -44,6 +44,9 @@ class MassSpringElements {
   /// False for a body built from a volume, whose surface can not be cut.
   bool cuttable() const noexcept { return from_surface_; }
 
+  /// Particles that cuts made of one, at one place undeformed, form a ring: the one after i, or i where there is no other.
+  int next_copy(int i) const noexcept { return exchange_.next_copy(i); }
+
   /// Counts the edits that changed masses, springs or nails: what was derived from them before is void.
   std::size_t revision() const noexcept { return revision_; }
 
