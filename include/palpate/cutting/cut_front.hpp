@@ -3,7 +3,9 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/cutting/concept.hpp>
+#include <palpate/cutting/detail/border_walk.hpp>
 #include <palpate/cutting/detail/cut_anchor.hpp>
+#include <palpate/cutting/detail/cut_passage.hpp>
 #include <palpate/cutting/detail/rest_walk.hpp>
 #include <palpate/cutting/detail/snapping.hpp>
 
@@ -12,7 +14,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -249,93 +250,17 @@ class CutFront {
   template <class Body>
   void cross(Body& body, Exit const& exit) {
     auto const [b, c] = ends(body, exit);
-    auto const [vertex, s] = passage(body, exit);
+    detail::CutPassage const passage(body, anchor_, host_, exit, snapping_);
+    int const vertex = passage.vertex;
     if (vertex >= 0 && (anchor_.can_cut_to(body, host_, vertex) || anchor_.can_close(body))) {
       if (anchor_.cut_to(body, host_, vertex)) count(true);
       kind_ = detail::SpotKind::vertex;
     } else {
       count(false);
-      anchor_.join(body, anchor_.insert_facing(body, b, c, vertex < 0 ? s : vertex == b ? Scalar(0.25) : Scalar(0.75)));
+      anchor_.join(body, anchor_.insert_facing(body, b, c, vertex < 0 ? passage.s : vertex == b ? Scalar(0.25) : Scalar(0.75)));
       kind_ = detail::SpotKind::edge;
     }
     host_ = -1;
-  }
-
-  /// Where the path passes an edge: at a vertex, or at this part of it.
-  struct Passage {
-    int vertex = -1;
-    Scalar s = 0;
-  };
-
-  template <class Body>
-  Passage passage(Body const& body, Exit const& exit) const {
-    auto const [b, c] = ends(body, exit);
-    Vector const anchor = body.tissue().rest_position(anchor_.left()), start = body.tissue().rest_position(b);
-    Vector const edge = body.tissue().rest_position(c) - start;
-    Scalar const length = edge.norm(), height = 2 * body.tissue().triangle_area(host_) / length;
-    Scalar const reach = snapping_.near(std::max(length, local_edge(body, exit)));
-    Scalar s = exit.s, way = (start + s * edge - anchor).norm();
-    auto const nearest_end = [&] { return s <= Scalar(0.5) ? b : c; };
-    auto const from_end = [&] { return std::min(s, 1 - s) * length; };
-    auto const off_way = [&](Scalar part) { return part * height * length / way; };   // how far an end of the edge is off the way
-    if (from_end() <= Scalar(2.5) * reach && runs_along_wound(body, anchor, start + s * edge, nearest_end())) return {nearest_end(), s};
-    if (beyond(body, exit) < 0)   // a corner of a wound would come free as a sliver
-      for (auto const& [corner, part] : {std::pair(b, s), std::pair(c, 1 - s)})
-        if (off_way(part) <= reach && is_lip(body, anchor_.left(), corner)) return {corner, s};
-    if (height < reach) {   // a thin triangle, crossed at a slant
-      Scalar const foot = std::clamp((anchor - start).dot(edge) / (length * length), Scalar(0), Scalar(1));
-      Scalar const slide = reach / 2 * way / (height * length);
-      s = s < foot ? std::min(foot, s + slide) : std::max(foot, s - slide);
-      way = (start + s * edge - anchor).norm();
-    }
-    Scalar const limit = way < reach ? reach * reach / way : reach;   // a short way through a narrow corner
-    bool const snaps = from_end() <= limit || off_way(std::min(s, 1 - s)) <= limit / 2;
-    return {snaps ? nearest_end() : -1, s};
-  }
-
-  /// Whether an edge is a lip or a border. Between edits an open anchor's host is parted from its neighbour: both copies of the anchor count.
-  template <class Body>
-  bool is_lip(Body const& body, int p, int q) const noexcept {
-    auto const& surface = body.tissue().surface();
-    auto const holds = [&](int from, int to) {
-      if (surface.triangle_with_edge(from, to) >= 0) return true;
-      if (anchor_.is(from)) return surface.triangle_with_edge(anchor_.left(), to) >= 0 || surface.triangle_with_edge(anchor_.right(), to) >= 0;
-      if (anchor_.is(to)) return surface.triangle_with_edge(from, anchor_.left()) >= 0 || surface.triangle_with_edge(from, anchor_.right()) >= 0;
-      return false;
-    };
-    return !holds(p, q) || !holds(q, p);
-  }
-
-  /// Whether a way leads to within 25 degrees along a lip or border at this vertex, which lies ahead: it follows a cut that was snapped there, and
-  /// would free a sliver beside it.
-  template <class Body>
-  bool runs_along_wound(Body const& body, Vector const& from, Vector const& to, int vertex) const {
-    auto const& surface = body.tissue().surface();
-    Vector const way = to - from;
-    if (!(way.dot(body.tissue().rest_position(vertex) - from) > 0)) return false;
-    auto const is_along = [&](int other) {
-      Vector const lip = body.tissue().rest_position(other) - body.tissue().rest_position(vertex);
-      return std::abs(way.dot(lip)) > Scalar(0.9) * way.norm() * lip.norm();
-    };
-    for (int const t : surface.triangles_at(vertex)) {
-      auto const c = surface.corners(t);
-      auto const k = static_cast<std::size_t>(surface.corner_of(t, vertex));
-      int const ahead = c[(k + 1) % 3], behind = c[(k + 2) % 3];
-      if ((is_lip(body, ahead, vertex) && is_along(ahead)) || (is_lip(body, vertex, behind) && is_along(behind))) return true;
-    }
-    return false;
-  }
-
-  /// The mean edge [m] of the triangle that the way leaves or of the one it enters, whichever is longer.
-  template <class Body>
-  Scalar local_edge(Body const& body, Exit const& exit) const {
-    Scalar longest = 0;
-    for (int const t : {host_, beyond(body, exit)}) {
-      if (t < 0) continue;
-      auto const c = body.tissue().surface().corners(t);
-      longest = std::max(longest, detail::rest_length(body, c[0], c[1]) + detail::rest_length(body, c[1], c[2]) + detail::rest_length(body, c[2], c[0]));
-    }
-    return longest / 3;
   }
 
   /// The anchor lies on a lip, and the way leads away from that: the cut goes on from the same place of the other lip. False where there is none,
@@ -357,7 +282,7 @@ class CutFront {
         for (int const beside : surface.corners(t)) {
           if (beside == anchor || !(surface.triangle_with_edge(anchor, beside) < 0 || surface.triangle_with_edge(beside, anchor) < 0)) continue;
           for (int copy = body.tissue().next_copy(beside); copy != beside; copy = body.tissue().next_copy(copy)) {
-            auto const [a, b, s] = border_edge_at(body, copy, place);
+            auto const [a, b, s] = detail::border_edge_at(body, copy, place);
             if (a < 0 || !(way.to_the_right(body.tissue().rest_position(a)) <= 0 && way.to_the_right(body.tissue().rest_position(b)) >= 0)) continue;
             Scalar const length = detail::rest_length(body, a, b);
             if (std::min(s, 1 - s) * length <= snapping_.near(length)) {
@@ -373,38 +298,6 @@ class CutFront {
         }
     }
     return false;
-  }
-
-  /// A border edge, as its triangle has it, that holds a point at s.
-  struct BorderPlace {
-    int a = -1, b = -1;
-    Scalar s = 0;
-  };
-
-  /// Follows the border from a particle, straight, to the edge that holds a point.
-  template <class Body>
-  BorderPlace border_edge_at(Body const& body, int particle, Vector const& point) const {
-    constexpr int most_edges = 100;
-    auto const& surface = body.tissue().surface();
-    for (bool const ahead : {true, false}) {
-      int at = particle;
-      for (int k = 0; k < most_edges && at >= 0; ++k) {
-        int next = -1;
-        for (int const t : surface.triangles_at(at)) {
-          auto const c = surface.corners(t);
-          int const q = c[static_cast<std::size_t>((surface.corner_of(t, at) + (ahead ? 1 : 2)) % 3)];
-          if ((ahead ? surface.triangle_with_edge(q, at) : surface.triangle_with_edge(at, q)) < 0) next = q;
-        }
-        if (next < 0) break;
-        Vector const start = body.tissue().rest_position(at), edge = body.tissue().rest_position(next) - start, off = point - start;
-        Scalar const s = off.dot(edge) / edge.squaredNorm();
-        constexpr Scalar slack = std::same_as<Scalar, float> ? Scalar(1e-3) : Scalar(1e-6);
-        if (!(s > 0) || (off - s * edge).norm() > slack * (edge.norm() + off.norm())) break;
-        if (s <= 1) return ahead ? BorderPlace{at, next, s} : BorderPlace{next, at, 1 - s};
-        at = next;
-      }
-    }
-    return {};
   }
 
   /// The way to the target leads over a wound or a border: the cut ends on this side, and goes on from where the way, followed back from the

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+#include <palpate/cutting/detail/rest_walk.hpp>
+
+#include <concepts>
+#include <cstddef>
+
+namespace palpate::detail {
+
+/// A border edge, as its triangle has it, that holds a point at s.
+template <RealScalar Scalar>
+struct BorderPlace {
+  int a = -1, b = -1;
+  Scalar s = 0;
+};
+
+/// Follows the border from a particle, straight, to the edge that holds a point.
+template <class Body>
+BorderPlace<typename Body::Scalar> border_edge_at(Body const& body, int particle, VectorOf<Body> const& point) {
+  using Scalar = typename Body::Scalar;
+  using Vector = VectorOf<Body>;
+  constexpr int most_edges = 100;
+  auto const& surface = body.tissue().surface();
+  for (bool const ahead : {true, false}) {
+    int at = particle;
+    for (int k = 0; k < most_edges && at >= 0; ++k) {
+      int next = -1;
+      for (int const t : surface.triangles_at(at)) {
+        auto const c = surface.corners(t);
+        int const q = c[static_cast<std::size_t>((surface.corner_of(t, at) + (ahead ? 1 : 2)) % 3)];
+        if ((ahead ? surface.triangle_with_edge(q, at) : surface.triangle_with_edge(at, q)) < 0) next = q;
+      }
+      if (next < 0) break;
+      Vector const start = body.tissue().rest_position(at), edge = body.tissue().rest_position(next) - start, off = point - start;
+      Scalar const s = off.dot(edge) / edge.squaredNorm();
+      constexpr Scalar slack = std::same_as<Scalar, float> ? Scalar(1e-3) : Scalar(1e-6);
+      if (!(s > 0) || (off - s * edge).norm() > slack * (edge.norm() + off.norm())) break;
+      if (s <= 1) return ahead ? BorderPlace<Scalar>{at, next, s} : BorderPlace<Scalar>{next, at, 1 - s};
+      at = next;
+    }
+  }
+  return {};
+}
+
+}  // namespace palpate::detail
