@@ -96,11 +96,14 @@
 #include <palpate/force/concept.hpp>
 #include <palpate/force/curve.hpp>
 #include <palpate/force/cutting_force.hpp>
+#include <palpate/force/exponential_contact.hpp>
+#include <palpate/force/hunt_crossley_contact.hpp>
 #include <palpate/force/indentation_spring.hpp>
 #include <palpate/force/liver.hpp>
 #include <palpate/force/network.hpp>
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
+#include <palpate/force/polynomial_contact.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/force/training.hpp>
 

@@ -41,6 +41,10 @@ concept ForceModel = RealScalar<Scalar> && requires(T& model, ToolContact<Scalar
   { model(contact) } noexcept -> detail::Vector3Of<Scalar>;
 };
 
+/// A force model that is the tissue's resistance before the puncture: `CuttingForce` then adds no `IndentationSpring` of its own.
+template <class T, class Scalar>
+concept ContactLaw = ForceModel<T, Scalar> && T::resists_before_puncture;
+
 /// A disturbance that depends on the noiseless force: `draw(force)` returns what is to be added to it [N].
 /// Beyond the syntax: a zero force draws zero; mean zero; seeded; `reset()`, if offered, starts the sequence
 /// anew.

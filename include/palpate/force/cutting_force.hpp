@@ -116,10 +116,12 @@ constexpr bool is_part() noexcept {
 ///   force curves      (depth [m]) or (depth [m], Phase) → [N], after the puncture, along the normal
 ///   force models      ToolContact → Vector3, in every phase but `no_contact`: `OrganForce`, `TissueReaction`, one's own
 ///   noise             after the puncture, along the sum of all others: `WhiteGaussianNoise`
-///   `IndentationSpring`, `CurveJoin`    replace the defaults
+///   contact laws      before the puncture, in place of the default `IndentationSpring`: `IndentationSpring`, `PolynomialContact`,
+///                     `ExponentialContact`, `HuntCrossleyContact`, or one's own with resists_before_puncture = true; several add up
+///   `CurveJoin`       replaces the default
 ///
 ///   no contact    F = 0
-///   indenting     F = k d n + Σ models
+///   indenting     F = contact law + Σ models
 ///   moving        F = q F_p + (1 − q) (Σ fade(d) curve(d) n + Σ models) + Σ noise
 /// F_p the last force while indenting, q = 1 − s(t/puncture_time) for t seconds after the puncture: the drop there is no step. The loading curve holds when the depth is larger than before, else the smaller of the unloading and the
 /// loading curve. Every curve fades to zero at depth 0 (`CurveJoin`) and is zero outside.
@@ -150,6 +152,7 @@ class CuttingForce {
                 "operator, and mark it noexcept: it runs in the servo tick.");
   template <class T>
   static constexpr int count_ = (0 + ... + (std::is_same_v<Parts, T> ? 1 : 0));
+  static constexpr bool has_contact_law_ = (ContactLaw<Parts, Scalar> || ...);
   static_assert(count_<IndentationSpring<Scalar>> <= 1, "palpate::CuttingForce: give one IndentationSpring, not several.");
   static_assert(count_<CurveJoin<Scalar>> <= 1, "palpate::CuttingForce: give one CurveJoin, not several.");
 
@@ -177,7 +180,7 @@ class CuttingForce {
     }
 
     Vector force = Vector::Zero();
-    if constexpr (count_<Spring> == 0) force += Spring{}(contact);
+    if constexpr (!has_contact_law_) force += Spring{}(contact);
     if (moving) force += curves(contact) * contact.normal;
     each([&](auto& part) {
       if constexpr (kind<decltype(part)> == detail::PartKind::model) force += part(contact);

@@ -20,6 +20,7 @@ namespace palpate {
 template <RealScalar S>
 struct IndentationSpring {
   using Scalar = S;
+  static constexpr bool resists_before_puncture = true;
 
   S stiffness = S(3.0 / 0.018);   ///< [N/m]
 

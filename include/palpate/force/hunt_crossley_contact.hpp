@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/force/concept.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+
+/// The tissue's resistance before it is punctured, with a damping that grows with depth: no step of force at first touch, and none that pulls.
+///   F = max(0, k dⁿ (1 + μ ḋ)) n   while indenting and d > 0, zero otherwise;  ḋ = −v·n
+/// Given to `CuttingForce` it takes the place of the default `IndentationSpring`.
+/// Units      k [N/mⁿ], μ [s/m], d [m], v [m/s]; force [N] on the hand.
+/// Source     \cite hunt1975: F = k dⁿ + λ dⁿ ḋ with λ = μ k. A mass m that meets it at v₀ comes as deep as
+///            k dⁿ⁺¹/(n + 1) = m (v₀/μ − ln(1 + μ v₀)/μ²), and leaves slower.
+/// Invariant  k ≥ 0, μ ≥ 0, n ≥ 1, all finite; checked by `validate`. Every closed way takes energy from the hand, or none.
+/// Cost       One power; noexcept, no allocation: allowed in the servo tick.
+/// Limits     A device adds the delay of a tick to it: the damping that it can render is bounded.
+template <RealScalar S>
+struct HuntCrossleyContact {
+  using Scalar = S;
+  static constexpr bool resists_before_puncture = true;
+
+  S stiffness = S(0);       ///< k [N/mⁿ]
+  S exponent = S(1.5);      ///< n; 3/2 for a sphere on an elastic half-space
+  S damping = S(0);         ///< μ [s/m]
+
+  void validate() const {
+    if (!std::isfinite(stiffness) || stiffness < S(0))
+      throw InvalidArgument(detail::message("HuntCrossleyContact: .stiffness is ", stiffness, "; give a finite number, zero or more"));
+    if (!std::isfinite(exponent) || exponent < S(1))
+      throw InvalidArgument(detail::message("HuntCrossleyContact: .exponent is ", exponent, "; give a finite number, one or more"));
+    if (!std::isfinite(damping) || damping < S(0))
+      throw InvalidArgument(detail::message("HuntCrossleyContact: .damping is ", damping, " s/m; give a finite number, zero or more"));
+  }
+
+  Vector3<S> operator()(ToolContact<S> const& contact) const noexcept {
+    if (contact.phase != CuttingPhase::indenting || !(contact.depth > S(0))) return Vector3<S>::Zero();
+    S const inward = -contact.velocity.dot(contact.normal);
+    return std::max(S(0), stiffness * std::pow(contact.depth, exponent) * (S(1) + damping * inward)) * contact.normal;
+  }
+};
+
+static_assert(ForceModel<HuntCrossleyContact<double>, double>);
+
+}  // namespace palpate
