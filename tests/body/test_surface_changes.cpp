@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a host needs to follow a cut. Yardstick: the surface itself, beside a copy of it that is patched by the changes alone.
 #include <palpate/body/soft_body.hpp>
+#include <palpate/body/surface_changes.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/cutting/separating_cutter.hpp>
 #include <palpate/mesh/grid.hpp>

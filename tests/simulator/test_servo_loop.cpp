@@ -286,3 +286,17 @@ TEMPLATE_TEST_CASE("a servo tick allocates nothing", "[simulator][servo_loop]", 
   CHECK(recording.ticks().size() == 3000);
   CHECK(recording.largest_force() > 0.5);
 }
+
+TEST_CASE("a restoration fades what the hand felt, and silences nothing where it felt nothing", "[simulator][servo_loop]") {
+  Stage<double> stage;
+  stage.answer = {0, 0, 2};
+  stage.model.restorations = 3;   // of a body that was restored before the simulator was made
+  CHECK(stage.tick({0, 0, 0}).force == Vector3<double>(0, 0, 2));
+  stage.model.restorations = 4;
+  for (int k = 1; k <= 50; ++k) CHECK((stage.tick().force - Vector3<double>(0, 0, 2 - 0.04 * k)).norm() < 1e-12);
+  CHECK(stage.tick().force == Vector3<double>(0, 0, 2));
+  CHECK(stage.servo.counts().faded == 50);
+  stage.servo.begin_session();
+  stage.model.restorations = 0;   // a session in real time begins with a model of no body yet
+  CHECK(stage.tick().force == Vector3<double>(0, 0, 2));
+}

@@ -17,6 +17,7 @@
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
 #include <palpate/force/tissue_reaction.hpp>
+#include <palpate/mesh/validation.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/simulator/simulator.hpp>
@@ -24,6 +25,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -307,12 +309,13 @@ TEST_CASE("a cut is undone under the tool: the force fades, the tool touches ane
   auto const before = simulator.mark();
   Matrix3X<double> const rest = simulator.body().positions();
   auto const triangles = simulator.body().triangles().eval();
+  double const mass = simulator.body().total_mass();
+  std::optional<decltype(simulator.mark())> mid_cut;
   int ticks = 0, restored_at = -1;
   auto const undo = [&](Tick const& tick) {
     if (restored_at < 0 && tick.phase == CuttingPhase::moving && ++ticks == 150) {
       REQUIRE(simulator.body().size() > rest.cols());
-      auto const mid_cut = simulator.mark();   // and on from there, after what follows
-      CHECK(mid_cut.tissue.size() > rest.cols());
+      mid_cut = simulator.mark();
       simulator.restore(before);
       CHECK(simulator.body().positions() == rest);
       CHECK(simulator.body().triangles() == triangles);
@@ -331,6 +334,17 @@ TEST_CASE("a cut is undone under the tool: the force fades, the tool touches ane
   }
   CHECK(simulator.statistics().servo_counts.faded == 50);
   CHECK(simulator.body().triangles() == triangles);
+
+  REQUIRE(mid_cut);   // the cut as far as it was, its end at the blade: it moves on, and is there again, as often as wanted
+  for (int times = 0; times < 2; ++times) {
+    simulator.restore(*mid_cut);
+    CHECK(simulator.body().size() == mid_cut->tissue.size());
+    CHECK(simulator.body().temporary_count() == 0);
+    CHECK(simulator.body().total_mass() == Approx(mass));
+    for (MeshDefect const& defect : validate(simulator.body().rest_mesh()))
+      CHECK((defect.kind == MeshDefectKind::duplicate_vertex || defect.kind == MeshDefectKind::open_border));   // lips, the sheet's border
+    simulator.run(0.1);
+  }
 
   auto again = session<double>();   // another simulator, not restored: the same stroke over the same body
   again.run(0.9);

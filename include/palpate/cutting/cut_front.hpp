@@ -79,7 +79,6 @@ class CutFront {
       return;
     }
     triangle = without_temporary(body, triangle, target);
-    go_on_from_kept(body);
     anchor_.find_where_it_came_from(body);
     take_temporary_away(body);
     if (host_ < 0 && is_kept_ && (target - body.tissue().rest_position(anchor_.left())).norm() < body.mean_edge() / 10) return;
@@ -280,7 +279,7 @@ class CutFront {
         if (host_towards(body, copy, way, -1) >= 0) return go_on_at(copy);
       for (int const t : surface.triangles_at(anchor))
         for (int const beside : surface.corners(t)) {
-          if (beside == anchor || !(surface.triangle_with_edge(anchor, beside) < 0 || surface.triangle_with_edge(beside, anchor) < 0)) continue;
+          if (beside == anchor || !detail::is_open_edge(body, anchor, beside)) continue;
           for (int copy = body.tissue().next_copy(beside); copy != beside; copy = body.tissue().next_copy(copy)) {
             auto const [a, b, s] = detail::border_edge_at(body, copy, place);
             if (a < 0 || !(way.to_the_right(body.tissue().rest_position(a)) <= 0 && way.to_the_right(body.tissue().rest_position(b)) >= 0)) continue;

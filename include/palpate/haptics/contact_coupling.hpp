@@ -40,25 +40,13 @@ struct ContactCoupling {
     using Vector = typename Body::Vector;
     if (!contact.touching) return Vector::Zero();
     auto const corners = body.tissue().surface().corners(contact.triangle);
-    Vector point = Vector::Zero(), velocity = Vector::Zero();
-    Scalar mobility = 0;       // 1/kg
-    Scalar acceleration = 0;   // m/s², of the touched point along the normal, without the contact
-    for (std::size_t i = 0; i < 3; ++i) {
-      Scalar const b = contact.barycentric[static_cast<int>(i)];
-      if (!(b > 0)) continue;
-      point += b * body.positions().col(corners[i]);
-      velocity += b * body.velocities().col(corners[i]);
-      acceleration += b * body.predicted_acceleration(corners[i], h).dot(contact.normal);
-      if (!body.tissue().nailed(corners[i]) && !body.is_held(corners[i])) {
-        Scalar const mass = body.tissue().mass(corners[i]);
-        if (mass > 0) mobility += b * b / mass;
-      }
-    }
+    CoupledPoint<Body> at;
+    for (std::size_t i = 0; i < 3; ++i) at.add(body, corners[i], contact.barycentric[static_cast<int>(i)], h);
     Scalar const k = static_cast<Scalar>(stiffness);
     Scalar const c = static_cast<Scalar>(damping) + h * k;
-    Scalar const gap = (point - tip).dot(contact.normal) + tip_radius;
-    Scalar const closing = (velocity - tip_velocity).dot(contact.normal);
-    Scalar const force = (k * gap + c * (closing + h * acceleration)) / (1 + h * c * mobility);
+    Scalar const gap = (at.point - tip).dot(contact.normal) + tip_radius;
+    Scalar const closing = (at.velocity - tip_velocity).dot(contact.normal);
+    Scalar const force = (k * gap + c * (closing + h * at.acceleration.dot(contact.normal))) / (1 + h * c * at.mobility);
     if (!(force > 0) || !std::isfinite(force)) return Vector::Zero();
     for (std::size_t i = 0; i < 3; ++i) {
       Scalar const b = contact.barycentric[static_cast<int>(i)];
@@ -73,24 +61,38 @@ struct ContactCoupling {
                              typename Body::Vector const& tip_velocity, typename Body::Scalar h) const {
     using Scalar = typename Body::Scalar;
     using Vector = typename Body::Vector;
-    Vector point = Vector::Zero(), velocity = Vector::Zero(), acceleration = Vector::Zero();
-    Scalar mobility = 0;   // 1/kg
-    body.for_each_carrier(particle, [&](int i, Scalar b) {
-      point += b * body.positions().col(i);
-      velocity += b * body.velocities().col(i);
-      acceleration += b * body.predicted_acceleration(i, h);
-      if (!body.tissue().nailed(i) && !body.is_held(i)) mobility += b * b / body.tissue().mass(i);
-    });
+    CoupledPoint<Body> at;
+    body.for_each_carrier(particle, [&](int i, Scalar b) { at.add(body, i, b, h); });
     auto const along = [&](Vector const& v) { return Vector(v - v.dot(normal) * normal); };
     Scalar const k = static_cast<Scalar>(stiffness);
     Scalar const c = static_cast<Scalar>(damping) + h * k;
-    Vector force = (k * along(tip - point) + c * along(tip_velocity - velocity - h * acceleration)) / (1 + h * c * mobility);
+    Vector force = (k * along(tip - at.point) + c * along(tip_velocity - at.velocity - h * at.acceleration)) / (1 + h * c * at.mobility);
     Scalar const size = force.norm();
     if (!std::isfinite(size)) return Vector::Zero();
     if (size > slip_force) force *= slip_force / size;
     body.apply_force(particle, force);
     return -force;
   }
+
+ private:
+  /// A point of the body: the mean of the particles that carry it, by weight.
+  template <class Body>
+  struct CoupledPoint {
+    using Scalar = typename Body::Scalar;
+    using Vector = typename Body::Vector;
+    Vector point = Vector::Zero(), velocity = Vector::Zero();
+    Vector acceleration = Vector::Zero();   // m/s², in a step of h seconds without the contact
+    Scalar mobility = 0;                    // 1/kg
+
+    void add(Body const& body, int i, Scalar weight, Scalar h) {
+      if (!(weight > 0)) return;
+      point += weight * body.positions().col(i);
+      velocity += weight * body.velocities().col(i);
+      acceleration += weight * body.predicted_acceleration(i, h);
+      if (body.tissue().nailed(i) || body.is_held(i)) return;
+      if (Scalar const mass = body.tissue().mass(i); mass > 0) mobility += weight * weight / mass;
+    }
+  };
 };
 
 }  // namespace palpate

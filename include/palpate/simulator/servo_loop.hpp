@@ -147,7 +147,7 @@ class ServoLoop {
 
   /// The force wanted, or, after a restoration, what is left of the force before.
   Vector3<DeviceScalar> faded(LocalModel<Scalar> const& model, Vector3<DeviceScalar> const& wanted) noexcept {
-    if (model.restorations != restorations_) {
+    if (model.restorations != restorations_ && !last_force_.isZero(0)) {
       faded_force_ = last_force_;
       fade_left_ = fade_time;
     }

@@ -9,6 +9,27 @@
 
 namespace palpate::detail {
 
+/// Whether one side of an edge is a border or a lip: nothing holds there, nothing is to cut.
+template <class Body>
+bool is_open_edge(Body const& body, int a, int b) noexcept {
+  auto const& surface = body.tissue().surface();
+  return surface.triangle_with_edge(a, b) < 0 || surface.triangle_with_edge(b, a) < 0;
+}
+
+/// Whether a particle, whose triangles are one fan, lies on a border or lip. In a closed fan every edge is the next of one triangle and the last
+/// of another; in an open one the first and the last differ.
+template <class Body>
+bool is_on_border(Body const& body, int p) noexcept {
+  auto const& surface = body.tissue().surface();
+  std::ptrdiff_t difference = 0;
+  for (int const t : surface.triangles_at(p)) {
+    auto const c = surface.corners(t);
+    auto const k = static_cast<std::size_t>(surface.corner_of(t, p));
+    difference += c[(k + 1) % 3] - c[(k + 2) % 3];
+  }
+  return difference != 0;
+}
+
 /// A border edge, as its triangle has it, that holds a point at s.
 template <RealScalar Scalar>
 struct BorderPlace {

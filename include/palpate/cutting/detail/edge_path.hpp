@@ -3,6 +3,7 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/cutting/detail/blade_way.hpp>
+#include <palpate/cutting/detail/border_walk.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -13,13 +14,6 @@
 #include <vector>
 
 namespace palpate::detail {
-
-/// Whether one side of an edge is a border or a lip: nothing holds there, nothing is to cut.
-template <class Body>
-bool is_open_edge(Body const& body, int a, int b) noexcept {
-  auto const& surface = body.tissue().surface();
-  return surface.triangle_with_edge(a, b) < 0 || surface.triangle_with_edge(b, a) < 0;
-}
 
 /// Visits the particles that share an edge with p, most of them twice; none that is there for the eye only.
 template <class Body, class Visit>
@@ -34,20 +28,6 @@ template <class Body>
 bool is_beside(Body const& body, int p, int q) noexcept {
   auto const& surface = body.tissue().surface();
   return surface.triangle_with_edge(p, q) >= 0 || surface.triangle_with_edge(q, p) >= 0;
-}
-
-/// Whether a particle, whose triangles are one fan, lies on a border or lip. In a closed fan every edge is the next of one triangle and the last
-/// of another; in an open one the first and the last differ.
-template <class Body>
-bool is_on_border(Body const& body, int p) noexcept {
-  auto const& surface = body.tissue().surface();
-  std::ptrdiff_t difference = 0;
-  for (int const t : surface.triangles_at(p)) {
-    auto const c = surface.corners(t);
-    auto const k = static_cast<std::size_t>(surface.corner_of(t, p));
-    difference += c[(k + 1) % 3] - c[(k + 2) % 3];
-  }
-  return difference != 0;
 }
 
 /// A value for each of some particles of a large body. clear() and a look-up cost nothing that grows with the body; an entry that is new
