@@ -3,6 +3,7 @@
 
 #include <palpate/body/particle_state.hpp>
 #include <palpate/body/surface_changes.hpp>
+#include <palpate/body/temporary_particles.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/mesh/normals.hpp>
@@ -29,7 +30,6 @@ class BodyShape {
   using Scalar = typename Tissue::Scalar;
   using Vector = Vector3<Scalar>;
   using Corners = std::array<int, 3>;
-  using TemporaryId = std::size_t;   // of a temporary particle: no other gets the same
 
   // --- what it is ---------------------------------------------------------------------------------------------------
   Tissue const& tissue() const noexcept { return tissue_; }
@@ -168,16 +168,7 @@ class BodyShape {
     requires CuttableTissue<Tissue>
   {
     tissue_.change_corner(t, before, now);
-    for (Temporary& temporary : temporaries_) {   // its place is between both copies
-      if (!temporary.divides(t)) continue;
-      for (std::size_t k = 0; k < 3; ++k)
-        if (temporary.parents[k] == before && temporary.parents[3] < 0) {
-          temporary.parents[3] = now;
-          temporary.split_corner = static_cast<int>(k);
-          temporary.weights[k] = temporary.weights[3] = temporary.weights[k] / 2;
-        }
-      if (temporary.parents[3] == now) temporary.at_copy[t == temporary.triangle ? 0 : static_cast<std::size_t>(t - temporary.second + 1)] = true;
-    }
+    temporaries_.change_corner(t, before, now);
     patch_tree(t);
     disturbed_.insert(disturbed_.end(), {before, now});
   }
@@ -232,7 +223,7 @@ class BodyShape {
   // --- what is there for the eye only -------------------------------------------------------------------------------
   /// Temporary particles, one for each blade that is inside a triangle, follow the corners of the triangle they divide, without mass or
   /// springs. They are the last particles, and the two triangles that each adds are the last ones: their numbers change with every edit.
-  int temporary_count() const noexcept { return static_cast<int>(temporaries_.size()); }
+  int temporary_count() const noexcept { return temporaries_.count(); }
   bool is_temporary(int particle) const noexcept { return particle >= size() - temporary_count(); }
   /// Calls visit(particle, weight) for the particles that carry this one: itself, or the corners that a temporary one follows.
   template <class Visit>
@@ -241,39 +232,34 @@ class BodyShape {
       visit(i, Scalar(1));
       return;
     }
-    Temporary const& temporary = temporaries_[static_cast<std::size_t>(i - size() + temporary_count())];
-    for (std::size_t k = 0; k < temporary.parents.size(); ++k)
-      if (temporary.parents[k] >= 0) visit(temporary.parents[k], temporary.weights[k]);
+    temporaries_[static_cast<std::size_t>(i - size() + temporary_count())].for_each_parent(visit);
   }
   /// The temporary particle, or −1 once it was removed or kept.
   int temporary_particle(TemporaryId id) const noexcept {
-    std::size_t const k = find(id);
-    return k < temporaries_.size() ? temporaries_[k].particle : -1;
+    Temporary const* const temporary = temporaries_.find(id);
+    return temporary != nullptr ? temporary->particle : -1;
   }
   /// Whether t is one of the three triangles that this temporary particle makes of one.
   bool divides(TemporaryId id, int t) const noexcept {
-    std::size_t const k = find(id);
-    return k < temporaries_.size() && temporaries_[k].divides(t);
+    Temporary const* const temporary = temporaries_.find(id);
+    return temporary != nullptr && temporary->divides(t);
   }
 
   /// Divides a triangle like insert_in_triangle, for the eye only.
   TemporaryId insert_temporary(int t, Vector const& w)
     requires CuttableTissue<Tissue>
   {
-    insert_temporary(t, w, ++last_temporary_);
-    return last_temporary_;
+    TemporaryId const id = temporaries_.new_id();
+    insert_temporary(t, w, id);
+    return id;
   }
 
   /// Moves a temporary particle within its triangle, to barycentric weights of the corners it was inserted with.
   void move_temporary(TemporaryId id, Vector const& w)
     requires CuttableTissue<Tissue>
   {
-    Temporary& t = temporaries_[find(id)];
-    t.weights = {w[0], w[1], w[2], 0};
-    if (t.split_corner >= 0) {
-      auto const k = static_cast<std::size_t>(t.split_corner);
-      t.weights[k] = t.weights[3] = t.weights[k] / 2;
-    }
+    Temporary& t = *temporaries_.find(id);
+    t.set_weights(w);
     Vector rest = Vector::Zero(), home = Vector::Zero(), normal = Vector::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
       Scalar const part = w[static_cast<int>(k)];
@@ -293,7 +279,7 @@ class BodyShape {
   void remove_temporary(TemporaryId id)
     requires CuttableTissue<Tissue>
   {
-    std::size_t const first = withdraw(find(id));
+    std::size_t const first = withdraw(place_of(id));
     return_withdrawn(first, 1);
   }
 
@@ -302,15 +288,15 @@ class BodyShape {
   void keep_temporary(TemporaryId id)
     requires CuttableTissue<Tissue>
   {
-    std::size_t const k = find(id), first = withdraw(0);
-    Temporary const t = withdrawn_[first + k];
+    std::size_t const k = place_of(id), first = withdraw(0);
+    Temporary const t = temporaries_.withdrawn(first + k);
     int const second = tissue_.surface().triangle_count();
     Vector const raised = t.whole_weights().cwiseMax(least_kept_weight);
     int const n = insert_in_triangle(t.triangle, raised / raised.sum());
     hang_parts(t, {t.triangle, second, second + 1});
     if (t.split_corner >= 0) balance_copies(t.parents[static_cast<std::size_t>(t.split_corner)], t.parents[3]);
-    kept_.push_back({id, n});
-    withdrawn_.erase(withdrawn_.begin() + static_cast<std::ptrdiff_t>(first + k));
+    temporaries_.keep(id, n);
+    temporaries_.forget_withdrawn(first + k);
     return_withdrawn(first);
   }
   /// The same for all that divide a triangle at this particle: whoever edits the triangles there asks for it first. False if there is none.
@@ -318,15 +304,9 @@ class BodyShape {
     requires CuttableTissue<Tissue>
   {
     bool kept = false;
-    for (std::size_t k = 0; k < temporaries_.size();) {
-      auto const& parents = temporaries_[k].parents;
-      if (std::find(parents.begin(), parents.end(), particle) != parents.end()) {
-        keep_temporary(temporaries_[k].id);
-        kept = true;
-        k = 0;
-      } else {
-        ++k;
-      }
+    while (Temporary const* const temporary = temporaries_.following(particle)) {
+      keep_temporary(temporary->id);
+      kept = true;
     }
     return kept;
   }
@@ -334,26 +314,18 @@ class BodyShape {
   int keep_temporary_in(int t)
     requires CuttableTissue<Tissue>
   {
-    for (Temporary const& temporary : temporaries_)
-      if (temporary.divides(t)) {
-        keep_temporary(temporary.id);
-        return kept_.back().second;
-      }
-    return -1;
+    Temporary const* const temporary = temporaries_.in_triangle(t);
+    if (temporary == nullptr) return -1;
+    keep_temporary(temporary->id);
+    return temporaries_.last_kept();
   }
   void keep_temporaries()
     requires CuttableTissue<Tissue>
   {
-    while (!temporaries_.empty()) keep_temporary(temporaries_.front().id);
+    while (!temporaries_.empty()) keep_temporary(temporaries_[0].id);
   }
   /// The particle that a temporary one has become, or −1; told once.
-  int take_kept(TemporaryId id) noexcept {
-    auto const found = std::find_if(kept_.begin(), kept_.end(), [&](auto const& kept) { return kept.first == id; });
-    if (found == kept_.end()) return -1;
-    int const particle = found->second;
-    kept_.erase(found);
-    return particle;
-  }
+  int take_kept(TemporaryId id) noexcept { return temporaries_.take_kept(id); }
 
   /// Room for this many particles and triangles: up to there cutting does not allocate, also after restore(). A cutter grows its own lists
   /// once. Temporary particles and triangles count: leave room for two and two.
@@ -363,28 +335,12 @@ class BodyShape {
     changes_.reserve(triangles);
     reserved_triangles_ = std::max(reserved_triangles_, triangles);
     disturbed_.reserve(4 * static_cast<std::size_t>(particles));
-    temporaries_.reserve(8), withdrawn_.reserve(8), kept_.reserve(8);
+    temporaries_.reserve(8);
     if constexpr (requires { tissue_.reserve(particles, triangles); }) tissue_.reserve(particles, triangles);
   }
 
  protected:
-  struct Temporary {
-    TemporaryId id;
-    int triangle;                    // the one divided
-    int second;                      // the first of the two triangles added
-    int particle;
-    std::array<int, 4> parents;      // three corners, and the copy of one of them once it is split
-    std::array<Scalar, 4> weights;
-    int split_corner;                // which of the three that is, or −1
-    std::array<bool, 3> at_copy{};   // which of the three triangles are at the copy
-
-    bool divides(int t) const noexcept { return t == triangle || t == second || t == second + 1; }
-    Vector whole_weights() const noexcept {
-      Vector w(weights[0], weights[1], weights[2]);
-      if (split_corner >= 0) w[split_corner] += weights[3];
-      return w;
-    }
-  };
+  using Temporary = TemporaryParticle<Scalar>;
 
   explicit BodyShape(Tissue tissue) : tissue_(std::move(tissue)) {
     state_.resize(tissue_.size());
@@ -428,10 +384,7 @@ class BodyShape {
   ParticleState<Scalar> state_;
   SurfaceTree<Scalar> tree_;
   bool tree_is_fitted_ = false;
-  std::vector<Temporary> temporaries_;
-  std::vector<Temporary> withdrawn_;                      // those that are away during an edit
-  std::vector<std::pair<TemporaryId, int>> kept_;         // temporary particles that have become others, until their blades know
-  TemporaryId last_temporary_ = 0;
+  TemporaryParticles<Scalar> temporaries_;
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
   std::size_t topology_revision_ = 0;
@@ -443,18 +396,15 @@ class BodyShape {
  private:
   static constexpr Scalar least_kept_weight = Scalar(0.1);   // of each corner of its triangle, before they are made to sum to 1
 
-  std::size_t find(TemporaryId id) const noexcept {
-    auto const found = std::find_if(temporaries_.begin(), temporaries_.end(), [&](Temporary const& t) { return t.id == id; });
-    return static_cast<std::size_t>(found - temporaries_.begin());
-  }
+  std::size_t place_of(TemporaryId id) const noexcept { return static_cast<std::size_t>(temporaries_.find(id) - &temporaries_[0]); }
 
-  /// Takes the temporary particles from the k-th on away, to withdrawn_. Returns where they begin there.
+  /// Takes the temporary particles from the k-th on away. Returns where they begin among the withdrawn.
   std::size_t withdraw(std::size_t k) {
-    std::size_t const first = withdrawn_.size();
-    withdrawn_.insert(withdrawn_.end(), temporaries_.begin() + static_cast<std::ptrdiff_t>(k), temporaries_.end());
-    while (temporaries_.size() > k) {
-      Temporary const t = temporaries_.back();
-      temporaries_.pop_back();
+    std::size_t const first = temporaries_.withdrawn_count();
+    temporaries_.remember_from(k);
+    for (std::size_t left = static_cast<std::size_t>(temporaries_.count()); left > k; --left) {
+      Temporary const t = temporaries_[left - 1];
+      temporaries_.remove_last();
       tree_.remove_last(state_.position.view());
       tree_.remove_last(state_.position.view());
       changes_.triangles_fell_to(tree_.size());
@@ -466,18 +416,19 @@ class BodyShape {
   }
   /// Puts those that were withdrawn to this place there again, but for the first few.
   void return_withdrawn(std::size_t first, std::size_t left_out = 0) {
-    for (std::size_t k = first + left_out; k < withdrawn_.size(); ++k) {
-      Temporary const& t = withdrawn_[k];
+    for (std::size_t k = first + left_out; k < temporaries_.withdrawn_count(); ++k) {
+      Temporary const t = temporaries_.withdrawn(k);
+      int const second = tree_.size();
       insert_temporary(t.triangle, t.whole_weights(), t.id);
-      hang_parts(t, {t.triangle, temporaries_.back().second, temporaries_.back().second + 1});
+      hang_parts(t, {t.triangle, second, second + 1});
     }
-    withdrawn_.resize(first);
+    temporaries_.forget_withdrawn_from(first);
   }
   void insert_temporary(int t, Vector const& w, TemporaryId id) {
     Corners const c = tissue_.surface().corners(t);
     int const n = tissue_.insert_temporary(t, w);
     state_.template add_between<3>(c, {w[0], w[1], w[2]});
-    temporaries_.push_back({id, t, tree_.size(), n, {c[0], c[1], c[2], -1}, {w[0], w[1], w[2], 0}, -1});
+    temporaries_.add({id, t, tree_.size(), n, {c[0], c[1], c[2], -1}, {w[0], w[1], w[2], 0}});
     divide_in_tree(t);
     append_to_tree(t);
   }
@@ -498,11 +449,10 @@ class BodyShape {
 
   void place(Temporary const& temporary) noexcept {
     Vector x = Vector::Zero(), v = Vector::Zero();
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (temporary.parents[k] < 0) continue;
-      x += temporary.weights[k] * state_.position[temporary.parents[k]];
-      v += temporary.weights[k] * state_.velocity[temporary.parents[k]];
-    }
+    temporary.for_each_parent([&](int i, Scalar weight) {
+      x += weight * state_.position[i];
+      v += weight * state_.velocity[i];
+    });
     state_.position[temporary.particle] = x;
     state_.velocity[temporary.particle] = v;
   }

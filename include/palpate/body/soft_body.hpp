@@ -350,7 +350,7 @@ class SoftBody : public BodyShape<TissueType> {
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
     disturbed_.clear();
     this->evened_ = 0;
-    temporaries_.clear(), kept_.clear();
+    temporaries_.clear();
     this->build_tree();
     this->changes_.forget(0, 0);   // all is new
     stable_step_is_known_ = false;
@@ -361,7 +361,7 @@ class SoftBody : public BodyShape<TissueType> {
   std::size_t restorations() const noexcept { return restorations_; }
 
  private:
-  using Shape::disturbed_, Shape::kept_, Shape::state_, Shape::temporaries_, Shape::tissue_, Shape::topology_revision_, Shape::tree_is_fitted_;
+  using Shape::disturbed_, Shape::state_, Shape::temporaries_, Shape::tissue_, Shape::topology_revision_, Shape::tree_is_fitted_;
 
   static void require_finite(std::string_view what, int i, Vector const& value) {
     if (!value.allFinite())
