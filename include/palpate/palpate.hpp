@@ -83,6 +83,7 @@
 #include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/body/surface_changes.hpp>
+#include <palpate/body/temporary_particles.hpp>
 #include <palpate/body/touch.hpp>
 
 // cutting: how topology changes
@@ -95,6 +96,7 @@
 // force: what the hand feels
 #include <palpate/force/concept.hpp>
 #include <palpate/force/curve.hpp>
+#include <palpate/force/curve_join.hpp>
 #include <palpate/force/cutting_force.hpp>
 #include <palpate/force/exponential_contact.hpp>
 #include <palpate/force/hunt_crossley_contact.hpp>

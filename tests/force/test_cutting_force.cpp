@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <palpate/core/random.hpp>
 #include <palpate/force/cutting_force.hpp>
 #include <palpate/force/liver.hpp>
 #include <palpate/force/noise.hpp>
@@ -13,6 +14,7 @@
 #include <limits>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 using namespace palpate;
 
@@ -90,7 +92,7 @@ TEST_CASE("the order of the parts does not matter") {
 // The published pair crosses twice: unloading exceeds loading below 1.8 mm and beyond 22.83 mm.
 TEMPLATE_TEST_CASE("coming back never pushes harder than going in, and nothing pushes at the surface", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
-  CuttingForce force(liver_hysteresis<S>());
+  CuttingForce force(liver_hysteresis<S>(), CurveJoin<S>{.reversal_depth = S(0)});
   S last_in = S(0);
   S last_back = S(0);
   for (int i = 0; i <= 30000; ++i) {
@@ -112,7 +114,7 @@ TEMPLATE_TEST_CASE("coming back never pushes harder than going in, and nothing p
 
 TEST_CASE("below the fade depth the published curve is unchanged") {
   auto const curve = liver_hysteresis<double>();
-  CuttingForce force(curve);
+  CuttingForce force(curve, CurveJoin<double>{.reversal_depth = 0.0});
   for (int i = 0; i <= 2083; ++i) {
     double const depth = 0.002 + i * 1e-5;
     REQUIRE(force(cut_from(depth - 1e-4, depth)).z() == curve(depth, Phase::loading));
@@ -126,7 +128,7 @@ TEST_CASE("below the fade depth the published curve is unchanged") {
 
 TEST_CASE("with a reversal depth the force changes over from loading to unloading without a step") {
   auto const curve = liver_hysteresis<double>();
-  CuttingForce force(curve, CurveJoin<double>{.reversal_depth = 0.001});
+  CuttingForce force(curve);
   double const tick = 1e-5;
   double depth = 0.0195;
   double last = force(cut_from(depth - tick, depth)).z();
@@ -154,6 +156,61 @@ TEST_CASE("with a reversal depth the force changes over from loading to unloadin
   // The next stroke starts on the loading curve.
   force(ToolContact<double>{});
   CHECK(force(cut_from(depth, depth)).z() == curve(depth, Phase::loading));
+}
+
+// Yardstick: dissipation by definition, the work ∮ F dd of the hand over closed ways; and the bound |ΔF| ≤ (steepest slope + widest loop / reversal
+// depth) |Δd|, both of the published weights: 850 N/m at the end of the range, 0.302 N.
+TEMPLATE_TEST_CASE("tremor, reloading and reversals within the loop: no step, and every closed way in depth takes energy", "", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  Random random(Seed{5});
+  CuttingForce force(liver_hysteresis<S>());
+  for (int way = 0; way < 200; ++way) {
+    force.reset();
+    std::vector<S> corners{random.uniform(S(0), S(0.0228))};
+    S const reach = way % 2 == 0 ? S(0.02) : S(0.0015);   // over the loop, and within what a reversal takes
+    for (int k = 0; k < 8; ++k) corners.push_back(std::clamp(corners[0] + random.uniform(-reach, reach), S(0), S(0.0228)));
+    corners.push_back(corners[0]);
+    S depth = corners[0], last = force(cut_from<S>(S(0), depth)).z();
+    double work = 0, distance = 0;
+    auto const pass = [&] {
+      for (S const corner : corners) {
+        int const ticks = std::max(1, static_cast<int>(std::ceil(std::abs(corner - depth) / S(2e-5))));
+        S const from = depth;
+        for (int t = 1; t <= ticks; ++t) {
+          S const next = t == ticks ? corner : from + (corner - from) * S(t) / S(ticks);
+          S const now = force(cut_from<S>(depth, next)).z();
+          REQUIRE(std::abs(now - last) <= S(850 + 302) * std::abs(next - depth) + S(1e-6));
+          work += double(now + last) / 2 * double(next - depth);
+          distance += std::abs(double(next - depth));
+          depth = next, last = now;
+        }
+      }
+    };
+    pass();   // a first round, after which the state of the loop is one of the way itself
+    work = distance = 0;
+    pass();
+    REQUIRE(work >= -1e-6 * 0.9 * distance);   // the trapezium's error; 0.9 N is the largest force
+  }
+}
+
+// Yardstick: Σ ΔF·v Δt, the noise taken as the difference to the same force without it.
+TEST_CASE("what the noise gives the hand is booked apart") {
+  CuttingForce quiet(liver_hysteresis<double>());
+  CuttingForce force(liver_hysteresis<double>(), WhiteGaussianNoise<double>({.snr_db = 20.0, .seed = 3}));
+  CHECK(force.noise_energy() == 0.0);
+  double energy = 0, depth = 0.005;
+  for (int k = 0; k < 2000; ++k) {
+    double const next = 0.012 + 0.007 * std::cos(0.01 * k + 3.14);
+    auto contact = cut_from(depth, next);
+    contact.velocity = {0.0, 0.0, (depth - next) / contact.seconds};
+    energy += (force(contact) - quiet(contact)).dot(contact.velocity) * contact.seconds;
+    depth = next;
+  }
+  CHECK(std::abs(energy) > 1e-9);
+  CHECK(force.noise_energy() == Approx(energy).epsilon(1e-9));
+  CHECK(quiet.noise_energy() == 0.0);
+  force.reset();
+  CHECK(force.noise_energy() == 0.0);
 }
 
 TEST_CASE("at the puncture the force drops over its time, by the smooth step, and not at once") {

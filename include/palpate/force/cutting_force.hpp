@@ -4,6 +4,7 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/force/concept.hpp>
+#include <palpate/force/curve_join.hpp>
 #include <palpate/force/indentation_spring.hpp>
 
 #include <algorithm>
@@ -14,50 +15,6 @@
 #include <utility>
 
 namespace palpate {
-
-/// How `CuttingForce` joins its curves to zero force and to each other, so that the hand feels no step. A part of
-/// `CuttingForce`; without it these defaults hold.
-/// Units      [m], [s]
-/// Invariant  All finite and not negative; checked by `validate`.
-template <RealScalar S>
-struct CurveJoin {
-  using Scalar = S;
-
-  /// Above this depth a curve fades to zero as s(depth / fade_depth), s(t) = t² (3 − 2t). The default lets
-  /// the published liver curves, which read 4 mN at depth 0, be unchanged below 2 mm.
-  S fade_depth = S(0.002);
-
-  /// Way back over which the force passes from the loading to the unloading curve, and again on the way down.
-  /// With the thesis's rule, 0, the curve changes at once and a tool that trembles in place chatters between
-  /// the two, up to 0.3 N apart for the liver.
-  S reversal_depth = S(0);
-
-  /// Time over which the force passes from what it was at the puncture to what it is after it, as 1 − s(t / puncture_time). 0: at once.
-  S puncture_time = S(0.005);
-
-  void validate() const {
-    if (!std::isfinite(fade_depth) || fade_depth < S(0))
-      throw InvalidArgument(detail::message("CurveJoin: .fade_depth is ", fade_depth, " m; give a finite number, zero or more"));
-    if (!std::isfinite(reversal_depth) || reversal_depth < S(0))
-      throw InvalidArgument(
-          detail::message("CurveJoin: .reversal_depth is ", reversal_depth, " m; give a finite number, zero or more"));
-    if (!std::isfinite(puncture_time) || puncture_time < S(0))
-      throw InvalidArgument(detail::message("CurveJoin: .puncture_time is ", puncture_time, " s; give a finite number, zero or more"));
-  }
-
-  /// Share of a curve at a depth: 0 at the surface, 1 from fade_depth on.
-  constexpr S fade(S depth) const noexcept { return smooth(depth, fade_depth); }
-  /// Share of the force at the puncture so long after it: 1 at first, 0 from puncture_time on.
-  constexpr S puncture_share(S seconds) const noexcept { return S(1) - smooth(seconds, puncture_time); }
-
- private:
-  static constexpr S smooth(S value, S whole) noexcept {
-    if (!(value > S(0))) return S(0);
-    if (value >= whole) return S(1);
-    S const t = value / whole;
-    return t * t * (S(3) - S(2) * t);
-  }
-};
 
 namespace detail {
 
@@ -122,9 +79,10 @@ constexpr bool is_part() noexcept {
 ///
 ///   no contact    F = 0
 ///   indenting     F = contact law + Σ models
-///   moving        F = q F_p + (1 − q) (Σ fade(d) curve(d) n + Σ models) + Σ noise
-/// F_p the last force while indenting, q = 1 − s(t/puncture_time) for t seconds after the puncture: the drop there is no step. The loading curve holds when the depth is larger than before, else the smaller of the unloading and the
-/// loading curve. Every curve fades to zero at depth 0 (`CurveJoin`) and is zero outside.
+///   moving        F = p F_p + (1 − p) (Σ fade(d) curve(d) n + Σ models) + Σ noise
+/// F_p is the last force while indenting; p falls from 1 to 0 after the puncture. A curve with hysteresis passes from loading to unloading, the
+/// smaller of the unloading and the loading curve, as the tool comes back, and to loading again as it goes deeper. Every curve fades to
+/// zero at depth 0 and is zero outside. `CurveJoin` states all three rules.
 ///
 ///   CuttingForce force(liver_hysteresis<double>(), OrganForce<double>{.coefficient = 2.0}, WhiteGaussianNoise<double>({.seed = 7}));
 ///
@@ -191,14 +149,20 @@ class CuttingForce {
       each([&](auto& part) {
         if constexpr (kind<decltype(part)> == detail::PartKind::noise) noise += part.draw(force);
       });
+      if (Scalar const work = noise.dot(contact.velocity) * contact.seconds; std::isfinite(work)) noise_energy_ += work;
       force += noise;
     }
     return force.allFinite() ? force : Vector(Vector::Zero());
   }
 
+  /// What the noise has given the hand since the start or reset() [J]: Σ ΔF·v Δt. It is no energy of the tissue, so whoever looks at
+  /// the passivity of the tissue takes it off; negative where the noise has taken.
+  Scalar noise_energy() const noexcept { return noise_energy_; }
+
   /// Starts noise and all other state anew: the same contacts give the same forces again.
   void reset() noexcept {
     loading_share_ = Scalar(1);
+    noise_energy_ = Scalar(0);
     forget_puncture();
     each([&](auto& part) {
       if constexpr (detail::Resettable<std::remove_cvref_t<decltype(part)>>) part.reset();
@@ -231,15 +195,9 @@ class CuttingForce {
     }
   }
 
-  /// Sum of the curves [N]. Follows the loading share only when both depths are numbers, so one bad contact
-  /// leaves no trace.
+  /// Sum of the curves [N].
   Scalar curves(ToolContact<Scalar> const& contact) noexcept {
-    Scalar const way = contact.depth - contact.previous_depth;
-    if (!(join_.reversal_depth > Scalar(0)))
-      loading_share_ = way > Scalar(0) ? Scalar(1) : Scalar(0);
-    else if (std::isfinite(way))
-      loading_share_ = std::clamp(loading_share_ + way / join_.reversal_depth, Scalar(0), Scalar(1));
-
+    loading_share_ = join_.reverse(loading_share_, contact.depth - contact.previous_depth);
     if (!(contact.depth > Scalar(0))) return Scalar(0);
     Scalar sum = Scalar(0);
     each([&](auto& part) {
@@ -262,6 +220,7 @@ class CuttingForce {
   Join join_{};
   Vector puncture_force_ = Vector::Zero();   // N, the last one while indenting
   Scalar since_puncture_ = std::numeric_limits<Scalar>::max();   // s; from puncture_time on nothing is left of it
+  Scalar noise_energy_ = Scalar(0);    // J
   Scalar loading_share_ = Scalar(1);   // 1 on the loading curve, 0 on the unloading curve
 };
 
