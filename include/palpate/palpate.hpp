@@ -105,6 +105,7 @@
 #include <palpate/force/network.hpp>
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
+#include <palpate/force/organ_walls.hpp>
 #include <palpate/force/polynomial_contact.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/force/training.hpp>

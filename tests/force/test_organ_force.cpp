@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <palpate/core/random.hpp>
 #include <palpate/force/organ_force.hpp>
+#include <palpate/force/organ_walls.hpp>
 
 #include "catch.hpp"
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 using namespace palpate;
@@ -106,4 +109,76 @@ TEST_CASE("malformed organ forces are refused with a reason") {
   // Used without validation they are still silent, not NaN.
   CHECK((Force{.coefficient = 1.0, .wall_normal = {0.0, 0.0, 0.0}})(cut_at<double>(0.01, {1, 1, 1})).norm() == 0.0);
   CHECK((Friction{.wall_normal = {0.0, 0.0, 0.0}})(cut_at<double>(0.01, {1, 1, 1})).norm() == 0.0);
+}
+
+// Yardstick: the sum of the single walls, each by the formula of OrganForce; and for the limit two walls at right angles and one between them,
+// whose D = 100 (x xᵀ + y yᵀ) + 100 (x + y)(x + y)ᵀ/2 has the eigenvalues 200 and 100.
+TEMPLATE_TEST_CASE("several walls add up, and are limited together", "", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  using V = Vector3<S>;
+  std::vector<OrganWall<S>> const walls{{S(100), V(1, 0, 0)}, {S(100), V(0, -2, 0)}, {S(100), V(3, 3, 0)}};
+  Random random(Seed{4});
+  OrganWalls<S> const free(walls), limited(walls, S(3));
+  for (int k = 0; k < 200; ++k) {
+    V const v(random.normal<S>(), random.normal<S>(), random.normal<S>());
+    auto const contact = cut_at<S>(random.uniform(S(-0.01), S(0.03)), v);
+    V sum = V::Zero();
+    for (auto const& wall : walls) sum += OrganForce<S>{.coefficient = wall.coefficient, .wall_normal = wall.wall_normal}(contact);
+    REQUIRE((free(contact) - sum).norm() <= S(1e-5) * (sum.norm() + v.norm() * S(0.01)));
+    V const less = limited(contact);
+    REQUIRE(less.dot(v) <= S(0));
+    REQUIRE(less.norm() <= S(3.00001) * v.norm());
+    S const share = std::min(S(1), S(3) / (S(200) * std::abs(contact.depth)));
+    REQUIRE((less - share * sum).norm() <= S(1e-5) * (sum.norm() + v.norm() * S(0.01)));
+  }
+  CHECK(double(free.largest_damping(S(0.01))) == Approx(2.0).epsilon(1e-5));
+  CHECK(double(limited.largest_damping(S(0.02))) == Approx(3.0).epsilon(1e-5));
+  CHECK(double(limited(cut_at<S>(S(0.02), V(1, 1, 0).normalized())).norm()) == Approx(3.0).epsilon(1e-5));
+  auto before = cut_at<S>(S(0.02), V(1, 1, 1));
+  before.phase = CuttingPhase::indenting;
+  CHECK(free(before).norm() == S(0));
+  CHECK(OrganWalls<S>({})(cut_at<S>(S(0.02), V(1, 1, 1))).norm() == S(0));
+  CHECK_THROWS_WITH(OrganWalls<S>({{S(1), V(0, 0, 0)}}), "OrganForce: .wall_normal is (0, 0, 0); give a finite direction other than zero");
+  CHECK_THROWS_AS(OrganWalls<S>({{S(-1), V(1, 0, 0)}}), InvalidArgument);
+  CHECK_THROWS_AS(OrganWalls<S>({{S(1), V(1, 0, 0)}}, S(0)), InvalidArgument);
+  S const large = std::numeric_limits<S>::max();
+  CHECK_THROWS_AS(OrganWalls<S>({{large, V(1, 0, 0)}, {large, V(1, 0, 0)}}), InvalidArgument);
+}
+
+// Yardstick: a free mass of 75 g in a 1 kHz loop by its own equations: zero-order hold, x⁺ = x + T v + T²/2 F/m, the speed measured as the
+// difference of the last two positions. Stable: the kinetic energy never exceeds what it began with. Unstable where it should be: the thesis's
+// coefficient without a limit.
+TEST_CASE("a 75 g device in a 1 kHz loop stays stable in the organ at every depth and speed") {
+  constexpr double mass = 0.075, period = 1e-3;
+  auto const largest_speed = [=](auto const& organ, double depth, Vector3<double> v) {
+    Vector3<double> x = Vector3<double>::Zero(), before = x - period * v;
+    double largest = 0;
+    for (int tick = 0; tick < 3000; ++tick) {
+      Vector3<double> const force = organ(cut_at<double>(depth, (x - before) / period));
+      before = x;
+      x += period * v + period * period / 2 / mass * force;
+      v += period / mass * force;
+      largest = std::max(largest, v.norm());
+    }
+    return std::pair(largest, v.norm());
+  };
+  double const limit = mass / (4 * period);   // 18.75 N·s/m
+  OrganFriction<double> const friction{};     // the liver's
+  OrganForce<double> const damper{.coefficient = 1.8e5, .max_damping = limit};
+  OrganWalls<double> const walls({{1.8e5, {1, 0, 0}}, {9e4, {0, 1, 0}}, {1.8e5, {1, 1, 1}}}, limit);
+  for (double const depth : {1e-4, 1e-3, 0.003, 0.01, 0.018, 0.03})
+    for (double const speed : {1e-4, 1e-3, 0.02, 0.2, 1.0, 3.0}) {
+      CAPTURE(depth, speed);
+      Vector3<double> const v = speed * Vector3<double>(0.9, -0.3, std::sqrt(0.1));
+      auto const check = [&](auto const& organ, double const across) {
+        auto const [largest, last] = largest_speed(organ, depth, v);
+        CHECK(largest <= speed * 1.0000001);
+        CHECK(last <= speed * across);
+      };
+      check(friction, 1.0);
+      check(damper, 1.0);
+      check(walls, 1.0);
+    }
+  CHECK(largest_speed(damper, 0.018, Vector3<double>(0.1, 0, 0)).second < 1e-12);
+  CHECK(largest_speed(OrganForce<double>{.coefficient = 1.8e5}, 0.018, Vector3<double>(0.1, 0, 0)).first > 1e6);
 }
