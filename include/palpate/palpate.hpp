@@ -94,6 +94,7 @@
 #include <palpate/cutting/separating_cutter.hpp>
 
 // force: what the hand feels
+#include <palpate/force/band_limited_noise.hpp>
 #include <palpate/force/concept.hpp>
 #include <palpate/force/curve.hpp>
 #include <palpate/force/curve_join.hpp>
