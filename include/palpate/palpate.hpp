@@ -113,6 +113,7 @@
 
 // device: where the hand is
 #include <palpate/device/concept.hpp>
+#include <palpate/device/hand_tremor.hpp>
 #include <palpate/device/limit.hpp>
 #include <palpate/device/null_device.hpp>
 #include <palpate/device/scripted_device.hpp>

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/core/random.hpp>
+#include <palpate/device/concept.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <utility>
+
+namespace palpate {
+
+struct HandTremorOptions {
+  double frequency = 10.0;    ///< Hz, the middle of the band; a hand at rest trembles at 8 to 12
+  double bandwidth = 4.0;     ///< Hz, between the half-power points
+  double amplitude = 5e-5;    ///< m, root mean square along each axis
+  double rate = 1000.0;       ///< Hz, of the servo: one step a tick
+  std::uint64_t seed = 0;     ///< the same seed gives the same run
+};
+
+/// How a hand trembles: a displacement of the tip, on each axis an independent Gaussian process in a narrow band.
+///   x[k] = 2 r cos θ x[k−1] − r² x[k−2] + g ξ[k],   r = e^(−π bandwidth/rate),   θ = 2π frequency/rate
+/// with g such that x has the stated root mean square. It begins in its stationary state, drawn from the seed.
+/// Units      Hz, m.
+/// Source     Band: \cite elble1976, physiological tremor of 8 to 12 Hz. Amplitude: not of a person, choose it.
+/// Invariant  0 < frequency < rate/2, bandwidth > 0, amplitude ≥ 0, all finite; checked at set-up.
+/// Cost       About 40 ns; noexcept, no allocation: allowed in the servo tick.
+template <RealScalar S>
+class HandTremor {
+ public:
+  using Scalar = S;
+
+  explicit HandTremor(HandTremorOptions const& options = {}) : options_(options) {
+    auto const refuse = [](char const* what, double value, char const* unit, char const* advice) {
+      throw InvalidArgument(detail::message("HandTremor: ", what, " is ", value, unit, "; ", advice));
+    };
+    if (!(options.rate > 0.0) || !std::isfinite(options.rate)) refuse(".rate", options.rate, " Hz", "give the rate of the servo, 1000 for most");
+    if (!(options.frequency > 0.0) || !(options.frequency < options.rate / 2.0))
+      refuse(".frequency", options.frequency, " Hz", "give one above 0 and below half the rate, 8 to 12 for a hand");
+    if (!(options.bandwidth > 0.0) || !std::isfinite(options.bandwidth)) refuse(".bandwidth", options.bandwidth, " Hz", "give a finite one above 0");
+    if (!(options.amplitude >= 0.0) || !std::isfinite(options.amplitude)) refuse(".amplitude", options.amplitude, " m", "give a finite one, zero or more");
+    double const r = std::exp(-std::numbers::pi * options.bandwidth / options.rate), cosine = std::cos(2.0 * std::numbers::pi * options.frequency / options.rate);
+    one_ = 2.0 * r * cosine, two_ = -r * r;
+    correlation_ = one_ / (1.0 - two_);   // of two samples that follow each other
+    gain_ = options.amplitude * std::sqrt((1.0 + two_) * ((1.0 - two_) * (1.0 - two_) - one_ * one_) / (1.0 - two_));
+    reset();
+  }
+
+  /// The displacement in the next tick [m].
+  Vector3<S> step() noexcept {
+    Vector3<double> next;
+    for (int axis = 0; axis < 3; ++axis) next[axis] = one_ * now_[axis] + two_ * before_[axis] + gain_ * random_.normal<double>();
+    before_ = now_;
+    now_ = next;
+    return now_.cast<S>();
+  }
+  /// How fast it moves [m/s]: the difference of the last two displacements.
+  Vector3<S> velocity() const noexcept { return ((now_ - before_) * options_.rate).cast<S>(); }
+
+  void reset() noexcept {
+    random_ = Random(Seed{options_.seed});
+    for (int axis = 0; axis < 3; ++axis) {
+      double const one = random_.normal<double>(), two = random_.normal<double>();
+      before_[axis] = options_.amplitude * one;
+      now_[axis] = options_.amplitude * (correlation_ * one + std::sqrt(1.0 - correlation_ * correlation_) * two);
+    }
+  }
+
+  HandTremorOptions const& options() const noexcept { return options_; }
+
+ private:
+  HandTremorOptions options_;
+  Random random_;
+  double one_ = 0, two_ = 0, gain_ = 0, correlation_ = 0;
+  Vector3<double> now_ = Vector3<double>::Zero(), before_ = Vector3<double>::Zero();
+};
+
+/// A device whose hand trembles: what it reads is displaced, what it is written is not touched.
+///   TremblingDevice device(ScriptedDevice<double>(path), HandTremor<double>({.amplitude = 1e-4, .seed = 3}));
+/// Cost       As the device's and the tremor's; noexcept, no allocation.
+/// Limits     The tremor does not give way to the force.
+template <class Device, RealScalar S>
+  requires HapticDevice<Device, S>
+class TremblingDevice {
+ public:
+  TremblingDevice(Device device, HandTremor<S> tremor) : device_(std::move(device)), tremor_(std::move(tremor)) {}
+
+  Capabilities capabilities() const { return device_.capabilities(); }
+  DeviceStatus read(DeviceState<S>& state) noexcept {
+    DeviceStatus const status = device_.read(state);
+    if (status != DeviceStatus::ok) return status;   // a state that is not new trembles already
+    state.position += tremor_.step();
+    state.velocity += tremor_.velocity();
+    return status;
+  }
+  DeviceStatus write(Wrench<S> const& wrench) noexcept { return device_.write(wrench); }
+
+  void open() requires OpensAndCloses<Device> { device_.open(); }
+  void close() noexcept requires OpensAndCloses<Device> { device_.close(); }
+  void arm() requires Armable<Device> { device_.arm(); }
+  void disarm() noexcept requires Armable<Device> { device_.disarm(); }
+
+  Device& device() noexcept { return device_; }
+  Device const& device() const noexcept { return device_; }
+
+ private:
+  Device device_;
+  HandTremor<S> tremor_;
+};
+
+}  // namespace palpate
