@@ -95,6 +95,7 @@
 
 // force: what the hand feels
 #include <palpate/force/band_limited_noise.hpp>
+#include <palpate/force/blade.hpp>
 #include <palpate/force/concept.hpp>
 #include <palpate/force/curve.hpp>
 #include <palpate/force/curve_join.hpp>
@@ -102,7 +103,9 @@
 #include <palpate/force/exponential_contact.hpp>
 #include <palpate/force/hunt_crossley_contact.hpp>
 #include <palpate/force/indentation_spring.hpp>
+#include <palpate/force/karnopp_friction.hpp>
 #include <palpate/force/liver.hpp>
+#include <palpate/force/needle_force.hpp>
 #include <palpate/force/network.hpp>
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
