@@ -111,6 +111,7 @@
 #include <palpate/force/organ_force.hpp>
 #include <palpate/force/organ_walls.hpp>
 #include <palpate/force/polynomial_contact.hpp>
+#include <palpate/force/tissue_presets.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/force/training.hpp>
 

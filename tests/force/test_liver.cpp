@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <sstream>
+#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -136,4 +138,23 @@ TEST_CASE("the liver presets are noexcept to evaluate") {
   auto const hysteresis = liver_hysteresis<double>();
   STATIC_REQUIRE(noexcept(loading(0.01)));
   STATIC_REQUIRE(noexcept(hysteresis(0.01, Phase::unloading)));
+}
+
+// Yardstick: the data of the thesis, by hand: 3 N at 18 mm, 180 N/m of depth, and the range in which its two networks were trained.
+TEST_CASE("every preset says what it was measured on, and nothing else is a preset") {
+  CHECK(tissue_presets.size() == 4);
+  for (TissuePreset const& preset : tissue_presets) {
+    CAPTURE(preset.name);
+    CHECK(find_tissue_preset(preset.name) == &preset);
+    CHECK(preset.species == "not stated");
+    CHECK((preset.slowest > 0 && preset.slowest <= preset.fastest && preset.shallowest < preset.deepest));
+    std::ostringstream text;
+    text << preset;
+    for (auto const part : {preset.tissue, preset.tool, preset.source, preset.limits, force_disclaimer}) CHECK(text.str().find(part) != std::string::npos);
+  }
+  CHECK(find_tissue_preset("spleen") == nullptr);
+  CHECK(liver_range<double>().high == find_tissue_preset("liver_hysteresis")->deepest);
+  CHECK(liver_spring<double>()({.phase = CuttingPhase::indenting, .depth = 0.018}).z() == Approx(3.0));
+  ToolContact<double> const fast{.phase = CuttingPhase::moving, .depth = 0.018, .velocity = {0, -100, 0}};
+  CHECK(liver_friction<double>({0, 2, 0})(fast).y() == Approx(180 * 0.018).epsilon(1e-4));
 }

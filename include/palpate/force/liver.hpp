@@ -3,7 +3,10 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/force/curve.hpp>
+#include <palpate/force/indentation_spring.hpp>
 #include <palpate/force/network.hpp>
+#include <palpate/force/organ_force.hpp>
+#include <palpate/force/tissue_presets.hpp>
 
 #include <array>
 #include <cstddef>
@@ -41,7 +44,7 @@ Network<S, In, Hidden, 1> network_from_rows(std::array<std::array<double, In + 2
 /// Units      depth [m], force [N].
 /// Source     \cite zheng2006 table 6-1; erratum: the weights belong to tanh(x), see `Tanh`. Reported mean
 ///            squared error 5.018e-5 N².
-/// Limits     A 4 mm indentation probe at 6.1 mm/min; the species is not stated. Not a cutting force: at 18
+/// Limits     A 4 mm indentation probe at 0.69 and 6.1 mm/min; the species is not stated. Not a cutting force: at 18
 ///            mm it gives 0.36 N, where a scalpel in another experiment punctured at 3 N. Mix them only with
 ///            a stated factor (`scaled`). Unchanged from 0 to 22.83 mm, continued along the tangents outside.
 ///            Not zero at 0: 0.0041 N.
@@ -75,6 +78,20 @@ NetworkCurve<Network<S, 2, 5, 1>> liver_hysteresis() {
                                                {-2.4796, -4.0361, 0.0002, 1.6728}}},
                                              18.6234),
           liver_range<S>()};
+}
+
+/// Resistance of liver to a scalpel before the puncture: a line to the one datum of 3 N at 18 mm, `IndentationSpring`'s default.
+/// Source     \cite zheng2006 ch. 6.4, after a published cutting test at 1 mm/s; see `tissue_presets`.
+template <RealScalar S>
+constexpr IndentationSpring<S> liver_spring() noexcept {
+  return {.stiffness = S(3.0 / 0.018)};
+}
+
+/// Drag of the liver's inner walls on a scalpel, as friction: 180 N/m of depth, across `wall_normal`.
+/// Source     \cite zheng2006 ch. 6.5, its coefficient in a rate-independent form; see `OrganFriction` and `tissue_presets`.
+template <RealScalar S>
+OrganFriction<S> liver_friction(Vector3<S> const& wall_normal = Vector3<S>::UnitX()) noexcept {
+  return {.stiffness = S(180), .wall_normal = wall_normal};
 }
 
 }  // namespace palpate
