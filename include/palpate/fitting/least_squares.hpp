@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+/// A model and its data: evaluates the residuals r(p) and their Jacobian ∂r/∂p at parameters p, both already of the right size.
+template <class Problem>
+concept ResidualProblem = requires(Problem const& problem, Eigen::VectorXd const& p, Eigen::VectorXd& r, Eigen::MatrixXd& j) {
+  { problem.residual_count() } -> std::convertible_to<Eigen::Index>;
+  problem.evaluate(p, r, j);
+};
+
+struct LeastSquaresOptions {
+  int iterations = 200;
+  double tolerance = 1e-12;   ///< done when a step makes the sum of squares smaller by less than this share of it
+};
+
+/// What `minimise_least_squares` found.
+struct LeastSquares {
+  Eigen::VectorXd parameters;
+  double sum_of_squares = 0.0;
+  Eigen::MatrixXd inverse_normal;       ///< (JᵀJ)⁻¹ of the parameters that are free; zero rows and columns for those at a bound
+  std::vector<bool> at_bound;           ///< a parameter that would be smaller if it might
+  bool determined = true;               ///< false: the data do not tell the parameters apart, inverse_normal is not to be used
+  bool converged = false;
+  int iterations = 0;
+
+  int free_count() const noexcept { return static_cast<int>(std::count(at_bound.begin(), at_bound.end(), false)); }
+};
+
+/// Makes Σ r² small over parameters that are not below `lower`, by damped Gauss–Newton steps; each parameter is damped by its own curvature, so
+/// units do not matter. A parameter whose step would leave the bounds rests there until the slope points inward again.
+/// Source     \cite marquardt1963; bounds as in \cite bertsekas1982, a projected Newton step.
+/// Errors     InvalidArgument for a start below its bound or not finite, and for residuals that are not finite there.
+/// Cost       Offline: allocates. A problem that is linear in its parameters takes a few iterations.
+template <ResidualProblem Problem>
+LeastSquares minimise_least_squares(Problem const& problem, Eigen::VectorXd start, Eigen::VectorXd const& lower, LeastSquaresOptions const& options = {}) {
+  auto const count = start.size();
+  if (lower.size() != count) throw InvalidArgument(detail::message("least squares: there are ", lower.size(), " bounds for ", count, " parameters; give one for each"));
+  for (Eigen::Index k = 0; k < count; ++k)
+    if (!std::isfinite(start[k]) || !(start[k] >= lower[k]))
+      throw InvalidArgument(detail::message("least squares: parameter ", k, " starts at ", start[k], " and may not be below ", lower[k], "; start it there or above"));
+
+  Eigen::Index const rows = problem.residual_count();
+  Eigen::VectorXd r(rows), trial_r(rows);
+  Eigen::MatrixXd j(rows, count), trial_j(rows, count);
+  problem.evaluate(start, r, j);
+  if (!r.allFinite() || !j.allFinite()) throw InvalidArgument("least squares: the model is not finite at the parameters it starts from; start elsewhere");
+
+  LeastSquares found{.parameters = std::move(start), .sum_of_squares = r.squaredNorm(), .inverse_normal = {}, .at_bound = {}};
+  found.at_bound.assign(static_cast<std::size_t>(count), false);
+  auto const rest_at_bounds = [&](Eigen::VectorXd const& slope) {
+    for (Eigen::Index k = 0; k < count; ++k) found.at_bound[static_cast<std::size_t>(k)] = found.parameters[k] <= lower[k] && slope[k] >= 0.0;
+  };
+  auto const normal_of_free = [&](Eigen::MatrixXd normal) {
+    for (Eigen::Index k = 0; k < count; ++k)
+      if (found.at_bound[static_cast<std::size_t>(k)]) {
+        normal.row(k).setZero(), normal.col(k).setZero();
+        normal(k, k) = 1.0;
+      }
+    return normal;
+  };
+
+  double damping = 1e-3;
+  while (!found.converged && found.iterations < options.iterations) {
+    ++found.iterations;
+    Eigen::MatrixXd const jj = j.transpose() * j;
+    Eigen::VectorXd slope = j.transpose() * r;
+    rest_at_bounds(slope);
+    Eigen::MatrixXd const normal = normal_of_free(jj);
+    for (Eigen::Index k = 0; k < count; ++k)
+      if (found.at_bound[static_cast<std::size_t>(k)]) slope[k] = 0.0;
+    for (;;) {
+      Eigen::MatrixXd damped = normal;
+      damped.diagonal() += damping * normal.diagonal();
+      for (Eigen::Index k = 0; k < count; ++k)
+        if (!(damped(k, k) > 0.0)) damped(k, k) = 1.0;   // a parameter that nothing depends on
+      Eigen::VectorXd const trial = (found.parameters - damped.ldlt().solve(slope)).cwiseMax(lower);
+      problem.evaluate(trial, trial_r, trial_j);
+      double const sum = trial_r.squaredNorm();
+      if (trial.allFinite() && trial_j.allFinite() && sum <= found.sum_of_squares) {   // false for a NaN
+        found.converged = found.sum_of_squares - sum <= options.tolerance * found.sum_of_squares;
+        found.parameters = trial;
+        found.sum_of_squares = sum;
+        r.swap(trial_r), j.swap(trial_j);
+        damping = std::max(damping / 10.0, 1e-12);
+        break;
+      }
+      damping *= 10.0;
+      if (damping > 1e16) {   // no step, however small, is an improvement
+        found.converged = true;
+        break;
+      }
+    }
+  }
+
+  rest_at_bounds(j.transpose() * r);
+  Eigen::MatrixXd normal = normal_of_free(j.transpose() * j);
+  Eigen::VectorXd const scale = normal.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
+  normal = scale.asDiagonal() * normal * scale.asDiagonal();   // ones on the diagonal: its condition says how well the data tell parameters apart
+  Eigen::LDLT<Eigen::MatrixXd> const factor(normal);
+  found.determined = rows >= count && factor.info() == Eigen::Success && factor.vectorD().minCoeff() > 1e-12;
+  found.inverse_normal = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(count, count)) * scale.asDiagonal();
+  for (Eigen::Index k = 0; k < count; ++k)
+    if (found.at_bound[static_cast<std::size_t>(k)]) found.inverse_normal.row(k).setZero(), found.inverse_normal.col(k).setZero();
+  return found;
+}
+
+}  // namespace palpate
