@@ -94,8 +94,6 @@
 #include <palpate/cutting/separating_cutter.hpp>
 
 // force: what the hand feels
-#include <palpate/fitting/least_squares.hpp>
-#include <palpate/fitting/student_quantile.hpp>
 #include <palpate/force/band_limited_noise.hpp>
 #include <palpate/force/blade.hpp>
 #include <palpate/force/concept.hpp>
@@ -135,3 +133,11 @@
 #include <palpate/simulator/simulator.hpp>
 #include <palpate/simulator/snapshot.hpp>
 #include <palpate/simulator/tick_statistics.hpp>
+
+// fitting: from measurements to coefficients
+#include <palpate/fitting/contact_models.hpp>
+#include <palpate/fitting/fit.hpp>
+#include <palpate/fitting/least_squares.hpp>
+#include <palpate/fitting/measurements.hpp>
+#include <palpate/fitting/needle_model.hpp>
+#include <palpate/fitting/student_quantile.hpp>

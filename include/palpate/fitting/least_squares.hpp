@@ -5,10 +5,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -31,14 +33,48 @@ struct LeastSquaresOptions {
 struct LeastSquares {
   Eigen::VectorXd parameters;
   double sum_of_squares = 0.0;
-  Eigen::MatrixXd inverse_normal;       ///< (JᵀJ)⁻¹ of the parameters that are free; zero rows and columns for those at a bound
+  Eigen::MatrixXd inverse_normal;       ///< (JᵀJ)⁻¹ of the parameters that are free and determined; zero rows and columns for the others
   std::vector<bool> at_bound;           ///< a parameter that would be smaller if it might
-  bool determined = true;               ///< false: the data do not tell the parameters apart, inverse_normal is not to be used
+  std::vector<bool> determined;         ///< false: others can take its place, or nothing depends on it; the data do not say what it is
   bool converged = false;
   int iterations = 0;
 
   int free_count() const noexcept { return static_cast<int>(std::count(at_bound.begin(), at_bound.end(), false)); }
+  bool all_determined() const noexcept { return std::find(determined.begin(), determined.end(), false) == determined.end(); }
 };
+
+namespace detail {
+
+/// What the data say of each parameter. With the columns of J of length one, a direction in which all parameters together can go with next to
+/// no change of the residuals is an eigenvector of JᵀJ with an eigenvalue near 0: what takes part in it is not determined.
+inline void find_determined(Eigen::MatrixXd const& j, LeastSquares& found) {
+  Eigen::Index const count = j.cols();
+  Eigen::VectorXd const length = j.colwise().norm();
+  Eigen::VectorXd const scale = length.unaryExpr([](double value) { return value > 0.0 ? 1.0 / value : 1.0; });
+  Eigen::MatrixXd const columns = j * scale.asDiagonal();
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> const all(columns.transpose() * columns);
+  constexpr double vanishing = 1e-12, takes_part = 1e-4;
+  found.determined.assign(static_cast<std::size_t>(count), true);
+  for (Eigen::Index e = 0; e < count; ++e)
+    if (all.eigenvalues()[e] <= vanishing)
+      for (Eigen::Index k = 0; k < count; ++k)
+        if (std::abs(all.eigenvectors()(k, e)) > takes_part) found.determined[static_cast<std::size_t>(k)] = false;
+
+  std::vector<Eigen::Index> counted;
+  for (Eigen::Index k = 0; k < count; ++k)
+    if (found.determined[static_cast<std::size_t>(k)] && !found.at_bound[static_cast<std::size_t>(k)]) counted.push_back(k);
+  Eigen::MatrixXd const part = columns(Eigen::all, counted);
+  auto const size = static_cast<Eigen::Index>(counted.size());
+  Eigen::MatrixXd const inverse = Eigen::MatrixXd(part.transpose() * part).ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  found.inverse_normal = Eigen::MatrixXd::Zero(count, count);
+  for (Eigen::Index a = 0; a < size; ++a)
+    for (Eigen::Index b = 0; b < size; ++b) {
+      Eigen::Index const row = counted[static_cast<std::size_t>(a)], column = counted[static_cast<std::size_t>(b)];
+      found.inverse_normal(row, column) = scale[row] * scale[column] * inverse(a, b);
+    }
+}
+
+}  // namespace detail
 
 /// Makes Σ r² small over parameters that are not below `lower`, by damped Gauss–Newton steps; each parameter is damped by its own curvature, so
 /// units do not matter. A parameter whose step would leave the bounds rests there until the slope points inward again.
@@ -59,7 +95,7 @@ LeastSquares minimise_least_squares(Problem const& problem, Eigen::VectorXd star
   problem.evaluate(start, r, j);
   if (!r.allFinite() || !j.allFinite()) throw InvalidArgument("least squares: the model is not finite at the parameters it starts from; start elsewhere");
 
-  LeastSquares found{.parameters = std::move(start), .sum_of_squares = r.squaredNorm(), .inverse_normal = {}, .at_bound = {}};
+  LeastSquares found{.parameters = std::move(start), .sum_of_squares = r.squaredNorm(), .inverse_normal = {}, .at_bound = {}, .determined = {}};
   found.at_bound.assign(static_cast<std::size_t>(count), false);
   auto const rest_at_bounds = [&](Eigen::VectorXd const& slope) {
     for (Eigen::Index k = 0; k < count; ++k) found.at_bound[static_cast<std::size_t>(k)] = found.parameters[k] <= lower[k] && slope[k] >= 0.0;
@@ -107,14 +143,7 @@ LeastSquares minimise_least_squares(Problem const& problem, Eigen::VectorXd star
   }
 
   rest_at_bounds(j.transpose() * r);
-  Eigen::MatrixXd normal = normal_of_free(j.transpose() * j);
-  Eigen::VectorXd const scale = normal.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
-  normal = scale.asDiagonal() * normal * scale.asDiagonal();   // ones on the diagonal: its condition says how well the data tell parameters apart
-  Eigen::LDLT<Eigen::MatrixXd> const factor(normal);
-  found.determined = rows >= count && factor.info() == Eigen::Success && factor.vectorD().minCoeff() > 1e-12;
-  found.inverse_normal = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(count, count)) * scale.asDiagonal();
-  for (Eigen::Index k = 0; k < count; ++k)
-    if (found.at_bound[static_cast<std::size_t>(k)]) found.inverse_normal.row(k).setZero(), found.inverse_normal.col(k).setZero();
+  detail::find_determined(j, found);
   return found;
 }
 

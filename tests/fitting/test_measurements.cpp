@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include <palpate/fitting/measurements.hpp>
+
+#include "catch.hpp"
+
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+/// A file with this text, gone at the end.
+struct File {
+  std::filesystem::path path = std::filesystem::temp_directory_path() / "palpate_measurements.csv";
+  explicit File(std::string const& text) { std::ofstream(path, std::ios::binary) << text; }
+  ~File() { std::filesystem::remove(path); }
+};
+
+std::string refusal(std::string const& text) {
+  File const file(text);
+  try {
+    read_measurements(file.path);
+  } catch (FileError const& error) {
+    std::string const what = error.what();
+    return what.substr(what.find(".csv") + 4);
+  }
+  return "accepted";
+}
+
+std::string const header = "depth_m,speed_m_s,phase,force_N\n";
+
+}  // namespace
+
+TEST_CASE("measurements are read in their units, comments skipped") {
+  File const file("# generated\n" + header + "0.001,0.02,indenting,0.1\n\n# a note\n0.002, 0.02 ,loading,-0.25\r\n3e-3,0,unloading,1\n");
+  std::vector<Measurement> const all = read_measurements(file.path);
+  REQUIRE(all.size() == 3);
+  CHECK(all[0].phase == MeasuredPhase::indenting);
+  CHECK(all[1].depth == 0.002);
+  CHECK(all[1].force == -0.25);
+  CHECK(all[2].inward_speed() == 0.0);
+  CHECK(Measurement{.speed = 0.5, .phase = MeasuredPhase::unloading}.inward_speed() == -0.5);
+  CHECK(depths_of(all).low == 0.001);
+  CHECK(depths_of(all).high == 3e-3);
+  CHECK(speeds_of(all).contains(0.01));
+  CHECK_FALSE(speeds_of(all).contains(0.03));
+}
+
+TEST_CASE("a file that holds anything else is refused with its line") {
+  CHECK(refusal("") == ": the file is empty; the first line must be depth_m,speed_m_s,phase,force_N");
+  CHECK(refusal("depth,force\n1,2\n") == ", line 1: not the header of measurements; it must be depth_m,speed_m_s,phase,force_N");
+  CHECK(refusal(header) == ": there is no measurement after the header");
+  CHECK(refusal(header + "1,2,loading\n") == ", line 2: there are 3 cells instead of 4");
+  CHECK(refusal(header + "1,2,cutting,3\n") == ", line 2: the phase is \"cutting\"; it must be \"indenting\", \"loading\" or \"unloading\"");
+  CHECK(refusal(header + "0.1,2,loading,1\n-1,2,loading,3\n") == ", line 3: the depth is -1 m; depths are counted from the surface, zero or more");
+  CHECK(refusal(header + "1,-2,loading,3\n") ==
+        ", line 2: the speed is -2 m/s; give it without sign, the phase \"unloading\" says that the tool comes back");
+  CHECK(refusal(header + "1,2,loading,nan\n") == ", line 2: column force_N holds nan; it must be finite");
+  CHECK(refusal(header + "1,2,loading,1.0.0\n").find("line 2: column force_N holds \"1.0.0\"") != std::string::npos);
+  CHECK_THROWS_AS(read_measurements("no such file.csv"), FileError);
+}
+
+// Every truncation and many changed bytes: read or refused, nothing else.
+TEST_CASE("a damaged file is refused or read, and nothing else") {
+  std::string const good = header + "0.001,0.02,indenting,0.1\n0.002,0.02,loading,0.25\n";
+  for (std::size_t length = 0; length < good.size(); ++length) refusal(good.substr(0, length));
+  for (std::size_t at = 0; at < good.size(); ++at)
+    for (char const byte : {'\0', '\n', ',', '-', '"', '\xff', '9'}) {
+      std::string text = good;
+      text[at] = byte;
+      refusal(text);
+    }
+  SUCCEED();
+}
