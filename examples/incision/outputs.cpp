@@ -3,8 +3,8 @@
 
 #include "progress.hpp"
 
+#include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
-#include <palpate/simulator/detail/whole_file.hpp>
 #include <palpate/vtk/chart.hpp>
 #include <palpate/vtk/picture.hpp>
 #include <palpate/vtk/series.hpp>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/device/detail/csv_table.hpp>
-#include <palpate/simulator/detail/whole_file.hpp>
 
 #include <algorithm>
 #include <array>

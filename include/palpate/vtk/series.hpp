@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
-#include <palpate/simulator/detail/whole_file.hpp>
 #include <palpate/vtk/detail/message_trap.hpp>
 #include <palpate/vtk/detail/poly_data.hpp>
 

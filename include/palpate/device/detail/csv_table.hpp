@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
 
 #include <charconv>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <locale>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -54,16 +52,7 @@ class CsvTable {
  public:
   using Row = std::vector<std::string_view>;
 
-  explicit CsvTable(std::filesystem::path path) : path_(std::move(path)) {
-    std::error_code ignored;
-    if (!std::filesystem::exists(path_, ignored)) fail("the file does not exist; check the path");
-    if (std::filesystem::is_directory(path_, ignored)) fail("this is a folder; give a file");
-    std::ifstream file(path_, std::ios::binary);
-    if (!file) fail("the file can not be opened; check that it may be read");
-    text_.assign(std::istreambuf_iterator<char>(file), {});
-    if (file.bad()) fail("reading stopped with an error; check the disk or copy the file again");
-    skip_mark();
-  }
+  explicit CsvTable(std::filesystem::path path) : path_(std::move(path)), text_(read_whole_file(path_)) { skip_mark(); }
   CsvTable(CsvTable const&) = delete;
   CsvTable& operator=(CsvTable const&) = delete;
 

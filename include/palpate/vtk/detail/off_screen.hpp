@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
-#include <palpate/simulator/detail/whole_file.hpp>
 #include <palpate/vtk/detail/message_trap.hpp>
 #include <palpate/vtk/virtual_display.hpp>
 

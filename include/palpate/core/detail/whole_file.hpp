@@ -6,11 +6,26 @@
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <system_error>
 
 namespace palpate::detail {
+
+/// All bytes of a file. Throws `FileError` that begins with the path.
+inline std::string read_whole_file(std::filesystem::path const& path) {
+  auto const fail = [&](std::string_view what) { throw FileError(message(path.string(), ": ", what)); };
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) fail("the file does not exist; check the path");
+  if (std::filesystem::is_directory(path, ignored)) fail("this is a folder; give a file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) fail("the file can not be opened; check that it may be read");
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  if (file.bad()) fail("reading stopped with an error; check the disk or copy the file again");
+  return text;
+}
 
 /// Writes `content` to `path` so that the file is there as a whole or not at all: a new file beside the target is written,
 /// closed without error and then renamed. An older file at `path` stays untouched until then; a link keeps pointing at its file.
