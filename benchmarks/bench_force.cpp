@@ -7,7 +7,7 @@
 #include <palpate/force/liver.hpp>
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
-#include <palpate/force/training.hpp>
+#include <palpate/force/network_training.hpp>
 
 #include <benchmark/benchmark.h>
 

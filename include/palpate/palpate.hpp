@@ -107,13 +107,15 @@
 #include <palpate/force/liver.hpp>
 #include <palpate/force/needle_force.hpp>
 #include <palpate/force/network.hpp>
+#include <palpate/force/network_training.hpp>
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
 #include <palpate/force/organ_walls.hpp>
 #include <palpate/force/polynomial_contact.hpp>
+#include <palpate/force/sample.hpp>
 #include <palpate/force/tissue_presets.hpp>
 #include <palpate/force/tissue_reaction.hpp>
-#include <palpate/force/training.hpp>
+#include <palpate/force/trainer.hpp>
 
 // device: where the hand is
 #include <palpate/device/concept.hpp>

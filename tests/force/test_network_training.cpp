@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <palpate/force/liver.hpp>
-#include <palpate/force/training.hpp>
+#include <palpate/force/network_training.hpp>
 
 #include "catch.hpp"
 
