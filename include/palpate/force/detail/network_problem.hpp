@@ -10,7 +10,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <span>
+#include <utility>
 
 namespace palpate::detail {
 
@@ -22,7 +24,13 @@ class NetworkProblem {
   using NetSample = Sample<double, Net::inputs, Net::outputs>;
   static constexpr int parameter_count = Net::parameter_count;
 
-  NetworkProblem(Net const& network, std::span<NetSample const> samples) : network_(network), samples_(samples) {}
+  /// `goes_on(epoch, network)` is asked after every epoch of the training; false ends it.
+  NetworkProblem(Net const& network, std::span<NetSample const> samples, std::function<bool(int, Net const&)> goes_on)
+      : network_(network), samples_(samples), goes_on_(std::move(goes_on)) {}
+
+  std::size_t sample_count() const noexcept { return samples_.size(); }
+
+  bool goes_on(int epoch, Eigen::VectorXd const& parameters) const { return goes_on_(epoch, at(parameters)); }
 
   double mean_square(Eigen::VectorXd const& parameters) const {
     Net const network = at(parameters);
@@ -35,19 +43,11 @@ class NetworkProblem {
   }
 
   double gradient(Eigen::VectorXd const& parameters, Eigen::VectorXd& gradient) const {
-    Net const network = at(parameters);
-    typename Net::Parameters part{};
-    double sum = 0.0;
-    for (auto const& sample : samples_) {
-      auto weight = residual(network, sample);
-      for (std::size_t o = 0; o < weight.size(); ++o) {
-        sum += weight[o] * weight[o];
-        weight[o] *= 2.0 / (count() * network.scaling().output_gain[o]);
-      }
-      network.add_parameter_gradient(sample.input, weight, part);
-    }
-    gradient = Eigen::Map<Eigen::VectorXd const>(part.data(), parameter_count);
-    return sum / count();
+    return gradient_of(parameters, gradient, samples_.size(), [](std::size_t k) { return k; });
+  }
+
+  double gradient(Eigen::VectorXd const& parameters, Eigen::VectorXd& gradient, std::span<std::size_t const> samples) const {
+    return gradient_of(parameters, gradient, samples.size(), [&](std::size_t k) { return samples[k]; });
   }
 
   double normal_equations(Eigen::VectorXd const& parameters, Eigen::MatrixXd& normal, Eigen::VectorXd& slope) const {
@@ -73,6 +73,25 @@ class NetworkProblem {
   }
 
  private:
+  template <class Pick>
+  double gradient_of(Eigen::VectorXd const& parameters, Eigen::VectorXd& gradient, std::size_t samples, Pick pick) const {
+    Net const network = at(parameters);
+    double const values = double(samples) * Net::outputs;
+    typename Net::Parameters part{};
+    double sum = 0.0;
+    for (std::size_t k = 0; k < samples; ++k) {
+      auto const& sample = samples_[pick(k)];
+      auto weight = residual(network, sample);
+      for (std::size_t o = 0; o < weight.size(); ++o) {
+        sum += weight[o] * weight[o];
+        weight[o] *= 2.0 / (values * network.scaling().output_gain[o]);
+      }
+      network.add_parameter_gradient(sample.input, weight, part);
+    }
+    gradient = Eigen::Map<Eigen::VectorXd const>(part.data(), parameter_count);
+    return sum / values;
+  }
+
   double count() const { return double(samples_.size()) * Net::outputs; }
 
   Net at(Eigen::VectorXd const& parameters) const {
@@ -89,6 +108,7 @@ class NetworkProblem {
 
   Net network_;
   std::span<NetSample const> samples_;
+  std::function<bool(int, Net const&)> goes_on_;
 };
 
 /// Maps the samples' ranges to −1 … 1; a value that never changes keeps the gain one.
