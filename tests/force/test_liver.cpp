@@ -119,7 +119,7 @@ TEST_CASE("the two published networks belong together") {
 }
 
 // Yardstick: the slopes at the ends with 60 digits, and a straight line.
-TEST_CASE("beyond their range the liver curves go on along the tangent") {
+TEST_CASE("beyond their range the liver curves go on along the tangent and are never negative") {
   auto const loading = liver_loading<double>();
   auto const hysteresis = liver_hysteresis<double>();
   for (double beyond : {1e-6, 1e-3, 0.01, 0.1}) {
@@ -127,10 +127,27 @@ TEST_CASE("beyond their range the liver curves go on along the tangent") {
     CHECK(loading(0.02283 + beyond) == Approx(1.2040432826793064 + 104.82228128095072 * beyond).epsilon(1e-12));
     CHECK(hysteresis(0.02283 + beyond, Phase::loading) == Approx(1.3823034201697275 + 512.55759077653181 * beyond).epsilon(1e-12));
     CHECK(hysteresis(0.02283 + beyond, Phase::unloading) == Approx(1.3809514193591328 + 827.32680540280251 * beyond).epsilon(1e-12));
-    CHECK(loading(-beyond) == Approx(0.0041032675443069058 - 1.581613894593132 * beyond).margin(1e-12));
-    CHECK(hysteresis(-beyond, Phase::loading) == Approx(0.0045960480646592416 - 0.8887826174331892 * beyond).margin(1e-12));
-    CHECK(hysteresis(-beyond, Phase::unloading) == Approx(0.0066464205735260688 - 0.1291642881461329 * beyond).margin(1e-12));
+    CHECK(loading(-beyond) == Approx(std::max(0.0, 0.0041032675443069058 - 1.581613894593132 * beyond)).margin(1e-12));
+    CHECK(hysteresis(-beyond, Phase::loading) == Approx(std::max(0.0, 0.0045960480646592416 - 0.8887826174331892 * beyond)).margin(1e-12));
+    CHECK(hysteresis(-beyond, Phase::unloading) == Approx(std::max(0.0, 0.0066464205735260688 - 0.1291642881461329 * beyond)).margin(1e-12));
   }
+}
+
+// Yardstick: the same straight lines, cut off by hand; inside the range the curves without a cap.
+TEST_CASE("a cap holds beyond the range of the liver curves and changes nothing inside") {
+  auto const free = liver_hysteresis<double>();
+  auto const capped = liver_hysteresis<double>({.largest_force = 3.0});
+  auto const loading = liver_loading<double>({.largest_force = 1.5});
+  for (int i = 0; i <= 2283; ++i)
+    for (Phase const phase : {Phase::loading, Phase::unloading}) REQUIRE(capped(i * 1e-5, phase) == free(i * 1e-5, phase));
+  for (double beyond : {1e-6, 1e-3, 0.0019, 0.0032, 0.01, 1e300}) {
+    CAPTURE(beyond);
+    CHECK(capped(0.02283 + beyond, Phase::loading) == Approx(std::min(3.0, 1.3823034201697275 + 512.55759077653181 * beyond)).epsilon(1e-12));
+    CHECK(capped(0.02283 + beyond, Phase::unloading) == Approx(std::min(3.0, 1.3809514193591328 + 827.32680540280251 * beyond)).epsilon(1e-12));
+    CHECK(loading(0.02283 + beyond) == Approx(std::min(1.5, 1.2040432826793064 + 104.82228128095072 * beyond)).epsilon(1e-12));
+  }
+  CHECK_THROWS_WITH(liver_hysteresis<double>({.largest_force = 1.0}),
+                    "CurveGuard: .largest_force is 1 N, the curve has 1.38230342 N at 0.02283 m, an end of its range; give no less");
 }
 
 TEST_CASE("the liver presets are noexcept to evaluate") {

@@ -6,9 +6,13 @@
 #include <palpate/force/concept.hpp>
 #include <palpate/force/network.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
+#include <limits>
+#include <type_traits>
 #include <utility>
 
 namespace palpate {
@@ -20,17 +24,37 @@ struct DepthRange {
   S high = S(0);
 };
 
-/// A trained network as a force curve: depth [m] → force [N], inside the depths it was trained on; outside
-/// continued along the tangent at the nearer end, because a network saturates or runs away where it has seen
-/// no data.
+/// The depths that samples were measured at, the first input of each: `NetworkCurve(network, depth_range(samples))`.
+template <class Samples>
+auto depth_range(Samples const& samples) {
+  using S = std::remove_cvref_t<decltype(std::begin(samples)->input.front())>;
+  if (std::begin(samples) == std::end(samples)) throw InvalidArgument("depth_range: there are no samples; give at least two depths");
+  DepthRange<S> range{std::begin(samples)->input.front(), std::begin(samples)->input.front()};
+  for (auto const& sample : samples) {
+    range.low = std::min(range.low, sample.input.front());
+    range.high = std::max(range.high, sample.input.front());
+  }
+  return range;
+}
+
+/// What bounds a `NetworkCurve` where its network has seen no data.
+/// Units      [N]
+/// Invariant  Not below the force at either end of the curve's range; checked by `NetworkCurve`.
+template <RealScalar S>
+struct CurveGuard {
+  S largest_force = std::numeric_limits<S>::infinity();   ///< outside the range the force is at most this; infinite: no cap
+};
+
+/// A trained network as a force curve: depth [m] → force [N], inside the depths it was trained on the network itself; outside
+/// never, because a network saturates or runs away where it has seen no data:
+///   F(d) = F(e) + F'(e) (d − e),  e the nearer end of the range, clamped to 0 … guard.largest_force
 ///   one input     curve(depth)
 ///   two inputs    curve(depth, phase); the second input is 0 for loading, 1 for unloading
 /// Units      depth [m]; the network's own input unit is a matter of its scaling.
-/// Invariant  range.low < range.high, both finite; checked at set-up. The continuation has neither step nor
-///            kink.
+/// Invariant  range.low < range.high, both finite, guard.largest_force no less than the forces at the ends; checked at set-up. No step
+///            anywhere, and no kink but where a bound is met. An end below 0 N is continued by what is no further below.
 /// Cost       One evaluation of the network; noexcept, no allocation: allowed in the servo tick.
-/// Limits     Far below the range the tangent turns negative, far above it grows without end: the device
-///            limits the force.
+/// Limits     Inside the range nothing is clamped. Without a cap the force grows without end above the range: the device limits it.
 template <class Net>
 class NetworkCurve {
   static_assert(Net::outputs == 1 && (Net::inputs == 1 || Net::inputs == 2),
@@ -40,13 +64,16 @@ class NetworkCurve {
  public:
   using Scalar = typename Net::Scalar;
 
-  NetworkCurve(Net network, DepthRange<Scalar> range) : network_(std::move(network)), range_(range) {
+  NetworkCurve(Net network, DepthRange<Scalar> range, CurveGuard<Scalar> guard = {})
+      : network_(std::move(network)), range_(range), guard_(guard) {
     if (!std::isfinite(range.low) || !std::isfinite(range.high) || !(range.low < range.high))
       throw InvalidArgument(detail::message("NetworkCurve: the depth range is ", range.low, " … ", range.high,
                                             " m; give two finite depths, the lower one first"));
     for (std::size_t branch = 0; branch < branches; ++branch) {
       low_[branch] = end_at(range.low, branch);
       high_[branch] = end_at(range.high, branch);
+      check_cap(range.low, low_[branch].force);
+      check_cap(range.high, high_[branch].force);
     }
   }
 
@@ -64,6 +91,7 @@ class NetworkCurve {
 
   Net const& network() const noexcept { return network_; }
   DepthRange<Scalar> range() const noexcept { return range_; }
+  CurveGuard<Scalar> guard() const noexcept { return guard_; }
 
  private:
   static constexpr std::size_t branches = Net::inputs == 1 ? 1 : 2;
@@ -86,14 +114,25 @@ class NetworkCurve {
     return {network_(x)[0], network_.input_gradient(x, {Scalar(1)})[0]};
   }
 
+  void check_cap(Scalar depth, Scalar force) const {
+    if (!(guard_.largest_force >= force))   // also where it is no number
+      throw InvalidArgument(detail::message("CurveGuard: .largest_force is ", guard_.largest_force, " N, the curve has ", force, " N at ", depth,
+                                            " m, an end of its range; give no less"));
+  }
+
+  Scalar beyond(End const& end, Scalar way) const noexcept {
+    return std::clamp(end.force + end.slope * way, std::min(end.force, Scalar(0)), std::max(guard_.largest_force, Scalar(0)));
+  }
+
   Scalar value(Scalar depth, std::size_t branch) const noexcept {
-    if (depth < range_.low) return low_[branch].force + low_[branch].slope * (depth - range_.low);
-    if (depth > range_.high) return high_[branch].force + high_[branch].slope * (depth - range_.high);
+    if (depth < range_.low) return beyond(low_[branch], depth - range_.low);
+    if (depth > range_.high) return beyond(high_[branch], depth - range_.high);
     return network_(input(depth, branch))[0];
   }
 
   Net network_;
   DepthRange<Scalar> range_;
+  CurveGuard<Scalar> guard_;
   std::array<End, branches> low_{};
   std::array<End, branches> high_{};
 };

@@ -46,17 +46,17 @@ Network<S, In, Hidden, 1> network_from_rows(std::array<std::array<double, In + 2
 ///            squared error 5.018e-5 N².
 /// Limits     A 4 mm indentation probe at 0.69 and 6.1 mm/min; the species is not stated. Not a cutting force: at 18
 ///            mm it gives 0.36 N, where a scalpel in another experiment punctured at 3 N. Mix them only with
-///            a stated factor (`scaled`). Unchanged from 0 to 22.83 mm, continued along the tangents outside.
-///            Not zero at 0: 0.0041 N.
+///            a stated factor (`scaled`). Unchanged from 0 to 22.83 mm, continued along the tangents outside, never below 0
+///            nor above `guard.largest_force`. Not zero at 0: 0.0041 N.
 template <RealScalar S>
-NetworkCurve<Network<S, 1, 5, 1>> liver_loading() {
+NetworkCurve<Network<S, 1, 5, 1>> liver_loading(CurveGuard<S> guard = {}) {
   return {detail::network_from_rows<S, 1, 5>({{{0.1959, 0.0656, -13.8628},
                                                {-0.8624, -0.3429, 18.5440},
                                                {-0.5384, -0.1393, 10.0367},
                                                {-0.2533, -0.1248, 3.7805},
                                                {-0.1185, -0.0331, 1.0538}}},
                                              0.7025),
-          liver_range<S>()};
+          liver_range<S>(), guard};
 }
 
 /// Indentation force of liver with hysteresis: the thesis's trained 2-5-1 network, depth and phase.
@@ -70,14 +70,14 @@ NetworkCurve<Network<S, 1, 5, 1>> liver_loading() {
 ///            exceeds the continued loading: `CuttingForce` takes the smaller of the two when the tool comes
 ///            back.
 template <RealScalar S>
-NetworkCurve<Network<S, 2, 5, 1>> liver_hysteresis() {
+NetworkCurve<Network<S, 2, 5, 1>> liver_hysteresis(CurveGuard<S> guard = {}) {
   return {detail::network_from_rows<S, 2, 5>({{{0.1211, -8.8553, 1.4730, -3.3122},
                                                {0.3226, 0.4131, 17.1267, -9.3809},
                                                {-1.2783, -6.0967, -0.0032, 3.7464},
                                                {-0.6281, -0.4962, -0.0200, 8.6331},
                                                {-2.4796, -4.0361, 0.0002, 1.6728}}},
                                              18.6234),
-          liver_range<S>()};
+          liver_range<S>(), guard};
 }
 
 /// Resistance of liver to a scalpel before the puncture: a line to the one datum of 3 N at 18 mm, `IndentationSpring`'s default.
