@@ -99,6 +99,7 @@
 #include <palpate/force/concept.hpp>
 #include <palpate/force/curve.hpp>
 #include <palpate/force/curve_join.hpp>
+#include <palpate/force/curve_report.hpp>
 #include <palpate/force/cutting_force.hpp>
 #include <palpate/force/exponential_contact.hpp>
 #include <palpate/force/hunt_crossley_contact.hpp>
