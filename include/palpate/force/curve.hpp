@@ -51,8 +51,8 @@ struct CurveGuard {
 ///   one input     curve(depth)
 ///   two inputs    curve(depth, phase); the second input is 0 for loading, 1 for unloading
 /// Units      depth [m]; the network's own input unit is a matter of its scaling.
-/// Invariant  range.low < range.high, both finite, guard.largest_force no less than the forces at the ends; checked at set-up. No step
-///            anywhere, and no kink but where a bound is met. An end below 0 N is continued by what is no further below.
+/// Invariant  range.low < range.high, both finite; forces at the ends finite and at most guard.largest_force; checked at set-up.
+///            No step anywhere, and no kink but where a bound is met. An end below 0 N is continued by what is no further below.
 /// Cost       One evaluation of the network; noexcept, no allocation: allowed in the servo tick.
 /// Limits     Inside the range nothing is clamped. Without a cap the force grows without end above the range: the device limits it.
 template <class Net>
@@ -72,8 +72,8 @@ class NetworkCurve {
     for (std::size_t branch = 0; branch < branches; ++branch) {
       low_[branch] = end_at(range.low, branch);
       high_[branch] = end_at(range.high, branch);
-      check_cap(range.low, low_[branch].force);
-      check_cap(range.high, high_[branch].force);
+      check_end(range.low, low_[branch]);
+      check_end(range.high, high_[branch]);
     }
   }
 
@@ -114,10 +114,14 @@ class NetworkCurve {
     return {network_(x)[0], network_.input_gradient(x, {Scalar(1)})[0]};
   }
 
-  void check_cap(Scalar depth, Scalar force) const {
+  void check_end(Scalar depth, End const& end) const {
+    Scalar const force = end.force;
+    if (!std::isfinite(force) || !std::isfinite(end.slope))
+      throw InvalidArgument(detail::message("NetworkCurve: the network gives ", force, " N and a slope of ", end.slope, " N/m at ", depth,
+                                            " m, an end of the range; give weights with finite results"));
     if (!(guard_.largest_force >= force))   // also where it is no number
-      throw InvalidArgument(detail::message("CurveGuard: .largest_force is ", guard_.largest_force, " N, the curve has ", force, " N at ", depth,
-                                            " m, an end of its range; give no less"));
+      throw InvalidArgument(detail::message("CurveGuard: .largest_force is ", guard_.largest_force, " N, the curve has ", force, " N at ",
+                                            depth, " m, an end of its range; give no less"));
   }
 
   Scalar beyond(End const& end, Scalar way) const noexcept {

@@ -21,6 +21,8 @@ namespace palpate {
 ///            form its two liver networks contradict each other, with tanh(x) they agree within 0.0125 N. The
 ///            printed form is `HalfSigmoid`.
 struct Tanh {
+  static constexpr char const* name = "tanh";   ///< in files
+
   template <RealScalar Scalar>
   static Scalar value(Scalar x) noexcept {
     return std::tanh(x);
@@ -34,6 +36,8 @@ struct Tanh {
 
 /// Half-argument sigmoid (1 − e^−x)/(1 + e^−x) = tanh(x/2), as the thesis prints it; see `Tanh`.
 struct HalfSigmoid {
+  static constexpr char const* name = "half_sigmoid";
+
   template <RealScalar Scalar>
   static Scalar value(Scalar x) noexcept {
     return std::tanh(x / Scalar(2));
@@ -85,7 +89,7 @@ constexpr int first_parameter(std::array<int, N> const& sizes, std::size_t layer
 ///   `Network<double, 2, 5, 1>`                      two inputs, one hidden layer of five tanh neurons, one output
 ///   `BasicNetwork<HalfSigmoid, double, 2, 5, 1>`    the same with another activation
 /// An activation is a type with two static functions: `value(x)`, and `slope(y)`, its derivative where it has
-/// the value y. The scaling of inputs and outputs is kept with the weights, so a network is evaluated in its
+/// the value y; and for files a static `name`. The scaling of inputs and outputs is kept with the weights, so a network is evaluated in its
 /// caller's units.
 /// Shapes     `parameters()` are layer by layer; in a layer the weights row by row, then the biases.
 /// Source     \cite zheng2006 ch. 6
