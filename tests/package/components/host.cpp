@@ -9,6 +9,10 @@
 #ifdef with_collision
 #include <palpate/collision/fcl_surface.hpp>
 #endif
+#ifdef with_json
+#include <palpate/force/liver.hpp>
+#include <palpate/json/network_file.hpp>
+#endif
 #ifdef with_parallel
 #include <palpate/parallel/on_cores.hpp>
 
@@ -37,6 +41,13 @@ int main() {
   double const distance = surface.distance(palpate::SphereTip<double>{0.1}, {0.5, 0.5, 0.3}).distance;
   std::printf("collision: distance %.3f m\n", distance);
   right = right && near(distance, 0.2);
+#endif
+#ifdef with_json
+  // The published loading curve, written and read.
+  palpate::write_network("liver.json", palpate::liver_loading<double>());
+  double const force = palpate::read_network<palpate::NetworkCurve<palpate::Network<double, 1, 5, 1>>>("liver.json")(0.015);
+  std::printf("json: force %.4f N\n", force);
+  right = right && std::abs(force - 0.1830) < 5e-5;
 #endif
 #ifdef with_parallel
   std::atomic<int> sum = 0;
