@@ -140,6 +140,7 @@
 // fitting: from measurements to coefficients
 #include <palpate/fitting/contact_models.hpp>
 #include <palpate/fitting/fit.hpp>
+#include <palpate/fitting/fitted_force.hpp>
 #include <palpate/fitting/least_squares.hpp>
 #include <palpate/fitting/measurements.hpp>
 #include <palpate/fitting/needle_model.hpp>

@@ -34,8 +34,8 @@ std::vector<Measurement> measured(std::function<double(Measurement const&)> cons
   return all;
 }
 
-template <class Law>
-double value_of(Fit<Law> const& found, std::string const& name) {
+template <class Model>
+double value_of(Fit<Model> const& found, std::string const& name) {
   for (FittedCoefficient const& c : found.coefficients)
     if (c.name == name) return c.value;
   return std::numeric_limits<double>::quiet_NaN();
@@ -67,6 +67,10 @@ TEST_CASE("a line fitted to four measurements is the regression through the orig
   CHECK(found.depths.high == 0.004);
   CHECK(found.speeds.low == 0.01);
   CHECK(found.residuals[1] == Approx(0.19 - k * 0.002));
+  CHECK(found.at({.depth = 0.0025, .speed = 0.015}) == Approx(k * 0.0025));
+  CHECK_THROWS_WITH(found.at({.depth = 0.0025, .speed = 0.03}),
+                    "the fit of \"linear\": the speed is 0.03 m/s, measured were 0.01 to 0.02 m/s; stay within, or measure there");
+  CHECK_THROWS_AS(found.at({.depth = 0.005, .speed = 0.015}), OutOfRange);
 }
 
 // Yardstick: the coefficients that the measurements were made with.

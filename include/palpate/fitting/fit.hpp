@@ -44,10 +44,13 @@ struct FittedCoefficient {
 };
 
 /// What `fit` found. Residuals are measured minus model [N], in the order of `used`.
-template <class Law>
+template <FittedModel Model>
 struct Fit {
-  std::string model;
+  using Law = decltype(std::declval<Model const&>().law(Eigen::VectorXd(), MeasuredRange{}));
+
+  Model model;
   Law law;                                        ///< the force model, ready for `CuttingForce`
+  Eigen::VectorXd parameters;
   std::vector<FittedCoefficient> coefficients{};
   std::vector<Measurement> used{};
   std::vector<double> residuals{};
@@ -57,6 +60,17 @@ struct Fit {
   MeasuredRange depths{}, speeds{};               ///< of the measurements used
   bool converged = true;
   double confidence = 0.95;
+
+  /// The force [N] that the model has there. Throws `OutOfRange` for a speed or depth outside the measurements: of those the fit knows nothing.
+  double at(Measurement const& m) const {
+    if (!speeds.contains(m.speed))
+      throw OutOfRange(detail::message("the fit of \"", model.name(), "\": the speed is ", m.speed, " m/s, measured were ", speeds.low, " to ", speeds.high,
+                                       " m/s; stay within, or measure there"));
+    if (!depths.contains(m.depth))
+      throw OutOfRange(detail::message("the fit of \"", model.name(), "\": the depth is ", m.depth, " m, measured were ", depths.low, " to ", depths.high,
+                                       " m; stay within, or measure there"));
+    return model.force(parameters, m);
+  }
 };
 
 namespace detail {
@@ -123,7 +137,7 @@ double cross_validate(Model const& model, std::span<Measurement const> used, Fit
 /// Limits     For a model that is not linear in its coefficients the intervals are those of its tangent. Measurements of one slow stroke have errors
 ///            that depend on each other: the intervals are then too narrow.
 template <FittedModel Model>
-auto fit(std::span<Measurement const> measurements, Model const& model, FitOptions const& options = {}) -> Fit<decltype(model.law(Eigen::VectorXd(), MeasuredRange{}))> {
+Fit<Model> fit(std::span<Measurement const> measurements, Model const& model, FitOptions const& options = {}) {
   if (!(options.confidence > 0.0 && options.confidence < 1.0))
     throw InvalidArgument(detail::message("fit: .confidence is ", options.confidence, "; give a share between 0 and 1, for example 0.95"));
   if (options.folds < 0 || options.folds == 1) throw InvalidArgument(detail::message("fit: .folds is ", options.folds, "; give two or more, or 0 for no cross-validation"));
@@ -139,7 +153,7 @@ auto fit(std::span<Measurement const> measurements, Model const& model, FitOptio
 
   LeastSquares const found = detail::solve_fit(model, used, options.solver);
   MeasuredRange const depths = depths_of(used);
-  Fit<decltype(model.law(found.parameters, depths))> result{.model = std::string(model.name()), .law = model.law(found.parameters, depths)};
+  Fit<Model> result{.model = model, .law = model.law(found.parameters, depths), .parameters = found.parameters};
   result.used = used;
   result.depths = depths;
   result.speeds = speeds_of(used);
@@ -169,9 +183,9 @@ auto fit(std::span<Measurement const> measurements, Model const& model, FitOptio
 }
 
 /// The fit as a table.
-template <class Law>
-std::ostream& operator<<(std::ostream& out, Fit<Law> const& fit) {
-  out << fit.model << ": " << fit.used.size() << " measurements, depth " << fit.depths.low * 1000 << " to " << fit.depths.high * 1000 << " mm, speed "
+template <FittedModel Model>
+std::ostream& operator<<(std::ostream& out, Fit<Model> const& fit) {
+  out << fit.model.name() << ": " << fit.used.size() << " measurements, depth " << fit.depths.low * 1000 << " to " << fit.depths.high * 1000 << " mm, speed "
       << fit.speeds.low * 1000 << " to " << fit.speeds.high * 1000 << " mm/s\n";
   for (FittedCoefficient const& c : fit.coefficients) {
     out << "  " << c.name << std::string(c.name.size() < 10 ? 10 - c.name.size() : 1, ' ') << c.value << (c.unit.empty() ? "" : " ") << c.unit;
