@@ -114,6 +114,7 @@
 #include <palpate/force/organ_walls.hpp>
 #include <palpate/force/polynomial_contact.hpp>
 #include <palpate/force/sample.hpp>
+#include <palpate/force/speed_curve.hpp>
 #include <palpate/force/tissue_presets.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/force/trainer.hpp>
@@ -140,6 +141,7 @@
 // fitting: from measurements to coefficients
 #include <palpate/fitting/contact_models.hpp>
 #include <palpate/fitting/fit.hpp>
+#include <palpate/fitting/fit_network.hpp>
 #include <palpate/fitting/fitted_force.hpp>
 #include <palpate/fitting/least_squares.hpp>
 #include <palpate/fitting/measurements.hpp>

@@ -182,9 +182,9 @@ TEST_CASE("a malformed network file is refused with what, where and what to do")
   };
   Case const cases[] = {
       {"0.5]", "0.5", "net.json, line 11, column 3, near /scaling/output_gain/1: this is no JSON: syntax error while parsing array - "
-                      "unexpected '}'; expected ']'; give a file as write_network writes it"},
+                      "unexpected '}'; expected ']'; give a file that palpate wrote"},
       {"-2.0", "NaN", "net.json, line 16, column 10, near /layers/0/weights/1/0: this is no JSON: syntax error while parsing value - invalid "
-                      "literal; last read: '0.1],<U+000A>        [N'; give a file as write_network writes it"},
+                      "literal; last read: '0.1],<U+000A>        [N'; give a file that palpate wrote"},
       {"-2.0", "1e999", "net.json, near /layers/0/weights/1/0: number overflow parsing '1e999'; give numbers that a double can hold"},
       {"-2.0", "\"two\"", "net.json: /layers/0/weights/1/0 is \"two\"; give a number"},
       {"-2.0", "null", "net.json: /layers/0/weights/1/0 is null; give a number"},
@@ -210,18 +210,18 @@ TEST_CASE("a malformed network file is refused with what, where and what to do")
        "scaling, layers, curve"},
       {"  \"version\": 1,\n", "  \"version\": 1,\n  \"curve\": 5,\n", "net.json: /curve is 5; give an object, { ... }"},
       {"\"tanh\"", "\"t\xff\"", "net.json, line 4, column 19, near /activation: this is no JSON: syntax error while parsing value - invalid "
-                                "string: ill-formed UTF-8 byte; last read: '\"t?'; give a file as write_network writes it"},
+                                "string: ill-formed UTF-8 byte; last read: '\"t?'; give a file that palpate wrote"},
   };
   for (Case const& c : cases) CHECK(error_of<Small>(replaced(small_text, c.what, c.by)) == c.error);
   CHECK(error_of<Small>("") == "net.json, line 1, column 1: this is no JSON: syntax error while parsing value - unexpected end of input; expected "
-                               "'[', '{', or a literal; give a file as write_network writes it");
+                               "'[', '{', or a literal; give a file that palpate wrote");
   CHECK(error_of<Small>("[1]") == "net.json: the document is [1]; give an object, { ... }");
   CHECK(error_of<Small>("{}") == "net.json: the document has no key \"format\"; add it");
   CHECK(std::count(small_text.begin(), small_text.end(), '\n') == 27);
   CHECK(error_of<Small>(small_text + "{}").find("net.json, line 28, column 1: ") == 0);
   CHECK(error_of<NetworkCurve<Small>>(small_text) == "net.json: the document has no key \"curve\"; add it");
   CHECK(error_of<Network<float, 1, 2, 1>>(replaced(small_text, "-2.0", "-2e39")) ==
-        "net.json: /layers/0/weights/1/0 is -2e+39; give a number of at most 3.40282347e+38 in magnitude, which the network's scalar can hold");
+        "net.json: /layers/0/weights/1/0 is -2e+39; give a number of at most 3.40282347e+38 in magnitude, which the scalar asked for can hold");
   CHECK(error_of<BasicNetwork<HalfSigmoid, double, 1, 2, 1>>(small_text) ==
         "net.json: /activation is \"tanh\", that of the network asked for is \"half_sigmoid\"; ask for a BasicNetwork with the file's activation");
 

@@ -91,7 +91,7 @@ inline nlohmann::json parse_json(std::string const& text, std::string const& nam
       reason.remove_prefix(std::min(reason.find(": ") + 2, reason.size()));
     }
     throw FileError(message(name, ", line ", line, ", column ", byte - start + 1, place(), ": this is no JSON: ", legible(reason),
-                            "; give a file as write_network writes it"));
+                            "; give a file that palpate wrote"));
   } catch (json::exception const& error) {   // a number that no double holds
     std::string_view reason = error.what();
     reason.remove_prefix(std::min(reason.find("] ") + 2, reason.size()));
@@ -142,6 +142,18 @@ class JsonValue {
     }
   }
 
+  std::string text() const {
+    if (!value_->is_string()) fail_as("a text in quotes");
+    return value_->get<std::string>();
+  }
+  /// The keys of an object, in the order of the alphabet.
+  std::vector<std::string> keys() const {
+    require_object();
+    std::vector<std::string> result;
+    for (auto const& item : value_->items()) result.push_back(item.key());
+    return result;
+  }
+
   bool is_list(std::size_t size) const noexcept { return value_->is_array() && value_->size() == size; }
   void require_list(std::size_t size) const {
     if (!value_->is_array()) fail_as(message("a list of ", size));
@@ -155,7 +167,7 @@ class JsonValue {
     if (!value_->is_number()) fail_as("a number");
     double const number = value_->get<double>();
     if (!std::isfinite(number) || std::abs(number) > double(std::numeric_limits<Scalar>::max()))
-      fail_as(message("a number of at most ", double(std::numeric_limits<Scalar>::max()), " in magnitude, which the network's scalar can hold"));
+      fail_as(message("a number of at most ", double(std::numeric_limits<Scalar>::max()), " in magnitude, which the scalar asked for can hold"));
     return static_cast<Scalar>(number);
   }
 
