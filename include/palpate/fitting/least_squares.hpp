@@ -47,12 +47,13 @@ namespace detail {
 
 /// What the data say of each parameter. With the columns of J of length one, a direction in which all parameters together can go with next to
 /// no change of the residuals is an eigenvector of JᵀJ with an eigenvalue near 0: what takes part in it is not determined.
-inline void find_determined(Eigen::MatrixXd const& j, LeastSquares& found) {
+template <class Jacobian>   // a template, so that who does not fit does not compile it
+void find_determined(Jacobian const& j, LeastSquares& found) {
   Eigen::Index const count = j.cols();
   Eigen::VectorXd const length = j.colwise().norm();
   Eigen::VectorXd const scale = length.unaryExpr([](double value) { return value > 0.0 ? 1.0 / value : 1.0; });
-  Eigen::MatrixXd const columns = j * scale.asDiagonal();
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> const all(columns.transpose() * columns);
+  Jacobian const columns = j * scale.asDiagonal();
+  Eigen::SelfAdjointEigenSolver<Jacobian> const all(columns.transpose() * columns);
   constexpr double vanishing = 1e-12, takes_part = 1e-4;
   found.determined.assign(static_cast<std::size_t>(count), true);
   for (Eigen::Index e = 0; e < count; ++e)
@@ -63,10 +64,10 @@ inline void find_determined(Eigen::MatrixXd const& j, LeastSquares& found) {
   std::vector<Eigen::Index> counted;
   for (Eigen::Index k = 0; k < count; ++k)
     if (found.determined[static_cast<std::size_t>(k)] && !found.at_bound[static_cast<std::size_t>(k)]) counted.push_back(k);
-  Eigen::MatrixXd const part = columns(Eigen::all, counted);
+  Jacobian const part = columns(Eigen::all, counted);
   auto const size = static_cast<Eigen::Index>(counted.size());
-  Eigen::MatrixXd const inverse = Eigen::MatrixXd(part.transpose() * part).ldlt().solve(Eigen::MatrixXd::Identity(size, size));
-  found.inverse_normal = Eigen::MatrixXd::Zero(count, count);
+  Jacobian const inverse = Jacobian(part.transpose() * part).ldlt().solve(Jacobian::Identity(size, size));
+  found.inverse_normal = Jacobian::Zero(count, count);
   for (Eigen::Index a = 0; a < size; ++a)
     for (Eigen::Index b = 0; b < size; ++b) {
       Eigen::Index const row = counted[static_cast<std::size_t>(a)], column = counted[static_cast<std::size_t>(b)];
