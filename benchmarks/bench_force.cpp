@@ -3,11 +3,17 @@
 //   bench_force --benchmark_repetitions=20 --benchmark_report_aggregates_only=true    prints medians
 // The peer of each evaluation is the same formula in plain loops, in the same run.
 #include <palpate/core/random.hpp>
+#include <palpate/fitting/fitted_force.hpp>
+#include <palpate/force/band_limited_noise.hpp>
+#include <palpate/force/blade.hpp>
 #include <palpate/force/cutting_force.hpp>
+#include <palpate/force/hunt_crossley_contact.hpp>
 #include <palpate/force/liver.hpp>
+#include <palpate/force/needle_force.hpp>
+#include <palpate/force/network_training.hpp>
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
-#include <palpate/force/network_training.hpp>
+#include <palpate/force/organ_walls.hpp>
 
 #include <benchmark/benchmark.h>
 
@@ -93,6 +99,39 @@ void cutting_force_tick(benchmark::State& state) {
 }
 BENCHMARK(cutting_force_tick<float>);
 BENCHMARK(cutting_force_tick<double>);
+
+/// A tick with every part there is: no one composes that, and it stays within what a servo has.
+template <RealScalar S>
+void every_part_tick(benchmark::State& state) {
+  CuttingForce force(HuntCrossleyContact<S>{.stiffness = S(900), .damping = S(2)}, bladed(liver_hysteresis<S>(), BladeFactors<S>{.width_ratio = S(1.5)}),
+                     OrganWalls<S>({{S(2), {S(1), S(0), S(0)}}, {S(3), {S(0), S(1), S(0)}}}), OrganFriction<S>{},
+                     NeedleForce<S>({.cutting = 0.9, .friction = {.dynamic = 10.0, .viscous = 100.0, .holding = 15.0}}),
+                     BandLimitedNoise<S>({.snr_db = 30.0, .seed = 7}), WhiteGaussianNoise<S>({.snr_db = 40.0, .seed = 8}));
+  auto const input = depths<S>();
+  ToolContact<S> contact{.phase = CuttingPhase::moving, .velocity = {S(0.02), S(0), S(-0.01)}};
+  std::size_t i = 0;
+  for (auto _ : state) {
+    contact.previous_depth = contact.depth;
+    contact.depth = input[i++ % 1024];
+    benchmark::DoNotOptimize(force(contact));
+  }
+}
+BENCHMARK(every_part_tick<float>);
+BENCHMARK(every_part_tick<double>);
+
+/// The tick of a force that was chosen at run time.
+void fitted_force_tick(benchmark::State& state) {
+  FittedForce<double> force({"needle", {{"a1", 100.0}, {"a2", 0.0}, {"cutting", 0.9}, {"dynamic", 10.0}, {"viscous", 100.0}}, {0.0, 0.03}, {0.0, 0.1}, ""});
+  auto const input = depths<double>();
+  ToolContact<double> contact{.phase = CuttingPhase::moving, .velocity = {0.02, 0.0, -0.01}};
+  std::size_t i = 0;
+  for (auto _ : state) {
+    contact.previous_depth = contact.depth;
+    contact.depth = input[i++ % 1024];
+    benchmark::DoNotOptimize(force(contact));
+  }
+}
+BENCHMARK(fitted_force_tick);
 
 void normal_number(benchmark::State& state) {
   Random random(Seed{1});
