@@ -70,7 +70,8 @@ TEST_CASE("a network curve without a cap grows without end and stops at zero, an
   CHECK_THROWS_AS(NetworkCurve(line, DepthRange<double>{0.0, 0.25}, CurveGuard<double>{.largest_force = std::nan("")}), InvalidArgument);
   std::get<0>(layers).weights[0][0] = 1e308;
   CHECK_THROWS_WITH(NetworkCurve(Network<double, 1, 1>(layers), DepthRange<double>{0.0, 100.0}),
-                    "NetworkCurve: the network gives inf N and a slope of 1e+308 N/m at 100 m, an end of the range; give weights with finite results");
+                    "NetworkCurve: the network gives inf N and a slope of 1e+308 N/m at 100 m, an end of the range; give weights with finite "
+                    "results");
 }
 
 TEST_CASE("the range of a curve is that of its samples") {
