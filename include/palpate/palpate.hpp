@@ -121,9 +121,12 @@
 
 // device: where the hand is
 #include <palpate/device/concept.hpp>
+#include <palpate/device/hand_sample.hpp>
 #include <palpate/device/hand_tremor.hpp>
 #include <palpate/device/limit.hpp>
 #include <palpate/device/null_device.hpp>
+#include <palpate/device/recorded_device.hpp>
+#include <palpate/device/replay_device.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/device/session.hpp>
 #include <palpate/device/trajectory.hpp>
@@ -136,9 +139,9 @@
 #include <palpate/simulator/recording.hpp>
 #include <palpate/simulator/simulator.hpp>
 #include <palpate/simulator/snapshot.hpp>
+#include <palpate/simulator/tick.hpp>
 #include <palpate/simulator/tick_statistics.hpp>
 
-// fitting: from measurements to coefficients
 #include <palpate/fitting/contact_models.hpp>
 #include <palpate/fitting/fit.hpp>
 #include <palpate/fitting/fit_network.hpp>
@@ -147,3 +150,9 @@
 #include <palpate/fitting/measurements.hpp>
 #include <palpate/fitting/needle_model.hpp>
 #include <palpate/fitting/student_quantile.hpp>
+#include <palpate/training/configuration.hpp>
+#include <palpate/training/replay.hpp>
+#include <palpate/training/session.hpp>
+#include <palpate/training/session_io.hpp>
+// fitting: from measurements to coefficients
+// training: sessions of a person, kept and repeated

@@ -3,36 +3,18 @@
 
 #include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
-#include <palpate/core/matrix.hpp>
-#include <palpate/core/phase.hpp>
 #include <palpate/device/detail/csv_table.hpp>
+#include <palpate/simulator/detail/tick_text.hpp>
+#include <palpate/simulator/tick.hpp>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <filesystem>
-#include <limits>
-#include <locale>
-#include <optional>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace palpate {
-
-/// One servo tick as it was: where the tip was, what it did, what the hand felt.
-/// Units      time [s] since the start, tip [m] in the world frame, depth [m] below the home surface (0 without contact),
-///            force [N] on the hand, as written to the device.
-struct Tick {
-  double time = 0.0;
-  Vector3<double> tip = Vector3<double>::Zero();
-  double depth = 0.0;
-  CuttingPhase phase = CuttingPhase::no_contact;
-  Vector3<double> force = Vector3<double>::Zero();
-};
 
 /// A session, tick by tick; what `Simulator::run` returns.
 /// File       comma-separated text, one line a tick:
@@ -89,11 +71,7 @@ class Recording {
     text.reserve(text.size() + 160 * ticks_.size());
     text += '\n';
     for (Tick const& tick : ticks_) {
-      put(text, tick.time);
-      for (double const coordinate : tick.tip) put(text += ',', coordinate);
-      put(text += ',', tick.depth);
-      (text += ',') += to_string(tick.phase);
-      for (double const component : tick.force) put(text += ',', component);
+      detail::append_tick(text, tick);
       text += '\n';
     }
     return text;
@@ -105,73 +83,22 @@ class Recording {
 
   /// Reads a file that `write_csv` wrote. Throws `FileError` with the line for anything else.
   static Recording read_csv(std::filesystem::path const& path) {
-    constexpr std::size_t columns = 9;
     detail::CsvTable table(path);
     detail::CsvTable::Row row;
     if (!table.next(row)) table.fail(detail::message("the file is empty; the first line must be ", csv_header));
-    if (joined(row) != csv_header) table.fail_here(detail::message("not the header of a recording; it must be ", csv_header));
+    if (detail::joined(row) != csv_header) table.fail_here(detail::message("not the header of a recording; it must be ", csv_header));
     Recording recording;
-    std::array<std::string_view, columns> const names = {"time_s", "tip_x_m",   "tip_y_m",   "tip_z_m",  "depth_m",
-                                                         "phase",  "force_x_N", "force_y_N", "force_z_N"};
     while (table.next(row)) {
-      if (row.size() != columns)
-        table.fail_here(detail::message("there are ", row.size(), " cells instead of ", columns,
+      if (row.size() != detail::tick_columns)
+        table.fail_here(detail::message("there are ", row.size(), " cells instead of ", detail::tick_columns,
                                         "; the file may be cut short: write it again"));
-      auto const number = [&](std::size_t column) { return table.number(row, column, names[column]); };
-      auto const phase = phase_from(row[5]);
-      if (!phase)
-        table.fail_here(detail::message("phase \"", row[5], "\" is unknown; it is \"", to_string(CuttingPhase::no_contact),
-                                        "\", \"", to_string(CuttingPhase::indenting), "\" or \"",
-                                        to_string(CuttingPhase::moving), "\""));
-      recording.append({.time = number(0),
-                        .tip = {number(1), number(2), number(3)},
-                        .depth = number(4),
-                        .phase = *phase,
-                        .force = {number(6), number(7), number(8)}});
+      recording.append(detail::tick_from(table, row));
     }
     if (!table.ends_with_line()) table.fail_here("the last line does not end; the file is cut short: write it again");
     return recording;
   }
 
  private:
-  static void put(std::string& text, double value) {
-    if (std::isnan(value)) {   // one spelling: the sign of a NaN differs between machines
-      text += "nan";
-      return;
-    }
-#if defined(__cpp_lib_to_chars)
-    std::array<char, 32> buffer;
-    auto const result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-    text.append(buffer.data(), result.ptr);
-#else
-    for (int digits = 1; digits <= std::numeric_limits<double>::max_digits10; ++digits) {
-      std::ostringstream stream;
-      stream.imbue(std::locale::classic());
-      stream.precision(digits);
-      stream << value;
-      if (digits == std::numeric_limits<double>::max_digits10 || detail::to_number(stream.str()) == value) {
-        text += stream.str();
-        return;
-      }
-    }
-#endif
-  }
-
-  static std::optional<CuttingPhase> phase_from(std::string_view text) noexcept {
-    for (CuttingPhase const phase : {CuttingPhase::no_contact, CuttingPhase::indenting, CuttingPhase::moving})
-      if (text == to_string(phase)) return phase;
-    return std::nullopt;
-  }
-
-  static std::string joined(detail::CsvTable::Row const& row) {
-    std::string text;
-    for (std::string_view const cell : row) {
-      if (!text.empty()) text += ',';
-      text += cell;
-    }
-    return text;
-  }
-
   std::vector<Tick> ticks_;
   std::size_t dropped_ = 0;
 };

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+#include <palpate/device/concept.hpp>
+
+namespace palpate {
+
+/// What went in and out of a device in one servo tick, as far as a simulation depends on it: enough to repeat the tick.
+/// Invariant  after a failed read position and velocity are zero; nobody asks for them.
+/// Units      position [m], velocity [m/s]; world frame; in double for every scalar, which loses nothing of a float.
+struct HandSample {
+  Vector3<double> position = Vector3<double>::Zero();
+  Vector3<double> velocity = Vector3<double>::Zero();   ///< as the device reported it; zero where it reports none
+  DeviceStatus read = DeviceStatus::ok;
+  DeviceStatus written = DeviceStatus::ok;
+};
+
+}  // namespace palpate

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+#include <palpate/core/phase.hpp>
+
+namespace palpate {
+
+/// One servo tick as it was: where the tip was, what it did, what the hand felt.
+/// Units      time [s] since the start, tip [m] in the world frame, depth [m] below the home surface (0 without contact),
+///            force [N] on the hand, as written to the device.
+struct Tick {
+  double time = 0.0;
+  Vector3<double> tip = Vector3<double>::Zero();
+  double depth = 0.0;
+  CuttingPhase phase = CuttingPhase::no_contact;
+  Vector3<double> force = Vector3<double>::Zero();
+};
+
+}  // namespace palpate

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/training/detail/bytes.hpp>
+#include <palpate/training/session.hpp>
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace palpate::detail {
+
+// A session as bytes, numbers with the lowest byte first:
+//   8   magic: 0x89 "PLPS" CR LF 0x1A, so that a copy in text mode is noticed
+//   4   format, 1
+//   8   length of what follows, without the checksum
+//       version; seed (8); device: force, rate (8 each), flags (1): reports velocity 1, has hand 2
+//       configuration: count (8), key and value each; events: count (8), time (8) and name each; a text is its length (4) and its bytes
+//       ticks: count (8), each a flag byte and then
+//         flags     phase (bits 0-1), read (2-3), written (4-5), the hand is where the tip is (6), depth and force are +0 (7)
+//         time, tip (4 · 8); without flag 7 depth, force (4 · 8); with a hand its velocity (3 · 8) and, without flag 6, its position (3 · 8)
+//   4   CRC-32 of all before
+inline constexpr std::string_view session_magic = "\x89PLPS\r\n\x1A";
+inline constexpr std::uint32_t session_format = 1;
+inline constexpr std::size_t session_frame = 8 + 4 + 8;   // before the payload
+inline constexpr unsigned velocity_flag = 1, hand_flag = 2;
+inline constexpr unsigned at_tip_flag = 1u << 6, silent_flag = 1u << 7;
+
+inline bool same_bits(double a, double b) noexcept { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
+inline bool same_bits(Vector3<double> const& a, Vector3<double> const& b) noexcept {
+  return same_bits(a.x(), b.x()) && same_bits(a.y(), b.y()) && same_bits(a.z(), b.z());
+}
+
+inline void put(ByteWriter& out, Vector3<double> const& vector) {
+  for (double const component : vector) out.put(component);
+}
+
+inline std::string session_bytes(Session const& session) {
+  ByteWriter out;
+  out.bytes().reserve(128 + session.recording.ticks().size() * (session.hand.empty() ? 65 : 89));
+  out.raw(session_magic);
+  out.put(session_format);
+  out.put(std::uint64_t{0});   // the length, below
+  out.put(std::string_view(session.version));
+  out.put(session.seed.value);
+  out.put(session.device.max_force);
+  out.put(session.device.rate);
+  bool const has_hand = !session.hand.empty();
+  out.put(static_cast<std::uint8_t>((session.device.reports_velocity ? velocity_flag : 0u) | (has_hand ? hand_flag : 0u)));
+  out.put(static_cast<std::uint64_t>(session.configuration.size()));
+  for (auto const& [key, value] : session.configuration.values()) {
+    out.put(std::string_view(key));
+    out.put(std::string_view(value));
+  }
+  out.put(static_cast<std::uint64_t>(session.events.size()));
+  for (SessionEvent const& event : session.events) {
+    out.put(event.time);
+    out.put(std::string_view(event.name));
+  }
+  auto const& ticks = session.recording.ticks();
+  out.put(static_cast<std::uint64_t>(ticks.size()));
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    Tick const& tick = ticks[i];
+    bool const silent = same_bits(tick.depth, 0.0) && same_bits(tick.force, Vector3<double>::Zero());
+    unsigned flags = static_cast<unsigned>(tick.phase) | (silent ? silent_flag : 0u);
+    bool at_tip = false;
+    if (has_hand) {
+      HandSample const& hand = session.hand[i];
+      at_tip = same_bits(hand.position, tick.tip);
+      flags |= static_cast<unsigned>(hand.read) << 2 | static_cast<unsigned>(hand.written) << 4 | (at_tip ? at_tip_flag : 0u);
+    }
+    out.put(static_cast<std::uint8_t>(flags));
+    out.put(tick.time);
+    put(out, tick.tip);
+    if (!silent) {
+      out.put(tick.depth);
+      put(out, tick.force);
+    }
+    if (has_hand) {
+      put(out, session.hand[i].velocity);
+      if (!at_tip) put(out, session.hand[i].position);
+    }
+  }
+  std::string& bytes = out.bytes();
+  std::uint64_t const length = bytes.size() - session_frame;
+  for (std::size_t i = 0; i < 8; ++i) bytes[12 + i] = static_cast<char>(static_cast<unsigned char>((length >> (8 * i)) & 0xFFu));
+  out.put(crc32(bytes));
+  return std::move(bytes);
+}
+
+/// `path` is for the errors alone.
+inline Session session_from_bytes(std::string_view bytes, std::filesystem::path const& path) {
+  auto const refuse = [&](std::size_t at, std::string_view what) -> void { throw FileError(message(path.string(), ", byte ", at, ": ", what)); };
+  if (bytes.size() < session_magic.size() || bytes.substr(0, session_magic.size()) != session_magic)
+    refuse(0, "not a session in binary form; read a CSV file with read_session_csv");
+  auto const cut = [&](std::size_t at, std::string_view what) { refuse(at, message(what, " is cut short or damaged; copy the file again")); };
+  ByteReader frame(bytes.substr(session_magic.size()), [&](std::size_t at, std::string_view what) { cut(at + session_magic.size(), what); });
+  if (auto const format = frame.word<std::uint32_t>("the number of the format"); format != session_format)
+    refuse(8, message("the format is ", format, "; this version reads ", session_format));
+  auto const length = frame.word<std::uint64_t>("the length");
+  std::size_t const all = bytes.size();
+  if (length > all || all - static_cast<std::size_t>(length) != session_frame + 4)
+    refuse(12, message("the length is ", length, " bytes where ", all - std::min(all, session_frame + 4),
+                       " are there; the file is cut short or damaged: copy it again"));
+  ByteReader sum(bytes.substr(all - 4), cut);
+  if (sum.word<std::uint32_t>("the checksum") != crc32(bytes.substr(0, all - 4)))
+    refuse(all - 4, "the checksum is another one; the file is damaged: copy it again");
+
+  std::string_view const payload = bytes.substr(session_frame, static_cast<std::size_t>(length));
+  ByteReader in(payload, [&](std::size_t at, std::string_view what) { cut(at + session_frame, what); });
+  auto const vector = [&](std::string_view what) {
+    Vector3<double> v;
+    for (double& component : v) component = in.number(what);
+    return v;
+  };
+  auto const here = [&](std::string_view what) { refuse(in.at() + session_frame, what); };
+  Session session;
+  session.version = in.text("the version");
+  session.seed.value = in.word<std::uint64_t>("the seed");
+  session.device = {.max_force = in.number("the device's force"), .rate = in.number("the device's rate")};
+  auto const flags = in.word<std::uint8_t>("the device's flags");
+  if (flags > (velocity_flag | hand_flag)) here("the device's flags are unknown; copy the file again");
+  session.device.reports_velocity = (flags & velocity_flag) != 0;
+  bool const has_hand = (flags & hand_flag) != 0;
+  try {
+    std::string last;
+    for (std::size_t k = 0, n = in.count(8, "the configuration"); k < n; ++k) {
+      std::string const key = in.text("a key of the configuration");
+      if (k > 0 && !(last < key)) here(message("the key \"", key, "\" of the configuration is not in order; copy the file again"));
+      session.configuration.set(key, in.text("a value of the configuration"));
+      last = key;
+    }
+    std::size_t const events = in.count(12, "the events");
+    session.events.reserve(events);
+    for (std::size_t k = 0; k < events; ++k) {
+      double const time = in.number("the time of an event");
+      session.events.push_back({time, in.text("the name of an event")});
+    }
+    std::size_t const ticks = in.count(has_hand ? 57 : 33, "the number of ticks");
+    session.recording.reserve(ticks);
+    if (has_hand) session.hand.reserve(ticks);
+    for (std::size_t i = 0; i < ticks; ++i) {
+      auto const bits = in.word<std::uint8_t>("a tick");
+      if ((bits & 3u) > static_cast<unsigned>(CuttingPhase::moving)) here(message("tick ", i, " has an unknown phase; copy the file again"));
+      if (!has_hand && (bits & 0x7Cu) != 0) here(message("tick ", i, " has unknown flags; copy the file again"));
+      Tick tick;
+      tick.phase = static_cast<CuttingPhase>(bits & 3u);
+      tick.time = in.number("a tick");
+      tick.tip = vector("a tick");
+      if ((bits & silent_flag) == 0) {
+        tick.depth = in.number("a tick");
+        tick.force = vector("a tick");
+      }
+      session.recording.append(tick);
+      if (!has_hand) continue;
+      HandSample hand{.read = static_cast<DeviceStatus>(bits >> 2 & 3u), .written = static_cast<DeviceStatus>(bits >> 4 & 3u)};
+      hand.velocity = vector("a sample of the hand");
+      hand.position = (bits & at_tip_flag) != 0 ? tick.tip : vector("a sample of the hand");
+      session.hand.push_back(hand);
+    }
+    if (in.left() != 0) here(message(in.left(), " bytes are left over; copy the file again"));
+    session.validate();
+  } catch (InvalidArgument const& problem) {
+    here(problem.what());
+  }
+  return session;
+}
+
+}  // namespace palpate::detail

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/device/detail/csv_table.hpp>
+#include <palpate/simulator/detail/tick_text.hpp>
+#include <palpate/training/session.hpp>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace palpate::detail {
+
+inline constexpr std::string_view session_first_line = "# palpate session 1";
+inline constexpr std::string_view hand_header = ",hand_x_m,hand_y_m,hand_z_m,hand_vx_m_s,hand_vy_m_s,hand_vz_m_s,read,written";
+inline constexpr std::array<std::string_view, 6> hand_names = {"hand_x_m", "hand_y_m", "hand_z_m", "hand_vx_m_s", "hand_vy_m_s", "hand_vz_m_s"};
+
+inline std::string session_text(Session const& session) {
+  std::string text(session_first_line);
+  auto const& ticks = session.recording.ticks();
+  text.reserve(1024 + ticks.size() * (session.hand.empty() ? 160 : 300));
+  (text += "\n# version ") += session.version;
+  (text += "\n# seed ") += std::to_string(session.seed.value);
+  append_number(text += "\n# device ", session.device.max_force);
+  append_number(text += " N ", session.device.rate);
+  text += session.device.reports_velocity ? " Hz, reports velocity" : " Hz, reports no velocity";
+  for (auto const& [key, value] : session.configuration.values()) (((text += "\n# configuration ") += key) += ' ') += value;
+  for (SessionEvent const& event : session.events) {
+    append_number(text += "\n# event ", event.time);
+    (text += ' ') += event.name;
+  }
+  (text += "\n# ticks ") += std::to_string(ticks.size());
+  (text += '\n') += Recording::csv_header;
+  if (!session.hand.empty()) text += hand_header;
+  text += '\n';
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    append_tick(text, ticks[i]);
+    if (!session.hand.empty()) {
+      HandSample const& hand = session.hand[i];
+      for (double const coordinate : hand.position) append_number(text += ',', coordinate);
+      for (double const component : hand.velocity) append_number(text += ',', component);
+      ((text += ',') += to_string(hand.read)) += ',';
+      text += to_string(hand.written);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+/// Reads the lines with # at the head of a file.
+class SessionHead {
+ public:
+  explicit SessionHead(std::filesystem::path const& path) : path_(path) {
+    std::ifstream file(path, std::ios::binary);
+    for (std::string line; std::getline(file, line);) {
+      ++line_;
+      std::string_view content = trimmed(line);
+      if (line_ == 1 && content.starts_with("\xEF\xBB\xBF")) content = trimmed(content.substr(3));
+      if (line_ == 1) is_session_ = content.starts_with("# palpate session");
+      if (!is_session_ || (!content.empty() && content.front() != '#')) break;
+      if (line_ == 1 && content != session_first_line)
+        fail(message("\"", content, "\" is another format; this version reads \"", session_first_line, "\""));
+      if (line_ > 1 && !content.empty()) take(trimmed(content.substr(1)));
+    }
+  }
+
+  bool is_session() const noexcept { return is_session_; }
+  std::optional<std::uint64_t> ticks() const noexcept { return ticks_; }
+  /// With the head's part filled in; the recording is still empty.
+  Session& session() noexcept { return session_; }
+
+ private:
+  void take(std::string_view content) {
+    std::string_view const rest = content;
+    std::string_view const word = next(content);
+    if (word == "version" && is_word(content)) {
+      session_.version = content;
+    } else if (word == "seed") {
+      session_.seed.value = whole(content, "seed");
+    } else if (word == "ticks") {
+      ticks_ = whole(content, "number of ticks");
+    } else if (word == "device") {
+      session_.device.max_force = number(next(content), "device's force");
+      if (next(content) != "N") fail_device();
+      session_.device.rate = number(next(content), "device's rate");
+      if (content != "Hz, reports velocity" && content != "Hz, reports no velocity") fail_device();
+      session_.device.reports_velocity = content == "Hz, reports velocity";
+    } else if (word == "configuration") {
+      std::string const key(next(content));
+      if (session_.configuration.find(key)) fail(message("the key ", key, " is there twice; remove one"));
+      try {
+        session_.configuration.set(key, std::string(content));
+      } catch (InvalidArgument const& problem) {
+        fail(problem.what());
+      }
+    } else if (word == "event") {
+      double const time = number(next(content), "time of the event");
+      if (!std::isfinite(time) || content.empty()) fail("an event is a finite time and a name");
+      session_.events.push_back({time, std::string(content)});
+    } else {
+      fail(message("\"", rest, "\" is no line of a session; it begins with version, seed, device, configuration, event or ticks"));
+    }
+  }
+
+  /// Cuts off the first word.
+  static std::string_view next(std::string_view& text) noexcept {
+    auto const blank = text.find(' ');
+    std::string_view const word = text.substr(0, blank);
+    text = blank == std::string_view::npos ? std::string_view() : trimmed(text.substr(blank));
+    return word;
+  }
+  double number(std::string_view text, std::string_view what) const {
+    if (auto const value = to_number(text)) return *value;
+    fail(message("the ", what, " is \"", text, "\"; write a number with a decimal point"));
+  }
+  std::uint64_t whole(std::string_view text, std::string_view what) const {
+    std::uint64_t value = 0;
+    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (text.empty() || error != std::errc{} || end != text.data() + text.size())
+      fail(message("the ", what, " is \"", text, "\"; write a whole number"));
+    return value;
+  }
+  [[noreturn]] void fail_device() const { fail("a device is, for example, \"device 3.3 N 1000 Hz, reports velocity\""); }
+  [[noreturn]] void fail(std::string_view what) const { throw FileError(message(path_.string(), ", line ", line_, ": ", what)); }
+
+  std::filesystem::path path_;
+  Session session_;
+  std::optional<std::uint64_t> ticks_;
+  int line_ = 0;
+  bool is_session_ = false;
+};
+
+inline std::optional<DeviceStatus> status_from(std::string_view text) noexcept {
+  for (DeviceStatus const status : {DeviceStatus::ok, DeviceStatus::stale, DeviceStatus::disconnected, DeviceStatus::fault})
+    if (text == to_string(status)) return status;
+  return std::nullopt;
+}
+
+inline HandSample hand_from(CsvTable const& table, CsvTable::Row const& row) {
+  HandSample hand;
+  for (std::size_t i = 0; i < 3; ++i) {
+    hand.position(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + i, hand_names[i]);
+    hand.velocity(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + 3 + i, hand_names[3 + i]);
+  }
+  for (std::size_t const column : {tick_columns + 6, tick_columns + 7}) {
+    auto const status = status_from(row[column]);
+    if (!status)
+      table.fail_here(message("the device's status \"", row[column], "\" is unknown; it is \"ok\", \"stale\", \"disconnected\" or \"fault\""));
+    (column == tick_columns + 6 ? hand.read : hand.written) = *status;
+  }
+  return hand;
+}
+
+/// The rate of ticks that are 1 / rate apart; 1000 Hz where there are too few to tell.
+inline double rate_of(Recording const& recording) noexcept {
+  auto const& ticks = recording.ticks();
+  if (ticks.size() < 2) return 1000.0;
+  double const rate = static_cast<double>(ticks.size() - 1) / (ticks.back().time - ticks.front().time);
+  double const whole = std::round(rate);
+  if (!std::isfinite(rate) || !(rate > 0.0)) return 1000.0;
+  return std::abs(rate - whole) <= 1e-6 * rate && whole > 0.0 ? whole : rate;
+}
+
+inline Session session_from_csv(std::filesystem::path const& path) {
+  CsvTable table(path);   // says what is wrong with a file that is not there
+  SessionHead head(path);
+  Session session = std::move(head.session());
+  CsvTable::Row row;
+  if (!table.next(row)) table.fail(message("the table is missing; its first line must be ", Recording::csv_header));
+  std::string const header = joined(row);
+  bool const has_hand = header == std::string(Recording::csv_header) + std::string(hand_header);
+  if (!has_hand && header != Recording::csv_header)
+    table.fail_here(message("not the header of a session; it must be ", Recording::csv_header, ", and may go on with ", hand_header.substr(1)));
+  std::size_t const columns = tick_columns + (has_hand ? hand_names.size() + 2 : 0);
+  while (table.next(row)) {
+    if (row.size() != columns)
+      table.fail_here(message("there are ", row.size(), " cells instead of ", columns, "; the file may be cut short: write it again"));
+    session.recording.append(tick_from(table, row));
+    if (has_hand) session.hand.push_back(hand_from(table, row));
+  }
+  if (!table.ends_with_line()) table.fail_here("the last line does not end; the file is cut short: write it again");
+  if (head.is_session()) {
+    if (!head.ticks()) table.fail("the line \"# ticks\" is missing; write the file again");
+    if (*head.ticks() != session.recording.ticks().size())
+      table.fail(message("there are ", session.recording.ticks().size(), " ticks where the head says ", *head.ticks(),
+                         "; the file is cut short: write it again"));
+  } else {
+    session.version = "recording";
+    session.device.rate = rate_of(session.recording);
+    session.events = phase_events(session.recording);
+  }
+  try {
+    session.validate();
+  } catch (InvalidArgument const& problem) {
+    table.fail(problem.what());
+  }
+  return session;
+}
+
+}  // namespace palpate::detail

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/random.hpp>
+#include <palpate/core/version.hpp>
+#include <palpate/device/concept.hpp>
+#include <palpate/device/hand_sample.hpp>
+#include <palpate/simulator/recording.hpp>
+#include <palpate/training/configuration.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+/// Something that happened at a time [s]: "touch", "puncture", "lift", or a word of the host's.
+struct SessionEvent {
+  double time = 0.0;
+  std::string name{};
+
+  friend bool operator==(SessionEvent const&, SessionEvent const&) = default;
+};
+
+/// What the phases of a recording tell: "touch" where a contact begins, "puncture" where the tool begins to cut, "lift" where the contact ends.
+/// A tool that is through the surface with its first tick of contact gives a touch and a puncture at that time.
+inline std::vector<SessionEvent> phase_events(Recording const& recording) {
+  std::vector<SessionEvent> events;
+  CuttingPhase before = CuttingPhase::no_contact;
+  for (Tick const& tick : recording.ticks()) {
+    if (tick.phase == before) continue;
+    if (before == CuttingPhase::no_contact) events.push_back({tick.time, "touch"});
+    if (tick.phase == CuttingPhase::moving) events.push_back({tick.time, "puncture"});
+    if (tick.phase == CuttingPhase::no_contact) events.push_back({tick.time, "lift"});
+    before = tick.phase;
+  }
+  return events;
+}
+
+/// A recording with all that is needed to know it again and to repeat it: who made it (version), with what (configuration, seed, device),
+/// what the device said (hand, may be left out) and what happened (events).
+///   Session const session = make_session(simulator.run(60.0), simulator.device(), configuration, Seed{7});
+///   session_io.hpp writes and reads it, replay.hpp repeats it, comparison.hpp compares two.
+/// Units      s, m, m/s, N, Hz.
+/// Invariant  `hand` is empty or has one sample a tick; checked by `validate`, which writing calls.
+/// Limits     buttons, orientation, and how many ticks a real-time run dropped, are not kept.
+struct Session {
+  std::string version = PALPATE_VERSION_STRING;   ///< of the library that recorded it
+  Seed seed{};
+  Configuration configuration{};
+  Capabilities device{.max_force = std::numeric_limits<double>::infinity(), .rate = 1000.0};   ///< its force, rate and `reports_velocity` are kept
+  Recording recording{};
+  std::vector<HandSample> hand{};
+  std::vector<SessionEvent> events{};
+
+  /// Throws `InvalidArgument` for what could not be written and read back.
+  void validate() const {
+    require_valid(device);
+    if (!detail::is_word(version))
+      throw InvalidArgument(detail::message("Session: the version is \"", version, "\"; give one word, for example " PALPATE_VERSION_STRING));
+    if (!hand.empty() && hand.size() != recording.ticks().size())
+      throw InvalidArgument(detail::message("Session: there are ", hand.size(), " samples of the hand for ", recording.ticks().size(),
+                                            " ticks; give one a tick, or none"));
+    for (SessionEvent const& event : events) {
+      if (!std::isfinite(event.time))
+        throw InvalidArgument(detail::message("Session: the event \"", event.name, "\" is at ", event.time, " s; give a finite time"));
+      if (event.name.empty() || !detail::is_line(event.name))
+        throw InvalidArgument(detail::message("Session: an event is called \"", event.name,
+                                              "\"; give one line without control characters, without blanks at its ends"));
+    }
+  }
+};
+
+/// The session of a recording, its events those of the phases. A `RecordedDevice` that was recorded from its first tick on adds the hand's
+/// samples; any other device tells its capabilities alone.
+template <class Device>
+Session make_session(Recording recording, Device const& device, Configuration configuration = {}, Seed seed = {}) {
+  Session session{.seed = seed, .configuration = std::move(configuration), .device = device.capabilities()};
+  session.events = phase_events(recording);
+  if constexpr (requires { device.samples(); })
+    if (device.samples().size() == recording.ticks().size()) session.hand = device.samples();
+  session.recording = std::move(recording);
+  return session;
+}
+
+}  // namespace palpate
