@@ -150,9 +150,14 @@
 #include <palpate/fitting/measurements.hpp>
 #include <palpate/fitting/needle_model.hpp>
 #include <palpate/fitting/student_quantile.hpp>
+#include <palpate/training/alignment.hpp>
+#include <palpate/training/comparison.hpp>
+// training: sessions of a person, kept, repeated and compared
 #include <palpate/training/configuration.hpp>
 #include <palpate/training/replay.hpp>
+#include <palpate/training/score.hpp>
 #include <palpate/training/session.hpp>
 #include <palpate/training/session_io.hpp>
+#include <palpate/training/smoothness.hpp>
 // fitting: from measurements to coefficients
 // training: sessions of a person, kept and repeated
