@@ -134,6 +134,7 @@
 // haptics: how the tip and the tissue push each other
 #include <palpate/haptics/contact_coupling.hpp>
 #include <palpate/haptics/local_model.hpp>
+#include <palpate/haptics/overlay.hpp>
 
 // simulator: everything together, in lock-step or in real time
 #include <palpate/simulator/recording.hpp>

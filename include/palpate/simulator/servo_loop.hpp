@@ -5,6 +5,7 @@
 #include <palpate/device/limit.hpp>
 #include <palpate/force/concept.hpp>
 #include <palpate/haptics/local_model.hpp>
+#include <palpate/haptics/overlay.hpp>
 #include <palpate/simulator/recording.hpp>
 
 #include <cstddef>
@@ -41,6 +42,7 @@ struct DeviceScalarOf {
 /// The force is zero when the read failed or gave no finite position, when the body has diverged, when the force is not finite, and,
 /// from a fault of the device on, until its next session; it is never above the device's maximum. When the body is restored under the
 /// tool, the last force fades to zero over 50 ms, evenly; then the force model is heard again, and the tool has to touch anew.
+/// A force model with an overlay (see haptics/overlay.hpp) adds to the tissue's force in free space too, and goes on during that fading.
 template <class Device, class Force, RealScalar Scalar>
 class ServoLoop {
  public:
@@ -103,9 +105,9 @@ class ServoLoop {
     else if (!model.sound)
       ++counts_.unsound;
     else if (usable_)
-      wrench.force = permitted(faded(model, Vector(force_(contact)).template cast<DeviceScalar>()));
+      wrench.force = answer(model, contact);
+    if (!usable_ || faulted_ || !model.sound) fall_silent();
     restorations_ = model.restorations;
-    last_force_ = wrench.force;
     if (!is_usable(device_.write(wrench))) {
       ++counts_.unwritten;
       faulted_ = true;
@@ -128,7 +130,7 @@ class ServoLoop {
     rate_ = capabilities.rate;
     reports_velocity_ = capabilities.reports_velocity;
     faulted_ = false;
-    last_force_.setZero();
+    fall_silent();
     fade_left_ = 0;
   }
 
@@ -144,6 +146,25 @@ class ServoLoop {
 
  private:
   static constexpr Scalar fade_time = Scalar(0.05);   // s
+
+  void fall_silent() noexcept {
+    last_force_.setZero();
+    overlay_continues_ = false;
+  }
+
+  /// The tissue's force and what is laid over it, as it may be written.
+  Vector3<DeviceScalar> answer(LocalModel<Scalar> const& model, ToolContact<Scalar> const& contact) noexcept {
+    Vector3<DeviceScalar> const tissue = faded(model, Vector(force_(contact)).template cast<DeviceScalar>());
+    if constexpr (HasOverlay<Force, Scalar>) {
+      Vector const over = force_.overlay(ToolMotion<Scalar>{tip_, velocity_, since_last_, overlay_continues_});
+      last_force_ = limited(tissue, max_force_);
+      Vector3<DeviceScalar> const all = tissue + over.template cast<DeviceScalar>();
+      overlay_continues_ = all.allFinite();
+      return permitted(all);
+    } else {
+      return last_force_ = permitted(tissue);
+    }
+  }
 
   /// The force wanted, or, after a restoration, what is left of the force before.
   Vector3<DeviceScalar> faded(LocalModel<Scalar> const& model, Vector3<DeviceScalar> const& wanted) noexcept {
@@ -180,7 +201,8 @@ class ServoLoop {
   Scalar last_depth_ = 0;
   Scalar since_last_ = 0;   // s, the tick before this one
   std::size_t restorations_ = 0;   // of the body, in the last tick
-  Vector3<DeviceScalar> last_force_ = Vector3<DeviceScalar>::Zero();    // N, written
+  Vector3<DeviceScalar> last_force_ = Vector3<DeviceScalar>::Zero();    // N, written; the tissue's part of it
+  bool overlay_continues_ = false;   // the hand felt the overlay in the last tick
   Vector3<DeviceScalar> faded_force_ = Vector3<DeviceScalar>::Zero();   // N, before the restoration
   Scalar fade_left_ = 0;   // s
   ServoCounts counts_;

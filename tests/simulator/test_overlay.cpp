@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// Yardstick: what a hand would see from outside; the device is a puppet and the forces are what the test says.
+#include "catch.hpp"
+
+#include "simulator/puppet.hpp"
+
+#include <palpate/force/cutting_force.hpp>
+#include <palpate/force/tissue_reaction.hpp>
+#include <palpate/haptics/overlay.hpp>
+#include <palpate/simulator/servo_loop.hpp>
+
+#include <limits>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+using namespace palpate;
+using palpate_test::Answer;
+using palpate_test::Puppet;
+using palpate_test::Strings;
+
+namespace {
+
+/// An overlay that answers what the test says and keeps what it was told.
+struct Told {
+  Vector3<double>* answer;
+  std::vector<ToolMotion<double>>* told;
+  Vector3<double> operator()(ToolMotion<double> const& motion) noexcept {
+    told->push_back(motion);
+    return *answer;
+  }
+};
+
+struct Stage {
+  Strings<double> strings;
+  Vector3<double> tissue = Vector3<double>::Zero(), over = Vector3<double>(0.5, 0, 0);
+  ToolContact<double> asked;
+  int times = 0;
+  std::vector<ToolMotion<double>> told;
+  LocalModel<double> model;
+  ServoLoop<Puppet<double>, Overlaid<Answer<double>, Told>, double> servo{Puppet<double>(strings),
+                                                                          Overlaid(Answer<double>{&tissue, &asked, &times}, Told{&over, &told})};
+
+  Stage() { servo.begin_session(); }
+  Vector3<double> tick(Vector3<double> const& tip = Vector3<double>::Zero()) {
+    strings.next.position = tip;
+    servo.read(1e-3);
+    return servo.respond(model, 0.0).force;
+  }
+};
+
+struct Reset {
+  int* count;
+  Vector3<double> operator()(ToolMotion<double> const&) noexcept { return Vector3<double>::Zero(); }
+  void reset() noexcept { ++*count; }
+  void validate() const { ++*count; }
+};
+
+static_assert(ForceOverlay<Told, double> && !ForceOverlay<NoForce, double>);
+static_assert(HasOverlay<Overlaid<NoForce, Told>, double> && !HasOverlay<NoForce, double> && !HasOverlay<CuttingForce<>, double>);
+static_assert(ForceModel<Overlaid<NoForce, Told>, double>);
+
+}  // namespace
+
+TEST_CASE("an overlay is felt in free space and in contact, and is told where the tip is", "[simulator][overlay]") {
+  Stage stage;
+  CHECK(stage.tick({0.1, 0.2, 0.3}) == Vector3<double>(0.5, 0, 0));
+  CHECK(stage.told.back().tip == Vector3<double>(0.1, 0.2, 0.3));
+  CHECK(stage.told.back().seconds == 1e-3);
+  CHECK_FALSE(stage.told.back().continues);
+  stage.model.phase = CuttingPhase::indenting;
+  stage.tissue = {0, 0, 1};
+  CHECK(stage.tick({0.101, 0.2, 0.3}) == Vector3<double>(0.5, 0, 1));
+  CHECK(stage.told.back().continues);
+  CHECK((stage.told.back().velocity - Vector3<double>(1, 0, 0)).norm() < 1e-9);
+}
+
+TEST_CASE("the sum is limited, and a value that is no number silences both", "[simulator][overlay]") {
+  Stage stage;   // 3 N at most
+  stage.over = {30, 0, 0};
+  stage.tissue = {0, 40, 0};
+  CHECK((stage.tick() - Vector3<double>(1.8, 2.4, 0)).norm() < 1e-12);
+  CHECK(stage.servo.counts().limited == 1);
+  stage.over.x() = std::numeric_limits<double>::quiet_NaN();
+  CHECK(stage.tick().isZero(0));
+  CHECK(stage.servo.counts().not_finite == 1);
+  stage.over.x() = 0.5;
+  stage.tick();
+  CHECK_FALSE(stage.told.back().continues);
+  stage.tick();
+  CHECK(stage.told.back().continues);
+}
+
+TEST_CASE("an overlay is not felt where nothing may be felt, and begins anew after that", "[simulator][overlay]") {
+  Stage stage;
+  stage.tick();
+  stage.tick();
+  auto const silent = [&](std::size_t asked) {
+    CHECK(stage.tick().isZero(0));
+    CHECK(stage.told.size() == asked);
+  };
+  std::size_t const asked = stage.told.size();
+  stage.strings.reads = DeviceStatus::disconnected;   // the hand could not be read
+  silent(asked);
+  stage.strings.reads = DeviceStatus::ok;   // and is not trusted until the next session
+  silent(asked);
+  stage.servo.begin_session();
+  CHECK(stage.tick() == Vector3<double>(0.5, 0, 0));
+  CHECK_FALSE(stage.told.back().continues);
+  stage.model.sound = false;   // the body diverged
+  silent(asked + 1);
+  stage.model.sound = true;
+  stage.tick();
+  CHECK_FALSE(stage.told.back().continues);
+  CHECK(stage.tick({std::numeric_limits<double>::infinity(), 0, 0}).isZero(0));
+  stage.tick();
+  CHECK_FALSE(stage.told.back().continues);
+  stage.servo.begin_session();   // the hand was let go in between
+  stage.tick();
+  CHECK_FALSE(stage.told.back().continues);
+}
+
+TEST_CASE("after a restoration the tissue's force fades and the overlay stays as it is", "[simulator][overlay]") {
+  Stage stage;
+  stage.model.phase = CuttingPhase::indenting;
+  stage.tissue = {0, 0, 1};
+  stage.tick();
+  stage.model.phase = CuttingPhase::no_contact;
+  stage.model.restorations = 1;
+  stage.tissue.setZero();
+  for (int tick = 1; tick <= 60; ++tick) {
+    Vector3<double> const felt = stage.tick();
+    CHECK(felt.x() == Approx(0.5));
+    CHECK(felt.z() == Approx(std::max(0.0, 1.0 - tick / 50.0)).margin(1e-9));
+  }
+}
+
+TEST_CASE("overlays over overlays add up, and are validated and reset with the force", "[simulator][overlay]") {
+  std::vector<ToolMotion<double>> told;
+  Vector3<double> one(1, 0, 0), two(0, 2, 0);
+  Overlaid both(Overlaid(NoForce{}, Told{&one, &told}), Told{&two, &told});
+  CHECK(both.overlay(ToolMotion<double>{}) == Vector3<double>(1, 2, 0));
+  CHECK(both(ToolContact<double>{}).isZero(0));
+  int count = 0;
+  Overlaid counted(CuttingForce<>(), Reset{&count});
+  counted.reset();
+  counted.validate();
+  CHECK(count == 2);
+}
