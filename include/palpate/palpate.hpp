@@ -151,10 +151,13 @@
 #include <palpate/fitting/measurements.hpp>
 #include <palpate/fitting/needle_model.hpp>
 #include <palpate/fitting/student_quantile.hpp>
+// training: sessions of a person, kept, repeated and compared; a hand held on a path
 #include <palpate/training/alignment.hpp>
 #include <palpate/training/comparison.hpp>
 // training: sessions of a person, kept, repeated and compared
 #include <palpate/training/configuration.hpp>
+#include <palpate/training/guidance.hpp>
+#include <palpate/training/guide_path.hpp>
 #include <palpate/training/replay.hpp>
 #include <palpate/training/score.hpp>
 #include <palpate/training/session.hpp>
