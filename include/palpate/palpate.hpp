@@ -143,18 +143,9 @@
 #include <palpate/simulator/tick.hpp>
 #include <palpate/simulator/tick_statistics.hpp>
 
-#include <palpate/fitting/contact_models.hpp>
-#include <palpate/fitting/fit.hpp>
-#include <palpate/fitting/fit_network.hpp>
-#include <palpate/fitting/fitted_force.hpp>
-#include <palpate/fitting/least_squares.hpp>
-#include <palpate/fitting/measurements.hpp>
-#include <palpate/fitting/needle_model.hpp>
-#include <palpate/fitting/student_quantile.hpp>
 // training: sessions of a person, kept, repeated and compared; a hand held on a path
 #include <palpate/training/alignment.hpp>
 #include <palpate/training/comparison.hpp>
-// training: sessions of a person, kept, repeated and compared
 #include <palpate/training/configuration.hpp>
 #include <palpate/training/guidance.hpp>
 #include <palpate/training/guide_path.hpp>
@@ -163,5 +154,13 @@
 #include <palpate/training/session.hpp>
 #include <palpate/training/session_io.hpp>
 #include <palpate/training/smoothness.hpp>
+
 // fitting: from measurements to coefficients
-// training: sessions of a person, kept and repeated
+#include <palpate/fitting/contact_models.hpp>
+#include <palpate/fitting/fit.hpp>
+#include <palpate/fitting/fit_network.hpp>
+#include <palpate/fitting/fitted_force.hpp>
+#include <palpate/fitting/least_squares.hpp>
+#include <palpate/fitting/measurements.hpp>
+#include <palpate/fitting/needle_model.hpp>
+#include <palpate/fitting/student_quantile.hpp>
