@@ -111,7 +111,7 @@ TEST_CASE("a picture shows the tissue, the wound and the tool", "[vtk][picture]"
 }
 
 // Yardstick: the colours that the phases are documented to have, and their absence where the phase is absent.
-TEST_CASE("a chart shows each phase in its colour", "[vtk][chart]") {
+TEST_CASE("a chart shows each phase in its colour, and the way back in one of its own", "[vtk][chart]") {
   VirtualDisplay const display;
   if (!display.ready()) {
     WARN(display.problem());
@@ -134,7 +134,16 @@ TEST_CASE("a chart shows each phase in its colour", "[vtk][chart]") {
     CHECK(chart.count({153, 153, 153}) > 100);
     CHECK(chart.count({0, 114, 178}) > 100);
     CHECK(chart.count({213, 94, 0}) > 100);
+    CHECK(chart.count({0, 158, 115}) == 0);   // the tool never comes back
   }
+  // Up and down by less than a fiftieth of the depth is a tremor; from the deepest point on the way back is drawn, up to it and no further.
+  for (int i = 300; i < 340; ++i) samples.push_back({0.01 * i, 0.03 - (i % 2 == 0 ? 5e-4 : 0.0), 3.0, CuttingPhase::moving});
+  write_force_depth_chart(folder.path() / "tremor.png", samples, style);
+  CHECK(Pixels(folder.path() / "tremor.png").count({0, 158, 115}) == 0);
+  for (int i = 340; i < 500; ++i) samples.push_back({0.01 * i, 0.03 - 1e-4 * (i - 339), 1.0, CuttingPhase::moving});
+  write_force_depth_chart(folder.path() / "loop.png", samples, style);
+  CHECK(Pixels(folder.path() / "loop.png").count({0, 158, 115}) > 100);
+  CHECK(Pixels(folder.path() / "loop.png").count({213, 94, 0}) > 100);
   samples.resize(100);
   write_force_time_chart(folder.path() / "air.png", samples, style);
   CHECK(Pixels(folder.path() / "air.png").count({213, 94, 0}) == 0);
