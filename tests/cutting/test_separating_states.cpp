@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Yardsticks: the thresholds and states that spec Z8 names; ProgressiveCutter, in whose place a SeparatingCutter stands; the same stroke over
+// Yardsticks: the thresholds and states that the thesis names; ProgressiveCutter, in whose place a SeparatingCutter stands; the same stroke over
 // the body at rest.
 #include "drawn_strokes.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Yardsticks: the thresholds and states that spec Z8 names, and the sheet's topology counted by hand.
+// Yardsticks: the thresholds and states that the thesis names, and the sheet's topology counted by hand.
 #include "drawn_strokes.hpp"
 
 #include "catch.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the hand feels along strokes that cross each other on an organ that gapes, noise off. Yardstick: the just noticeable difference of a force,
-// 7 % (spec Z9), and what the steepest curve gives for the way of the tip.
+// 7 % (what a hand can just tell apart), and what the steepest curve gives for the way of the tip.
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/force/cutting_force.hpp>

@@ -36,7 +36,7 @@ struct DampingProposal {
 /// Guarantee  for the body linearised at its rest shape without pre-tension, Ω as ModalEstimate finds it. −Re λ/|λ| of every
 ///            eigenvalue of the damped body lies between least_ratio and most_ratio.
 /// Units      ζ without, β [s], α [1/s].
-/// Source     spec Z2; Rayleigh's damping for at_least.
+/// Source     the damped oscillator of any textbook; Rayleigh's damping for at_least.
 /// Cost       that of ModalEstimate; allocates.
 template <class Tissue, RealScalar Scalar = typename Tissue::Scalar>
 DampingProposal<Scalar> damping_for(Tissue const& tissue, std::type_identity_t<Scalar> ratio, DampingGoal goal = DampingGoal::at_most) {

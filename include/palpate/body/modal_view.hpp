@@ -103,7 +103,7 @@ Mode<typename Tissue::Scalar> extreme_mode(Tissue const& tissue, X const& x, Mov
 /// The fastest and the slowest mode of a body where it is now, and the damping ratios they show.
 /// Limits     the ratio is that of the undamped mode's shape: exact where damping does not mix modes (C a combination of M and K, as
 ///            damping_for proposes for equal homes), else to first order. A compressed link's sideways push is left out.
-/// Source     spec Z2.
+/// Source     the damped oscillator of any textbook.
 /// Cost       some hundred products with the stiffness; allocates: for setting up, not for the loop.
 template <class Body>
 ModalView<typename Body::Scalar> modal_view(Body const& body) {

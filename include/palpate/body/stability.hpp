@@ -19,7 +19,7 @@ namespace palpate {
 ///            compressed link pushes sideways: such a mode buckles at a rate that no step prevents.
 /// Tissue that does not state its bounds at x (BoundsItsRowsAt) is bounded at its rest shape.
 /// Cost       one pass over the elements; allocates nothing. On surfaces 2 to 2.5 times the largest κ, so two thirds of the step.
-/// Source     spec Z4.
+/// Source     \cite golub2013 ch. 7.2, 7.3.
 template <TissueModel Tissue, class X, class Moves>
 ModalBounds<typename Tissue::Scalar> row_bounds(Tissue const& tissue, X const& x, Moves moves) {
   using Scalar = typename Tissue::Scalar;
@@ -50,7 +50,7 @@ ModalBounds<typename Tissue::Scalar> row_bounds(Tissue const& tissue, X const& x
 /// (it nears its limit from below). Other tissue: row_bounds.
 /// Cost       up to 60 products for each of the two: some 100 in all for a body of 1000 particles, 30 to 70 from the last answer or after
 ///            a cut; nothing is allocated while the body stays within what was reserved.
-/// Source     spec Z4.
+/// Source     \cite golub2013 ch. 7.2, 7.3.
 template <TissueModel Tissue>
 class ModalEstimate {
  public:

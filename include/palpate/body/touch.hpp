@@ -37,7 +37,7 @@ struct SurfaceContact {
 /// blade's, kept beside the surface, when the tip has come out of a closed body on a side that looks the other way.
 ///   depth = r − (tip − home point)·n
 /// Units      m.
-/// Source     spec Z8, indentation depth.
+/// Source     \cite zheng2006 ch. 4, indentation depth.
 /// Cost       in contact O(triangles walked over); without contact, and beside the surface, one search of the body's tree, which is fitted anew
 ///            where the body has moved. No allocation.
 template <RealScalar Scalar>

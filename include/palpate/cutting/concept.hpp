@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// What a cut has done so far; the counts are those of the current cut, or of the last one. They start at zero at each puncture.
-/// Source     spec Z8: the four ways through a triangle.
+/// Source     \cite zheng2006 ch. 3: the four ways through a triangle.
 struct CutReport {
   int particles_added = 0;   ///< net, temporary ones not counted
   int triangles_added = 0;   ///< net, temporary ones not counted

@@ -27,7 +27,7 @@ namespace palpate {
 /// The blade does not pass a border or a lip beside the anchor: it waits in the host until it can go on.
 /// Where another blade comes to the temporary particle, that one stays, and this cut goes on from there.
 /// Where      everything is decided in the undeformed shape.
-/// Source     spec Z8: a cut is a set of cut edges, and each vertex has one copy per connected fan of triangles around it.
+/// Source     \cite zheng2006 ch. 3, restated: a cut is a set of cut edges, and each vertex has one copy per connected fan of triangles around it.
 /// Invariant  between calls every particle has one fan of triangles; while the anchor is open, without the temporary particle the host
 ///            hangs on the left copy.
 /// Cost       O(triangles crossed).

@@ -40,7 +40,7 @@ struct ProgressiveCutterOptions {
 /// A body that is restored under the blade is a new one to it: the cut that was in progress is gone with the state it was in, its report
 /// and lips are empty, and the tip has to come from outside again.
 /// Units      m, N.
-/// Source     \cite zheng2006 ch. 3; spec Z8.
+/// Source     \cite zheng2006 ch. 3.
 /// Invariant  after every tick: a valid mesh, the mass and the rest area unchanged.
 /// Cost       a tick is O(triangles crossed). It allocates when the body outgrows what was reserved.
 /// Limits     only surfaces. Where another blade comes to a triangle beside, what divided the triangle for the eye stays; see docs/cutting.md.

@@ -11,7 +11,7 @@ namespace palpate {
 /// Order      1. It damps: a mode loses a factor 1/√(1 + (hω)²) a step, also without damping of its own, so fast modes vanish at once.
 /// Stability  any step of the linearised body; measured on a stiff sheet at 100 times the explicit limit.
 ///            Units, budget, cost and limits: see ThetaScheme.
-/// Source     \cite baraff1998; spec Z3.
+/// Source     \cite baraff1998.
 struct BackwardEuler {
   static constexpr int order = 1;
 

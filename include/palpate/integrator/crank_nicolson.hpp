@@ -12,7 +12,7 @@ namespace palpate {
 /// Stability  any step of the linearised body; it damps nothing by itself, so modes faster than the step ring on, and a stiff body under
 ///            sudden forces may leave what is linear: keep within some 10 times the explicit limit, or take ThetaScheme{.theta = 0.6}.
 ///            Units, budget, cost and limits: see ThetaScheme.
-/// Source     spec Z3; the step and its solution after \cite baraff1998.
+/// Source     \cite crank1947; the step and its solution after \cite baraff1998.
 struct CrankNicolson {
   static constexpr int order = 2;
 

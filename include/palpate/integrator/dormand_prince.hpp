@@ -49,7 +49,7 @@ inline constexpr DormandPrinceTableau dormand_prince{};
 /// the last because no step shows less. Errors of inner steps add up: relative 1e-9 gives some eight digits of a path.
 /// Order      5. Six evaluations of the forces an inner step, and one at the start of each step.
 /// Stability  any step: inner steps shrink to what is stable; stable_step() is infinite.
-/// Source     \cite dormand1980; spec Z3.
+/// Source     \cite dormand1980.
 /// Limits     where the inner step falls below 1e-10 of h (float: 1e-5), or more than `most_inner_steps` are needed, it gives up: the
 ///            particle with the largest error is left at a position that is not a number, so that a body reports divergence
 ///            and keeps its last state. Each step tries an inner step of h first: it remembers nothing between steps.

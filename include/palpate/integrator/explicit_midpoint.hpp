@@ -15,7 +15,7 @@ namespace palpate {
 /// Stability  |1 + z + z²/2| ≤ 1 for both roots z = hλ of λ² + γλ + κ: (h²κ − hγ)² + (hγ − 2)² ≤ 4 where they oscillate, hγ ≤ 2 where
 ///            they do not. Without damping |1 + iy − y²/2|² = 1 + y⁴/4 > 1: no step is stable. With little damping the step is about
 ///            (4γ/κ²)^⅓, far below leapfrog's 2/√κ.
-/// Source     spec Z3.
+/// Source     \cite hairer2006 ch. II.1.
 struct ExplicitMidpoint {
   static constexpr int order = 2;
 

@@ -14,7 +14,7 @@ namespace palpate {
 /// The first step makes its own a₋ = a(x½, v) (the half-step start).
 /// Order      2, also with velocity-dependent forces. One evaluation of the forces a step, two in the first.
 /// Stability  h²κ/4 + hγ ≤ 1 (without damping: hω ≤ 2).
-/// Source     \cite zheng2006; spec Z3. Errata: the thesis calls it implicit, and its table says h³; it is explicit and global h².
+/// Source     \cite zheng2006. Errata: the thesis calls it implicit, and its table says h³; it is explicit and global h².
 struct LeapfrogVerlet {
   static constexpr int order = 2;
   static constexpr double forces_at = 0.5;   // of the step: see StatesWhereForcesAct

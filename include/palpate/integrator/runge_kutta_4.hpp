@@ -12,7 +12,7 @@ namespace palpate {
 /// The classical Runge–Kutta method.
 /// Order      4. Four evaluations of the forces.
 /// Stability  |hλ| ≤ 2.6 for every λ in the left half plane (hω ≤ 2√2 without damping, hγ ≤ 2.785 without stiffness).
-/// Source     \cite zheng2006; spec Z3. Erratum: local error h⁵, global error h⁴; the thesis prints h⁴ for both.
+/// Source     \cite zheng2006. Erratum: local error h⁵, global error h⁴; the thesis prints h⁴ for both.
 struct RungeKutta4 {
   static constexpr int order = 4;
 

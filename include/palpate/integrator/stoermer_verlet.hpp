@@ -17,7 +17,7 @@ namespace palpate {
 ///              2λ³ + (2h²κ + 3hγ − 4) λ² + (2 − 4hγ) λ + hγ
 ///            It has its roots in the unit disc iff (Jury) it is ≤ 0 at −1, 2h²κ + 8hγ ≤ 8, and 4 − 2hγ − 2(hγ)² − h²κ hγ ≥ 0,
 ///            which follows from the first.
-/// Source     \cite zheng2006; spec Z3. Errata: the thesis calls it implicit, and with v = (x − x₋)/h it is of first order under damping.
+/// Source     \cite zheng2006. Errata: the thesis calls it implicit, and with v = (x − x₋)/h it is of first order under damping.
 /// Limits     where a force sets in suddenly, the motion is as if it had done so half a step earlier: that alone is of first order.
 struct StoermerVerlet {
   static constexpr int order = 2;

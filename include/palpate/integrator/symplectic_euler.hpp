@@ -11,7 +11,7 @@ namespace palpate {
 /// Symplectic (semi-implicit) Euler: v⁺ = v + h a(x, v), x⁺ = x + h v⁺.
 /// Order      1. One evaluation of the forces. Without damping the energy stays bounded.
 /// Stability  h²κ + 2hγ ≤ 4.
-/// Source     spec Z3.
+/// Source     \cite hairer2006 ch. I.1.
 struct SymplecticEuler {
   static constexpr int order = 1;
 

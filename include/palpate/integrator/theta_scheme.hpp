@@ -26,7 +26,7 @@ namespace palpate {
 ///            the step is taken with what is reached: slow and soft motion is right, stiff motion is not yet.
 /// Units      `tolerance` is relative: |residual| ≤ tolerance · |right-hand side|, both in the norm of the inverse diagonal; so is the
 ///            error of momentum. Not below what the digits allow.
-/// Source     \cite baraff1998; spec Z3.
+/// Source     \cite baraff1998.
 /// Cost       a step: one evaluation of the forces for each Newton iteration, one tangent, and one product with it for each
 ///            iteration of conjugate gradients and two more. Nothing is allocated after the first step.
 struct ThetaScheme {

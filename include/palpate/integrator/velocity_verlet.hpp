@@ -12,7 +12,7 @@ namespace palpate {
 ///   a = a(x, v),   x⁺ = x + h v + (h²/2) a,   a⁺ = a(x⁺, v + h a),   v⁺ = v + (h/2)(a + a⁺)
 /// Order      2, also with velocity-dependent forces. Two evaluations of the forces a step and no memory.
 /// Stability  h²κ/4 + hγ/2 ≤ 1 (without damping: hω ≤ 2).
-/// Source     \cite zheng2006; spec Z3.
+/// Source     \cite zheng2006.
 struct VelocityVerlet {
   static constexpr int order = 2;
 

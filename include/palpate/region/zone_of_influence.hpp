@@ -17,7 +17,7 @@ namespace palpate {
 /// With a `tolerance` the rings are chosen while the body moves: one more wherever the body's truncation_error() is above it, one less where that
 /// is below a tenth of it and nobody beyond the rings moves any more. `rings` is then where it starts after each rest.
 /// Limits     float has digits for no more than 1e-3 of a mean edge of the way home, and stops where a step no longer shows.
-/// Source     \cite zheng2006, two rings; spec Z5. What the thesis leaves out: the relaxation.
+/// Source     \cite zheng2006, two rings. What the thesis leaves out: the relaxation.
 ///            The tolerance is of an estimate: the largest error of a resting body was at most three times that in what we tried.
 /// Cost       O(particles in the zone). With a tolerance the border's forces are probed at every eighth step, and at each while rings grow.
 struct ZoneOfInfluence {

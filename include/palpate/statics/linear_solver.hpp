@@ -62,7 +62,7 @@ struct TangentConjugateGradients {
 
 /// Successive over-relaxation in blocks, p_i ← (1 − ω) p_i + ω K_ii⁻¹ (f_i − Σ_{j≠i} K_ij p_j). Until no change is above tolerance times the
 /// largest |p_i|. Converges for 0 < ω < 2 on a positive definite K.
-/// Source     spec M5, the survey's inner solver.
+/// Source     \cite deformable_survey, its inner solver.
 /// Cost       one product a sweep; sweeps grow with the condition number (ω = 1), or its root (the best ω, near 2 for large bodies). Allocates.
 struct TangentOverRelaxation {
   double omega = 1.7;

@@ -29,7 +29,7 @@ enum class VisitOrder {
 /// ring that is calm, its imbalance below a hundredth of the largest in the sweep, but for every eighth, which goes through the body.
 /// Converges for 0 < α < 2 where the row bounds hold: k_i is at least the largest eigenvalue of K_ii.
 /// Units      α without unit, seconds [s]; sweeps: visits over free particles.
-/// Source     spec H2, H6. Errata: the source prints the static condition as Σg − f = 0; its algorithm's Σg + f is right. α there is in m/N;
+/// Source     \cite haaland. Errata: the source prints the static condition as Σg − f = 0; its algorithm's Σg + f is right. α there is in m/N;
 ///            ours is divided by k_i, so that it needs no tuning. Breadth-first order alone saves one to three of tens to thousands of
 ///            whole sweeps; ending sweeps at the calm is what saves (docs/statics.md).
 /// Cost       O(links) a sweep; sweeps grow with the square of the body's diameter in edges. Allocates.

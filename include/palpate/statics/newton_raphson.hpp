@@ -25,7 +25,7 @@ enum class Tangent {
 /// Near it links in tension converge quadratically with the full tangent and β = 1; where links are compressed the tangent
 /// lacks their sideways softening and convergence is linear. β < 1 errs by a factor 1 − β an iteration, but gets through strongly bent laws.
 /// Units      β without unit, 0 < β ≤ 1.
-/// Source     spec M5: K u = f, full and modified, SOR inside, β.
+/// Source     \cite deformable_survey: K u = f, full and modified, SOR inside, β.
 /// Cost       an iteration: about 50 stiffness products for a new tangent, then the inner solver. Allocates.
 template <class Inner = TangentConjugateGradients>
 struct NewtonRaphson {

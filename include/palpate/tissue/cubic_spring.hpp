@@ -9,7 +9,7 @@ namespace palpate {
 
 /// A polynomial through rest: T = k₁ δ + k₂ δ² + k₃ δ³. What a least-squares fit to a measured curve gives.
 /// Units      k₁ `stiffness` [N/m], k₂ `quadratic` [N/m²], k₃ `cubic` [N/m³], c [N·s/m].
-/// Source     the usual third-order fit to tissue curves; spec M1 for non-linear springs.
+/// Source     the usual third-order fit to tissue curves; \cite deformable_survey for springs that are not linear.
 /// Invariant  k₁ > 0, and monotone(L): dT/dδ = k₁ + 2 k₂ δ + 3 k₃ δ² > 0 from δ = −L on, where a link can be. That is so for every
 ///            link when k₃ > 0 and k₂² < 3 k₁ k₃, or k₂ = k₃ = 0; a short one allows more. MassSpring refuses what gives way.
 /// Limits     δ is in metres, not a strain: links of different length feel another part of the curve. A hardening spring raises the

@@ -7,7 +7,7 @@ namespace palpate {
 
 /// Hooke's spring with a damper: T = k δ.
 /// Units      k [N/m], c [N·s/m].
-/// Source     \cite zheng2006 eq. 5-9; spec Z1.
+/// Source     \cite zheng2006 eq. 5-9.
 template <RealScalar Scalar>
 struct LinearSpring {
   Scalar stiffness = 1;

@@ -13,7 +13,7 @@ namespace palpate {
 /// It starts with stiffness k, never pulls with more than T_max, and stiffens towards the pole at δ = −r, which it never reaches: the
 /// guard g is the share of the way to the pole where the formula ends. Its slope is at most k/(1 − g)²: 4 k at the default ½.
 /// Units      k [N/m], T_max [N], c [N·s/m], g without unit.
-/// Source     spec M1, the law as printed. Erratum: the source does not say what holds at the pole; the guard, C¹, is ours.
+/// Source     \cite deformable_survey, the law as printed. Erratum: the source does not say what holds at the pole; the guard, C¹, is ours.
 /// Invariant  k > 0, T_max > 0, 0 ≤ g < 1, checked by MassSpring. g = 0: linear in compression.
 /// Limits     the stable step shrinks in compression, at the guard to (1 − g) of what it is at rest.
 template <RealScalar Scalar>

@@ -16,7 +16,7 @@ namespace palpate {
 /// A particle at X = Σ w_k X_k takes δ from its parents, w_k δ from each, or gives it back so; copies of one particle lie at one place and
 /// lend each other what they like. Mass carries its velocity along.
 /// Invariant  Σ m, Σ m X and Σ m v stay, and the kinetic energy does not rise: every transfer is an inelastic one.
-/// Source     spec Z8 (masses are conserved); how they are shared among particles is left open there.
+/// Source     \cite zheng2006 ch. 3 conserves mass; how it is shared among particles is left open there.
 /// Cost       O(springs at the particle and at those around it).
 template <RealScalar Scalar>
 class MassExchange {

@@ -27,7 +27,7 @@ namespace palpate {
 ///   d_ij = x_i − x_j,  n_ij = d_ij/|d_ij|,  T the link's law, w_ij its weight (1 until a cut shares it)
 /// Units      m [kg], k [N/m], c [N·s/m], x, L [m], f [N].
 /// Shapes     positions, velocities, forces: 3 × size(), one column per particle, in the order of the mesh.
-/// Source     \cite zheng2006 eq. 5-9 … 5-11; spec Z1.
+/// Source     \cite zheng2006 eq. 5-9 … 5-11.
 /// Cost       forces O(links); an Assembly holds those of a chosen set of particles.
 /// Invariant  masses > 0 (temporary particles: 0), rest lengths > 0, link stiffness > 0, other coefficients ≥ 0.
 ///            A surface-built body has one link per edge of its mesh: a link's weight is the sum of the shares of the triangles

@@ -21,7 +21,7 @@ namespace palpate {
 /// A triangle's share of an edge's link is κ A/(L² k), κ the mean of k_e L_e²/A over its parent's edges: under a uniform isotropic
 /// stretch the energy of the pieces is that of the parent, and a lip keeps only its own side.
 /// Invariant  a link of a surface-built body exists where triangles share an edge with a weight above zero.
-/// Source     spec Z8; a temporary particle has neither mass nor springs.
+/// Source     \cite zheng2006 ch. 3; a temporary particle has neither mass nor springs.
 /// Cost       every edit is O(triangles at the particles it touches).
 template <RealScalar Scalar, class Law>
 class MassSpringElements {

@@ -23,7 +23,7 @@ struct MassOptions {
 
 /// Holds a particle at its rest position: f = −k (x − X) − c v.
 /// Units      k [N/m], c [N·s/m].
-/// Source     \cite zheng2006 eq. 5-11; spec Z1.
+/// Source     \cite zheng2006 eq. 5-11.
 template <RealScalar Scalar>
 struct HomeSpring {
   Scalar stiffness = 0;

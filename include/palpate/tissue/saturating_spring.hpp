@@ -10,7 +10,7 @@ namespace palpate {
 /// A spring that gives way: T = δ / (a|δ| + b), written with a = 1/T_max and b = 1/k.
 /// It starts with stiffness k and never pulls, or pushes, with more than T_max.
 /// Units      k [N/m], T_max [N], c [N·s/m].
-/// Source     spec M1, the odd form of δ/(aδ + b). Erratum: as printed, without |δ|, compression stiffens to a pole at δ = −b/a:
+/// Source     \cite deformable_survey, the odd form of δ/(aδ + b). Erratum: as printed, without |δ|, compression stiffens to a pole at δ = −b/a:
 ///            that is LockingSpring.
 template <RealScalar Scalar>
 struct SaturatingSpring {

@@ -17,7 +17,7 @@ namespace palpate::detail {
 /// than one, the particle falls into one copy per fan. While the blade is in a triangle at the anchor, the *host*, the anchor is *open*
 /// if its fan can be parted along the way into the host: then it has a left and a right copy, and between edits the host hangs on the
 /// left one.
-/// Source  spec Z8: one copy per connected fan.
+/// Source  \cite zheng2006 ch. 3; one copy per connected fan is ours.
 class CutAnchor {
  public:
   /// Begins a cut; the edits are counted from zero.

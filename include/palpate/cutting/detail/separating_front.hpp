@@ -34,7 +34,7 @@ namespace detail {
 /// leaves. Each vertex is moved onto the blade's way and then falls into one copy per fan of triangles that the cut edges leave.
 /// An edge between two inner vertices can not open: it waits in the *chain* until the cut goes on, and nothing has changed until then.
 /// Where      everything is decided in the undeformed shape.
-/// Source     spec M8, Z8 (one copy per fan), H4 (only across the blade).
+/// Source     \cite deformable_survey; one copy per fan, and only across the blade, is what \cite haaland leaves open.
 /// Invariant  between calls every particle has one fan of triangles. Opened vertices lie on the border, and those are never moved: a
 ///            vertex moves at most once, and the lips stay together.
 template <RealScalar Scalar>
