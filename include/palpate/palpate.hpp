@@ -127,6 +127,7 @@
 #include <palpate/device/null_device.hpp>
 #include <palpate/device/recorded_device.hpp>
 #include <palpate/device/replay_device.hpp>
+#include <palpate/device/sampled_mass.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/device/session.hpp>
 #include <palpate/device/trajectory.hpp>
@@ -135,6 +136,8 @@
 #include <palpate/haptics/contact_coupling.hpp>
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/haptics/overlay.hpp>
+#include <palpate/haptics/passivity.hpp>
+#include <palpate/haptics/sampled_wall.hpp>
 
 // simulator: everything together, in lock-step or in real time
 #include <palpate/simulator/recording.hpp>

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+
+#include <cmath>
+
+namespace palpate {
+
+struct SampledMassOptions {
+  double mass = 0.075;      ///< m [kg], apparent at the tip
+  double damping = 0.1;     ///< b [N·s/m], of the mechanics
+  double stiffness = 0.0;   ///< k [N/m], of a spring to a place that may move; 0: none
+  double rate = 1000.0;     ///< Hz, ticks a second
+};
+
+/// A mass with damper and spring under a force that is held for a tick, as a servo holds it: its motion without an error of integration.
+///   m ẍ + b ẋ + k (x − r) = F,   F and r constant within a tick
+///   (x, v)⁺ = Φ (x − r, v) + (r, 0) + Γ F,   Φ = e^(A T),   Γ = ∫ e^(A s) ds (0, 1/m),   A = (0 1; −k/m −b/m)
+/// Units      SI; each axis alike and by itself.
+/// Source     zero-order hold, \cite franklin1998 ch. 4. Integrated by small steps instead, the stiffness at which a wall becomes unstable is off.
+/// Invariant  m > 0, b ≥ 0, k ≥ 0, rate > 0, all finite; checked at set-up. Exact to rounding for every tick length.
+/// Cost       Four products a component; noexcept, no allocation: allowed in the servo tick.
+template <RealScalar S>
+class SampledMass {
+ public:
+  using Scalar = S;
+
+  explicit SampledMass(SampledMassOptions const& options = {}) : options_(options) {
+    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
+      if (!good || !std::isfinite(value)) throw InvalidArgument(detail::message("SampledMass: ", what, " is ", value, unit, "; ", advice));
+    };
+    require(options.mass > 0.0, ".mass", options.mass, " kg", "give a finite number above zero");
+    require(options.damping >= 0.0, ".damping", options.damping, " N·s/m", "give a finite number, zero or more");
+    require(options.stiffness >= 0.0, ".stiffness", options.stiffness, " N/m", "give a finite number, zero or more");
+    require(options.rate > 0.0, ".rate", options.rate, " Hz", "give the rate of the servo, 1000 for most");
+    discretise();
+  }
+
+  /// One tick on, under a force [N], with the spring's other end at `rest`.
+  void step(Vector3<S>& position, Vector3<S>& velocity, Vector3<S> const& force, Vector3<S> const& rest = Vector3<S>::Zero()) const noexcept {
+    Vector3<S> const x = options_.stiffness > 0.0 ? Vector3<S>(position - rest) : position;
+    Vector3<S> const next = x_of_x_ * x + x_of_v_ * velocity + x_of_force_ * force;
+    velocity = v_of_x_ * x + v_of_v_ * velocity + v_of_force_ * force;
+    position = options_.stiffness > 0.0 ? Vector3<S>(next + rest) : next;
+  }
+
+  SampledMassOptions const& options() const noexcept { return options_; }
+
+ private:
+  /// The exponential of (A B; 0 0) T by its series, of a part of T that is short, squared as often.
+  void discretise() {
+    Matrix<double, 3, 3> step = Matrix<double, 3, 3>::Zero();
+    step(0, 1) = 1.0;
+    step(1, 0) = -options_.stiffness / options_.mass;
+    step(1, 1) = -options_.damping / options_.mass;
+    step(1, 2) = 1.0 / options_.mass;
+    step /= options_.rate;
+    int squarings = 0;
+    for (double size = step.cwiseAbs().maxCoeff(); size > 0.125; size /= 2.0) ++squarings;
+    step /= std::ldexp(1.0, squarings);
+    Matrix<double, 3, 3> rest = Matrix<double, 3, 3>::Zero();   // e^step − 1: what it differs from one is kept to the last digit
+    Matrix<double, 3, 3> term = Matrix<double, 3, 3>::Identity();
+    for (int k = 1; k <= 16; ++k) {
+      term = (term * step / k).eval();
+      rest += term;
+    }
+    for (int k = 0; k < squarings; ++k) rest = (2.0 * rest + rest * rest).eval();
+    x_of_x_ = S(1.0 + rest(0, 0)), x_of_v_ = S(rest(0, 1)), x_of_force_ = S(rest(0, 2));
+    v_of_x_ = S(rest(1, 0)), v_of_v_ = S(1.0 + rest(1, 1)), v_of_force_ = S(rest(1, 2));
+  }
+
+  SampledMassOptions options_;
+  S x_of_x_ = S(1), x_of_v_ = S(0), x_of_force_ = S(0);
+  S v_of_x_ = S(0), v_of_v_ = S(1), v_of_force_ = S(0);
+};
+
+}  // namespace palpate

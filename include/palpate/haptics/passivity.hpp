@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace palpate {
+
+struct PassivityOptions {
+  double period = 0.001;        ///< T [s], of the servo
+  double max_damping = 11.0;    ///< α_max [N·s/m], the most that the controller adds: about mass / (4 T), 11 for a 45 g stylus; 0: observe alone
+  double reservoir = 0.005;     ///< J; what was taken beyond it and the elastic energy is forgotten: an earlier loss does not pay for a later gain
+};
+
+/// The energy that a rendered force takes from the hand, and damping where it would give more than it took.
+///   E ← min(E − F₋·Δx, reservoir + U)   U the elastic energy that the rendered model holds, Δx the way since the last tick, F₋ the force that was sent then and held since
+///   W = E − F·Δx                         if the force that is wanted now were held over as long a way again
+///   W < 0:  F ← F − α Δx/T,   α = min(α_max, −W T/|Δx|²)
+/// F is the force on the hand, so the hand puts −F·Δx into what it touches. The observer is exact for a force that is held between samples.
+/// Units      SI; force [N] on the hand, energy [J].
+/// Source     \cite hannaford2002; the exact sum under a hold \cite ryu2004. Without a limit on α the controller diverges at a stiff wall and 1 kHz.
+/// Invariant  period, reservoir > 0, max_damping ≥ 0, all finite; checked at set-up. Never adds a force where the tip does not move; α never above
+///            its limit: what it can not dissipate in this tick stays as a debt, to be paid by the next motion, in the air too.
+/// Cost       noexcept, no allocation: allowed in the servo tick.
+/// Limits     Without U a soft wall that gives back what it took looks active as soon as that is more than the reservoir. Tell it what was sent: `sent` comes after every limiter. Noise counts as energy given; see `CuttingForce::noise_energy`.
+template <RealScalar S>
+class PassivityController {
+ public:
+  using Scalar = S;
+
+  explicit PassivityController(PassivityOptions const& options = {}) : options_(options) {
+    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
+      if (!good || !std::isfinite(value)) throw InvalidArgument(detail::message("PassivityController: ", what, " is ", value, unit, "; ", advice));
+    };
+    require(options.period > 0.0, ".period", options.period, " s", "give that of the servo, 0.001 for most");
+    require(options.max_damping >= 0.0, ".max_damping", options.max_damping, " N·s/m", "give a finite number, zero or more");
+    require(options.reservoir > 0.0, ".reservoir", options.reservoir, " J", "give a finite number above zero");
+  }
+
+  /// The force to send for the one wanted at this position, of a model that holds `elastic` J there, ½ k d² for a spring. Books the way since the
+  /// last tick under the force that was sent for it.
+  Vector3<S> operator()(Vector3<S> const& position, Vector3<S> const& wanted, double elastic = 0.0) noexcept {
+    Vector3<double> const way = has_position_ ? Vector3<double>(position.template cast<double>() - position_) : Vector3<double>(Vector3<double>::Zero());
+    position_ = position.template cast<double>();
+    has_position_ = true;
+    damping_ = 0.0;
+    double const work = -sent_.dot(way);
+    if (!std::isfinite(work)) {   // a tick that is no number leaves no trace
+      has_position_ = false;
+      return wanted;
+    }
+    total_ += work;
+    least_ = std::min(least_, total_);
+    energy_ = std::min(energy_ + work, options_.reservoir + std::fmax(elastic, 0.0));   // fmax: 0 for a NaN
+    double const square = way.squaredNorm();
+    double const next = energy_ - wanted.template cast<double>().dot(way);
+    if (!(next < 0.0) || !(square > 0.0) || !(options_.max_damping > 0.0)) return wanted;
+    damping_ = std::min(options_.max_damping, -next * options_.period / square);
+    ++damped_;
+    return (wanted.template cast<double>() - damping_ / options_.period * way).template cast<S>();
+  }
+
+  /// What the device was told in the end, after all that limits it: it acts until the next tick.
+  void sent(Vector3<S> const& force) noexcept { sent_ = force.template cast<double>(); }
+
+  /// J, taken from the hand since the start or reset(), unlimited; negative: given.
+  double energy() const noexcept { return total_; }
+  /// J, the least it ever was.
+  double least_energy() const noexcept { return least_; }
+  /// J, what the controller counts with: at most the reservoir.
+  double stored() const noexcept { return energy_; }
+  /// N·s/m, added in the last tick.
+  double damping() const noexcept { return damping_; }
+  /// In how many ticks damping was added.
+  std::uint64_t damped() const noexcept { return damped_; }
+
+  /// Begins anew: no energy, no way, no force.
+  void reset() noexcept {
+    has_position_ = false;
+    sent_.setZero();
+    energy_ = total_ = least_ = damping_ = 0.0;
+    damped_ = 0;
+  }
+
+ private:
+  PassivityOptions options_;
+  Vector3<double> position_ = Vector3<double>::Zero(), sent_ = Vector3<double>::Zero();
+  double energy_ = 0.0, total_ = 0.0, least_ = 0.0, damping_ = 0.0;   // J, J, J, N·s/m
+  std::uint64_t damped_ = 0;
+  bool has_position_ = false;
+};
+
+}  // namespace palpate
