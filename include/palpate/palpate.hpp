@@ -137,7 +137,9 @@
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/haptics/overlay.hpp>
 #include <palpate/haptics/passivity.hpp>
+#include <palpate/haptics/plane_set.hpp>
 #include <palpate/haptics/sampled_wall.hpp>
+#include <palpate/haptics/surface_proxy.hpp>
 
 // simulator: everything together, in lock-step or in real time
 #include <palpate/simulator/recording.hpp>

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace palpate {
+
+/// A plane that must not be passed: n·x ≥ d. The normal has length one and points to where the tool may be.
+template <RealScalar S>
+struct ContactPlane {
+  Vector3<S> normal = Vector3<S>::UnitZ();
+  S offset = S(0);   ///< d [m]
+
+  S distance(Vector3<S> const& point) const noexcept { return normal.dot(point) - offset; }
+};
+
+/// Where the constraints of a `PlaneSet` leave a point: the nearest place in front of all its planes.
+template <RealScalar S>
+struct PlaneProjection {
+  Vector3<S> point = Vector3<S>::Zero();
+  std::array<int, 3> active{-1, -1, -1};   ///< the planes that hold it, the first `count` of them
+  std::array<S, 3> multiplier{};           ///< m, how far each of them pushes: point = p + Σ multiplier · normal
+  int count = 0;                           ///< 0: the point was in front of all planes already
+};
+
+/// A few planes that a tool must not pass, as they are taken from the tissue around the tip: a wall, an edge, a corner, or the convex side of a curve.
+///   project(p):  minimise ½|x − p|² subject to nᵢ·x ≥ dᵢ
+/// At the minimum at most three planes push, λ ≥ 0, x = p + Σ λᵢ nᵢ: all sets of one, two and three planes are solved, (N Nᵀ) λ = d − N p, and the one
+/// is taken that neither pulls nor leaves another plane behind. The residual x − p is 1-Lipschitz in p, so a spring from p to x has no step,
+/// also where the active planes change.
+/// Source     \cite zilles1995, with the conditions of Karush, Kuhn and Tucker checked for all sets at once, instead of one constraint a tick.
+/// Invariant  Normals have length one, offsets are finite; checked by `add`.
+/// Cost       At most 7 small systems for 3 planes, 92 for 8; noexcept, no allocation: allowed in the servo tick.
+/// Limits     Planes that are nearly parallel (their 2 × 2 or 3 × 3 system below 1e-9) count one by one. Where no point is in front
+///            of all planes, it is of the sets' points the one that is least behind: finite, but with steps.
+template <RealScalar S>
+class PlaneSet {
+ public:
+  static constexpr int capacity = 8;
+
+  /// Adds a plane. Throws `InvalidArgument` for a normal that has not length one, an offset that is not finite, and the ninth.
+  void add(ContactPlane<S> const& plane) {
+    if (count_ == capacity) throw InvalidArgument(detail::message("PlaneSet: there are ", capacity, " planes already; keep the nearest ones"));
+    if (!plane.normal.allFinite() || !(std::abs(plane.normal.norm() - S(1)) < S(1e-4)))
+      throw InvalidArgument(detail::message("PlaneSet: the normal is (", plane.normal.x(), ", ", plane.normal.y(), ", ", plane.normal.z(), "); give one of length one"));
+    if (!std::isfinite(plane.offset)) throw InvalidArgument(detail::message("PlaneSet: the offset is ", plane.offset, " m; give a finite number"));
+    planes_[static_cast<std::size_t>(count_++)] = plane;
+  }
+  void clear() noexcept { count_ = 0; }
+  int count() const noexcept { return count_; }
+  ContactPlane<S> const& operator[](int k) const noexcept { return planes_[static_cast<std::size_t>(k)]; }
+
+  PlaneProjection<S> project(Vector3<S> const& p) const noexcept {
+    PlaneProjection<S> best{.point = p};
+    S least = worst(p);
+    if (!(least > S(0))) return best;   // in front of all, or no number
+    least = std::numeric_limits<S>::infinity();
+    S const scale = reach(p);
+    std::array<int, 3> chosen{};
+    for (int size = 1; size <= std::min(3, count_); ++size) {
+      for_each_set(size, chosen, [&] {
+        PlaneProjection<S> candidate{.point = p};
+        if (!solve(p, chosen, size, candidate)) return false;
+        S const behind = worst(candidate.point);
+        if (behind < least) least = behind, best = candidate;
+        return !(behind > tolerance * scale);
+      });
+      if (!(least > tolerance * scale)) break;
+    }
+    return best;
+  }
+
+ private:
+  static constexpr S tolerance = std::numeric_limits<S>::epsilon() * S(64);
+
+  /// How far p is behind the plane that it is farthest behind.
+  S worst(Vector3<S> const& p) const noexcept {
+    S most = S(0);
+    for (int k = 0; k < count_; ++k) most = std::max(most, -(*this)[k].distance(p));
+    return most;
+  }
+  /// The size of the numbers that are subtracted from each other.
+  S reach(Vector3<S> const& p) const noexcept {
+    S most = p.cwiseAbs().maxCoeff();
+    for (int k = 0; k < count_; ++k) most = std::max(most, std::abs((*this)[k].offset));
+    return most;
+  }
+
+  /// Calls visit for every set of so many planes, in `chosen`, until it returns true.
+  template <class Visit>
+  void for_each_set(int size, std::array<int, 3>& chosen, Visit const& visit) const {
+    for (int a = 0; a < count_; ++a) {
+      chosen[0] = a;
+      if (size == 1) {
+        if (visit()) return;
+        continue;
+      }
+      for (int b = a + 1; b < count_; ++b) {
+        chosen[1] = b;
+        if (size == 2) {
+          if (visit()) return;
+          continue;
+        }
+        for (int c = b + 1; c < count_; ++c) {
+          chosen[2] = c;
+          if (visit()) return;
+        }
+      }
+    }
+  }
+
+  /// The point nearest to p on all of these planes; false where they do not push towards it, or have no point in common.
+  bool solve(Vector3<S> const& p, std::array<int, 3> const& chosen, int size, PlaneProjection<S>& result) const noexcept {
+    Matrix<S, 3, 3> gram = Matrix<S, 3, 3>::Identity();
+    Vector3<S> lack = Vector3<S>::Zero();
+    for (int i = 0; i < size; ++i) {
+      ContactPlane<S> const& a = (*this)[chosen[static_cast<std::size_t>(i)]];
+      lack[i] = -a.distance(p);
+      for (int j = 0; j < i; ++j) gram(i, j) = gram(j, i) = a.normal.dot((*this)[chosen[static_cast<std::size_t>(j)]].normal);
+    }
+    if (size > 1 && !(gram.determinant() > S(1e-9))) return false;
+    Vector3<S> const lambda = size == 1 ? lack : Vector3<S>(gram.inverse() * lack);
+    for (int i = 0; i < size; ++i) {
+      if (lambda[i] < S(0)) return false;   // it would pull
+      result.active[static_cast<std::size_t>(i)] = chosen[static_cast<std::size_t>(i)];
+      result.multiplier[static_cast<std::size_t>(i)] = lambda[i];
+      result.point += lambda[i] * (*this)[chosen[static_cast<std::size_t>(i)]].normal;
+    }
+    result.count = size;
+    return true;
+  }
+
+  std::array<ContactPlane<S>, capacity> planes_{};
+  int count_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+#include <palpate/core/random.hpp>
+#include <palpate/haptics/plane_set.hpp>
+#include <palpate/haptics/surface_proxy.hpp>
+
+#include "allocation_trap.hpp"
+#include "catch.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+using namespace palpate;
+
+namespace {
+
+using Vector = Vector3<double>;
+constexpr double stiffness = 500.0, depth = 0.002, rough = 0.5, smooth = 0.3;
+
+PlaneSet<double> floor_at(double height = 0.0, Vector const& normal = Vector::UnitZ()) {
+  PlaneSet<double> set;
+  set.add({normal, height});
+  return set;
+}
+SurfaceProxy<double> with_friction() { return SurfaceProxy<double>({.stiffness = stiffness, .static_friction = rough, .dynamic_friction = smooth}); }
+
+}  // namespace
+
+// Yardstick: by hand, F = K d n on a plane; nothing in front of it.
+TEMPLATE_TEST_CASE("without friction the hand is pushed out along the normal", "[haptics]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  PlaneSet<S> planes;
+  planes.add({Vector3<S>(S(0.6), S(0), S(0.8)), S(0)});
+  SurfaceProxy<S> proxy({.stiffness = 500.0});
+  Vector3<S> const n(S(0.6), S(0), S(0.8)), side(S(0.8), S(0), S(-0.6));
+  CHECK(proxy(planes, S(0.01) * n).norm() == S(0));
+  for (int k = 0; k < 50; ++k) {
+    Vector3<S> const force = proxy(planes, S(0.001 * k) * side - S(0.003) * n);
+    CHECK((force - S(1.5) * n).norm() < S(1e-4));
+    CHECK(proxy.touches());
+  }
+  CHECK(proxy(planes, S(0.01) * n).norm() == S(0));
+  CHECK_FALSE(proxy.touches());
+}
+
+// Yardsticks by hand: it sticks up to μ_s d of way and not a bit moves; then |F_t| = μ_d |F_n|; on the way back it sticks over twice μ_d d.
+TEST_CASE("friction holds up to the static cone, slides on the dynamic one, and has a dead-band on reversal") {
+  auto proxy = with_friction();
+  auto const planes = floor_at();
+  double x = 0;
+  auto const at = [&](double to) {
+    x = to;
+    Vector const force = proxy(planes, {x, 0, -depth});
+    CHECK(force.z() == Approx(stiffness * depth));
+    CHECK(std::hypot(force.x(), force.y()) <= rough * force.z() * (1 + 1e-12));
+    return force.x();
+  };
+  at(0);
+  Vector const stuck = proxy.position();
+  while (x < rough * depth - 2e-6) {
+    at(x + 1e-6);
+    CHECK(proxy.position() == stuck);
+  }
+  CHECK_FALSE(proxy.slides());
+  at(rough * depth + 1e-6);
+  CHECK(proxy.slides());
+  for (int k = 0; k < 1000; ++k) CHECK(at(x + 1e-5) == Approx(-smooth * stiffness * depth).epsilon(1e-12));
+  double const turned = x;
+  Vector const held = proxy.position();
+  while (turned - x < 2 * smooth * depth - 2e-6) {   // sticks again on the way, and then holds up to the static cone
+    at(x - 1e-6);
+    CHECK(proxy.position() == held);
+  }
+  CHECK_FALSE(proxy.slides());
+  while (turned - x < (smooth + rough) * depth - 2e-6) at(x - 1e-6);
+  CHECK_FALSE(proxy.slides());
+  at(x - 4e-6);
+  CHECK(proxy.slides());
+  CHECK(at(x - 1e-5) == Approx(smooth * stiffness * depth).epsilon(1e-12));
+}
+
+TEST_CASE("a proxy that sticks does not drift in a million ticks, with a hand that trembles within the cone") {
+  auto proxy = with_friction();
+  Vector const n = Vector(1, 2, 3).normalized(), across = n.cross(Vector::UnitX()).normalized(), along = n.cross(across);
+  auto const planes = floor_at(0.01, n);
+  Vector const point = 0.01 * n;
+  proxy(planes, point - depth * n);
+  Vector const held = proxy.position();
+  bool drifted = false;
+  for (int k = 0; k < 1000000; ++k) {
+    double const angle = 0.01 * k;
+    proxy(planes, point - depth * n + 0.9 * rough * depth * (std::cos(angle) * across + std::sin(1.3 * angle) * along) / std::sqrt(2.0));
+    drifted = drifted || proxy.position() != held;
+  }
+  CHECK_FALSE(drifted);
+}
+
+// Yardstick: the work of the hand, −∫ F dx: over a slide of length s it is μ_d K d s and what the spring holds; over closed ways it is never negative
+// beyond what sampling leaks, K |Δx|²/2 a tick.
+TEST_CASE("friction dissipates what it should, and every closed way costs energy") {
+  auto proxy = with_friction();
+  auto const planes = floor_at();
+  double work = 0, last = proxy(planes, {0, 0, -depth}).x();
+  constexpr double way = 1e-5, length = 0.05;
+  for (double x = way; x <= length; x += way) {
+    double const force = proxy(planes, {x, 0, -depth}).x();
+    work -= (last + force) / 2 * way;
+    last = force;
+  }
+  CHECK(work == Approx(smooth * stiffness * depth * length).epsilon(0.01));
+
+  Random random(Seed{5});
+  for (int round = 0; round < 200; ++round) {
+    auto other = with_friction();
+    Vector tip(0, 0, -depth);
+    Vector force = other(planes, tip);
+    double energy = 0, leak = 0;
+    auto const go = [&](Vector const& to) {
+      int const ticks = 1 + static_cast<int>((to - tip).norm() / 2e-5);
+      Vector const step = (to - tip) / ticks;
+      for (int k = 0; k < ticks; ++k) {
+        tip += step;
+        Vector const now = other(planes, tip);
+        energy -= (force + now).dot(step) / 2;
+        leak += stiffness * step.squaredNorm() / 2;
+        force = now;
+      }
+    };
+    auto const lap = [&] {
+      for (int corner = 0; corner < 5; ++corner)
+        go(corner == 4 ? Vector(0, 0, -depth) : Vector(random.uniform(-0.004, 0.004), random.uniform(-0.004, 0.004), -random.uniform(0.0, 0.004)));
+    };
+    lap();
+    energy = leak = 0;
+    lap();
+    double const stored = stiffness * std::pow(rough * 0.004, 2) / 2;   // the drawn spring, at most
+    REQUIRE(energy >= -leak - stored);
+  }
+}
+
+TEST_CASE("the cone is round, and friction of zero is no friction to the bit") {
+  Random random(Seed{6});
+  for (int k = 0; k < 100; ++k) {
+    auto proxy = with_friction();
+    double const angle = random.uniform(0.0, 6.28);
+    Vector const way(std::cos(angle), std::sin(angle), 0);
+    Vector force;
+    for (int t = 0; t <= 400; ++t) force = proxy(floor_at(), 1e-5 * t * way - Vector(0, 0, depth));
+    CHECK(force.dot(way) == Approx(-smooth * stiffness * depth).epsilon(1e-9));
+    CHECK(std::abs(force.cross(way).z()) < 1e-9);
+  }
+  SurfaceProxy<double> none({.stiffness = stiffness}), zero({.stiffness = stiffness, .static_friction = 0.0, .dynamic_friction = 0.0});
+  for (int k = 0; k < 100; ++k) {
+    Vector const tip(0.001 * random.normal(), 0.001 * random.normal(), -depth * random.uniform(0.0, 1.0));
+    CHECK(none(floor_at(), tip) == zero(floor_at(), tip));
+  }
+}
+
+TEST_CASE("with a position of steps of 55 µm it does not switch between stick and slip at every tick") {
+  auto proxy = with_friction();
+  Random random(Seed{7});
+  int switches = 0, quick = 0, since = 100;
+  bool slid = false;
+  for (int k = 0; k < 20000; ++k) {
+    double const x = 55e-6 * std::round((2e-6 * k + 20e-6 * random.normal()) / 55e-6);
+    proxy(floor_at(), {x, 0, -depth});
+    ++since;
+    if (proxy.slides() != slid) {
+      slid = !slid;
+      ++switches;
+      if (since < 2) ++quick;
+      since = 0;
+    }
+  }
+  CHECK(switches > 0);
+  CHECK(quick == 0);
+}
+
+// Yardstick: a floor that moves by 10 mm under a tip that moves with it: the force is that of the floor at rest.
+TEST_CASE("moving tissue carries the proxy") {
+  auto moving = with_friction(), resting = with_friction();
+  for (int k = 0; k <= 1000; ++k) {
+    Vector const shift = Vector(1e-5, 2e-6, -3e-6) * k, tip(2e-7 * k, 0, -depth);
+    if (k > 0) moving.carry({1e-5, 2e-6, -3e-6});
+    Vector const force = moving(floor_at(shift.z()), tip + shift);
+    CHECK((force - resting(floor_at(), tip)).norm() < 1e-9);
+  }
+  CHECK(moving.slides() == resting.slides());
+}
+
+TEST_CASE("malformed proxies are refused, what is no number pulls at nobody, and a tick allocates nothing") {
+  double const nan = std::numeric_limits<double>::quiet_NaN();
+  using Proxy = SurfaceProxy<double>;
+  CHECK_THROWS_WITH(Proxy({.stiffness = 0.0}), "SurfaceProxy: .stiffness is 0 N/m; give a finite number above zero");
+  CHECK_THROWS_WITH(Proxy({.static_friction = 0.1, .dynamic_friction = 0.2}), "SurfaceProxy: .static_friction is 0.1; give a finite number, not below .dynamic_friction");
+  CHECK_THROWS_AS(Proxy({.restick = 0.0}), InvalidArgument);
+  CHECK_THROWS_AS(Proxy({.dynamic_friction = nan}), InvalidArgument);
+  auto proxy = with_friction();
+  auto const planes = floor_at();
+  proxy(planes, {0, 0, -depth});
+  Vector const held = proxy.position();
+  CHECK(proxy(planes, {nan, 0, 0}).norm() == 0.0);
+  proxy.carry({nan, 0, 0});
+  CHECK(proxy.position() == held);
+  palpate_test::AllocationCount const allocations;
+  for (int k = 0; k < 100; ++k) proxy(planes, {1e-4 * k, 0, -depth});
+  long const counted = allocations.count();
+  CHECK(counted == 0);
+}
