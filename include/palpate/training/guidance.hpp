@@ -70,35 +70,20 @@ class PathGuidance {
   }
 
   /// The force on the hand [N].
-  Vector operator()(ToolMotion<S> const& motion) noexcept {
-    S const seconds = motion.seconds > S(0) ? std::min(motion.seconds, S(0.02)) : S(0);   // after a gap no faster than that
-    if (!motion.continues || !placed_) {
-      level_ = S(0);
-      placed_ = false;
-    }
-    if (!placed_) {
-      if (armed_) place(motion.tip);
-      return Vector::Zero();
-    }
-    S const step = seconds / static_cast<S>(options_.arm_time);
-    level_ = armed_ ? std::min(S(1), level_ + step) : std::max(S(0), level_ - step);
-    follow(motion.tip, seconds);
-    if (!armed_ && level_ == S(0)) placed_ = false;
-
-    Vector force = (S(1) - weight_) * pull(motion, here_);
-    if (weight_ > S(0)) force += weight_ * pull(motion, there_);
-    return gain() * force;
-  }
+  Vector operator()(ToolMotion<S> const& motion) noexcept { return force_ = answer(motion); }
 
   void arm() noexcept { armed_ = true; }
   void disarm() noexcept { armed_ = false; }
   bool armed() const noexcept { return armed_; }
   /// Starts anew: the force begins at zero, at the nearest place of the whole path.
   void reset() noexcept {
-    placed_ = false;
+    placed_ = changes_ = false;
     level_ = weight_ = S(0);
+    force_.setZero();
   }
 
+  /// N, what it answered last.
+  Vector const& force() const noexcept { return force_; }
   /// J, what is stored: V above.
   S energy() const noexcept {
     return placed_ ? gain() * ((S(1) - weight_) * energy_at(distance_to(here_)) + weight_ * energy_at(distance_to(there_))) : S(0);
@@ -130,10 +115,31 @@ class PathGuidance {
  private:
   using Place = typename GuidePath<S>::Place;
 
-  void place(Vector const& tip) noexcept {
+  Vector answer(ToolMotion<S> const& motion) noexcept {
+    S const seconds = motion.seconds > S(0) ? std::min(motion.seconds, S(0.02)) : S(0);   // after a gap no faster than that
+    if (!motion.continues || !placed_) {
+      level_ = S(0);
+      placed_ = false;
+    }
+    if (!placed_) {
+      if (armed_) begin_at(motion.tip);
+      return Vector::Zero();
+    }
+    S const step = seconds / static_cast<S>(options_.arm_time);
+    level_ = armed_ ? std::min(S(1), level_ + step) : std::max(S(0), level_ - step);
+    follow(motion.tip, seconds);
+    if (!armed_ && level_ == S(0)) placed_ = false;
+
+    Vector force = (S(1) - weight_) * pull(motion, here_);
+    if (weight_ > S(0)) force += weight_ * pull(motion, there_);
+    return gain() * force;
+  }
+
+  void begin_at(Vector const& tip) noexcept {
     tip_ = tip;
     here_ = path_.nearest(tip);
     level_ = weight_ = S(0);
+    changes_ = false;
     placed_ = true;
   }
 
@@ -194,6 +200,7 @@ class PathGuidance {
   S stiffness_, damping_, dead_band_, fade_, max_force_;
   S full_;   // m outside the dead-band, from where on the force is the largest
   Vector tip_ = Vector::Zero();
+  Vector force_ = Vector::Zero();
   Place here_, there_;
   S weight_ = S(0);   // of `there_`
   S level_ = S(0);   // 0 to 1 while it is armed
