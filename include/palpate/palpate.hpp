@@ -94,6 +94,10 @@
 #include <palpate/cutting/separating_cutter.hpp>
 
 // force: what the hand feels
+#include <palpate/fitting/fit_stiffness.hpp>
+#include <palpate/fitting/indentation.hpp>
+#include <palpate/fitting/least_squares.hpp>
+#include <palpate/fitting/student_quantile.hpp>
 #include <palpate/force/band_limited_noise.hpp>
 #include <palpate/force/blade.hpp>
 #include <palpate/force/concept.hpp>
