@@ -94,10 +94,6 @@
 #include <palpate/cutting/separating_cutter.hpp>
 
 // force: what the hand feels
-#include <palpate/fitting/fit_stiffness.hpp>
-#include <palpate/fitting/indentation.hpp>
-#include <palpate/fitting/least_squares.hpp>
-#include <palpate/fitting/student_quantile.hpp>
 #include <palpate/force/band_limited_noise.hpp>
 #include <palpate/force/blade.hpp>
 #include <palpate/force/concept.hpp>
@@ -168,7 +164,9 @@
 #include <palpate/fitting/contact_models.hpp>
 #include <palpate/fitting/fit.hpp>
 #include <palpate/fitting/fit_network.hpp>
+#include <palpate/fitting/fit_stiffness.hpp>
 #include <palpate/fitting/fitted_force.hpp>
+#include <palpate/fitting/indentation.hpp>
 #include <palpate/fitting/least_squares.hpp>
 #include <palpate/fitting/measurements.hpp>
 #include <palpate/fitting/needle_model.hpp>

@@ -194,7 +194,7 @@ StiffnessFit fit_stiffness(Build const& build, std::vector<StiffnessGuess> const
     auto const n = static_cast<std::size_t>(k);
     FittedStiffness one{.name = guesses[n].name, .unit = guesses[n].unit, .value = std::exp(found.parameters[k])};
     double const half = error * std::sqrt(found.inverse_normal(k, k));
-    if (found.determined && !found.at_bound[n] && std::isfinite(half) && half < 700.0) {
+    if (found.determined[n] && !found.at_bound[n] && std::isfinite(half) && half < 700.0) {
       one.low = one.value * std::exp(-half), one.high = one.value * std::exp(half);
       one.determined = half < std::log(2.0);
     }
