@@ -30,6 +30,7 @@ namespace {
 
 constexpr char const* small_head =
     "# palpate session 1\n"
+    "# note No force of this library is validated for a patient or for the outcome of a training.\n"
     "# version " PALPATE_VERSION_STRING
     "\n"
     "# seed 18446744073709551615\n"
@@ -256,18 +257,18 @@ TEST_CASE("a damaged text says where", "[training][session]") {
   };
   CHECK(unsaid(said(""), "the table is missing") == "");
   CHECK(unsaid(said(text.substr(0, text.rfind("0.002,"))), "there are 2 ticks where the head says 3") == "");
-  CHECK(unsaid(said(text.substr(0, text.size() - 8)), "line 16: there are 16 cells instead of 17") == "");
+  CHECK(unsaid(said(text.substr(0, text.size() - 8)), "line 17: there are 16 cells instead of 17") == "");
   CHECK(unsaid(said(with("session 1", "session 2")), "line 1: \"# palpate session 2\" is another format") == "");
-  CHECK(unsaid(said(with("seed 1", "seed -1")), "line 3: the seed is \"-18446744073709551615\"; write a whole number") == "");
-  CHECK(unsaid(said(with("Hz, reports velocity", "Hz")), "line 4: a device is, for example") == "");
-  CHECK(unsaid(said(with("3.3 N", "NN N")), "line 4: the device's force is \"NN\"") == "");
+  CHECK(unsaid(said(with("seed 1", "seed -1")), "line 4: the seed is \"-18446744073709551615\"; write a whole number") == "");
+  CHECK(unsaid(said(with("Hz, reports velocity", "Hz")), "line 5: a device is, for example") == "");
+  CHECK(unsaid(said(with("3.3 N", "NN N")), "line 5: the device's force is \"NN\"") == "");
   CHECK(unsaid(said(with("3.3 N", "-3.3 N")), "device maximum force is -3.3 N") == "");
-  CHECK(unsaid(said(with("# configuration guided", "# configuration cutter")), "line 6: the key cutter is there twice") == "");
-  CHECK(unsaid(said(with("# event 0.001", "# event soon")), "line 9: the time of the event is \"soon\"") == "");
-  CHECK(unsaid(said(with("# event 0.001 touch", "# evening")), "line 9: \"evening\" is no line of a session") == "");
+  CHECK(unsaid(said(with("# configuration guided", "# configuration cutter")), "line 7: the key cutter is there twice") == "");
+  CHECK(unsaid(said(with("# event 0.001", "# event soon")), "line 10: the time of the event is \"soon\"") == "");
+  CHECK(unsaid(said(with("# event 0.001 touch", "# evening")), "line 10: \"evening\" is no line of a session") == "");
   CHECK(unsaid(said(with("# ticks 3\n", "")), "the line \"# ticks\" is missing") == "");
   CHECK(unsaid(said(with(",read,written", ",read")), "not the header of a session", "hand_x_m") == "");
-  CHECK(unsaid(said(with("stale", "stall")), "line 15: the device's status \"stall\" is unknown") == "");
+  CHECK(unsaid(said(with("stale", "stall")), "line 16: the device's status \"stall\" is unknown") == "");
   CHECK(to_csv(read_session_csv(folder.file("crlf.csv", [&] {
           std::string dos;
           for (char const c : text) dos += c == '\n' ? std::string("\r\n") : std::string(1, c);

@@ -3,6 +3,7 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/device/detail/csv_table.hpp>
+#include <palpate/force/tissue_presets.hpp>
 #include <palpate/simulator/detail/tick_text.hpp>
 #include <palpate/training/session.hpp>
 
@@ -28,6 +29,7 @@ inline std::string session_text(Session const& session) {
   std::string text(session_first_line);
   auto const& ticks = session.recording.ticks();
   text.reserve(1024 + ticks.size() * (session.hand.empty() ? 160 : 300));
+  (text += "\n# note ") += force_disclaimer;
   (text += "\n# version ") += session.version;
   (text += "\n# seed ") += std::to_string(session.seed.value);
   append_number(text += "\n# device ", session.device.max_force);
@@ -84,6 +86,7 @@ class SessionHead {
     std::string_view const word = next(content);
     if (word == "version" && is_word(content)) {
       session_.version = content;
+    } else if (word == "note") {   // for people
     } else if (word == "seed") {
       session_.seed.value = whole(content, "seed");
     } else if (word == "ticks") {
@@ -107,7 +110,7 @@ class SessionHead {
       if (!std::isfinite(time) || content.empty()) fail("an event is a finite time and a name");
       session_.events.push_back({time, std::string(content)});
     } else {
-      fail(message("\"", rest, "\" is no line of a session; it begins with version, seed, device, configuration, event or ticks"));
+      fail(message("\"", rest, "\" is no line of a session; it begins with note, version, seed, device, configuration, event or ticks"));
     }
   }
 
