@@ -108,7 +108,7 @@ struct TissueFit : StiffnessFit {
 /// `build(values)`, values a span of doubles in the order of `guesses`, answers the tissue: for layers, supports, a cut body. What may be
 /// fitted is positive; the search goes by logarithms, so units and guesses that are off by 100 do not matter.
 /// Units      depth, X [m], force [N], coefficients as named.
-/// Source     spec M1; \cite marquardt1963. The derivatives are those of the adjoint of the balance, see IndentationProblem. The intervals are
+/// Source     \cite deformable_survey for the idea; \cite marquardt1963. The derivatives are those of the adjoint of the balance, see IndentationProblem. The intervals are
 ///            those of linear regression in the logarithms, with Student's quantile.
 /// Cost       offline: about iterations × depths static solutions, most of them from nearly at rest; many depths count as `most_depths`.
 ///            Allocates; memory of 1 + 2 × coefficients tissues.
