@@ -9,6 +9,7 @@
 #include <palpate/haptics/overlay.hpp>
 #include <palpate/simulator/servo_loop.hpp>
 
+#include <algorithm>
 #include <limits>
 #include <string>
 #include <type_traits>

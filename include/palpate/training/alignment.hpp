@@ -5,6 +5,7 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/training/detail/time_warp.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>

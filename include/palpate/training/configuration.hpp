@@ -4,12 +4,12 @@
 #include <palpate/core/error.hpp>
 #include <palpate/simulator/detail/tick_text.hpp>
 
-#include <cctype>
 #include <concepts>
 #include <cstddef>
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace palpate {
 
