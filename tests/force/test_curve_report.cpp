@@ -215,7 +215,7 @@ TEST_CASE("a cutting force with the published hysteresis returns no energy, what
     std::vector<int> turns;
     for (int k = 0; k < 10; ++k) turns.push_back(static_cast<int>(random.uniform(0.0, deepest) / 2e-6));
     turns.push_back(turns.front());
-    CuttingForce force(liver_hysteresis<double>(), CurveJoin<double>{.puncture_time = 0.0});
+    CuttingForce force(liver_hysteresis<double>(), CurveJoin<double>{.reversal_depth = 0.0, .puncture_time = 0.0});
     auto const felt = [&](double before, double depth) {
       return force({.phase = CuttingPhase::moving, .depth = depth, .previous_depth = before}).z();
     };
@@ -242,7 +242,7 @@ TEST_CASE("a cutting force with the published hysteresis returns no energy, what
 
   // The whole range once, against Simpson's rule from where fading ends.
   double lost = 0;
-  CuttingForce force(liver_hysteresis<double>(), CurveJoin<double>{.puncture_time = 0.0});
+  CuttingForce force(liver_hysteresis<double>(), CurveJoin<double>{.reversal_depth = 0.0, .puncture_time = 0.0});
   for (int k = 1000; k < 11415; ++k)
     for (int const way : {1, -1}) {
       auto const felt = [&](double from, double to) {

@@ -120,8 +120,8 @@ TEST_CASE("the two published networks belong together") {
 
 // Yardstick: the slopes at the ends with 60 digits, and a straight line.
 TEST_CASE("beyond their range the liver curves go on along the tangent and are never negative") {
-  auto const loading = liver_loading<double>();
-  auto const hysteresis = liver_hysteresis<double>();
+  auto const loading = liver_loading<double>(CurveGuard<double>{});   // without the cap
+  auto const hysteresis = liver_hysteresis<double>(CurveGuard<double>{});
   for (double beyond : {1e-6, 1e-3, 0.01, 0.1}) {
     CAPTURE(beyond);
     CHECK(loading(0.02283 + beyond) == Approx(1.2040432826793064 + 104.82228128095072 * beyond).epsilon(1e-12));
@@ -136,7 +136,7 @@ TEST_CASE("beyond their range the liver curves go on along the tangent and are n
 // Yardstick: the same straight lines, cut off by hand; inside the range the curves without a cap.
 TEST_CASE("a cap holds beyond the range of the liver curves and changes nothing inside") {
   auto const free = liver_hysteresis<double>();
-  auto const capped = liver_hysteresis<double>({.largest_force = 3.0});
+  auto const capped = liver_hysteresis<double>();   // at 3 N, unless said otherwise
   auto const loading = liver_loading<double>({.largest_force = 1.5});
   for (int i = 0; i <= 2283; ++i)
     for (Phase const phase : {Phase::loading, Phase::unloading}) REQUIRE(capped(i * 1e-5, phase) == free(i * 1e-5, phase));

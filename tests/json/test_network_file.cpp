@@ -172,7 +172,7 @@ TEMPLATE_TEST_CASE("a curve comes back from its file with its range and its cap"
   auto const other = read_network<Network<Other, 2, 5, 1>>(file);
   for (std::size_t k = 0; k < network.parameters().size(); ++k) CHECK(other.parameters()[k] == static_cast<Other>(network.parameters()[k]));
 
-  auto const free = liver_loading<S>();
+  auto const free = liver_loading<S>(CurveGuard<S>{});
   CHECK(std::isinf(parse_network<std::remove_cvref_t<decltype(free)>>(network_text(free)).guard().largest_force));
 }
 
@@ -225,7 +225,7 @@ TEST_CASE("a malformed network file is refused with what, where and what to do")
   CHECK(error_of<BasicNetwork<HalfSigmoid, double, 1, 2, 1>>(small_text) ==
         "net.json: /activation is \"tanh\", that of the network asked for is \"half_sigmoid\"; ask for a BasicNetwork with the file's activation");
 
-  std::string const curve = network_text(liver_hysteresis<double>());
+  std::string const curve = network_text(liver_hysteresis<double>(CurveGuard<double>{}));
   CHECK(error_of<Liver>(replaced(curve, "0.02283]", "-1]")) ==
         "net.json: /curve makes no curve: NetworkCurve: the depth range is 0 … -1 m; give two finite depths, the lower one first");
   CHECK(error_of<Liver>(replaced(curve, "0.02283]", "0.02283, 1]")) == "net.json: /curve/depth_range_m has 3 entries; give 2");

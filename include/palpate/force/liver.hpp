@@ -19,6 +19,12 @@ constexpr DepthRange<S> liver_range() noexcept {
   return {S(0), S(0.02283)};
 }
 
+/// Beyond those depths the liver curves go on along their slope, up to 3 N: no larger force is published for liver, see `liver_spring`.
+template <RealScalar S>
+constexpr CurveGuard<S> liver_guard() noexcept {
+  return {.largest_force = S(3)};
+}
+
 namespace detail {
 
 /// A network with one hidden layer from rows as they are printed: input weights, output weight, hidden bias.
@@ -49,7 +55,7 @@ Network<S, In, Hidden, 1> network_from_rows(std::array<std::array<double, In + 2
 ///            a stated factor (`scaled`). Unchanged from 0 to 22.83 mm, continued along the tangents outside, never below 0
 ///            nor above `guard.largest_force`. Not zero at 0: 0.0041 N.
 template <RealScalar S>
-NetworkCurve<Network<S, 1, 5, 1>> liver_loading(CurveGuard<S> guard = {}) {
+NetworkCurve<Network<S, 1, 5, 1>> liver_loading(CurveGuard<S> guard = liver_guard<S>()) {
   return {detail::network_from_rows<S, 1, 5>({{{0.1959, 0.0656, -13.8628},
                                                {-0.8624, -0.3429, 18.5440},
                                                {-0.5384, -0.1393, 10.0367},
@@ -70,7 +76,7 @@ NetworkCurve<Network<S, 1, 5, 1>> liver_loading(CurveGuard<S> guard = {}) {
 ///            exceeds the continued loading: `CuttingForce` takes the smaller of the two when the tool comes
 ///            back.
 template <RealScalar S>
-NetworkCurve<Network<S, 2, 5, 1>> liver_hysteresis(CurveGuard<S> guard = {}) {
+NetworkCurve<Network<S, 2, 5, 1>> liver_hysteresis(CurveGuard<S> guard = liver_guard<S>()) {
   return {detail::network_from_rows<S, 2, 5>({{{0.1211, -8.8553, 1.4730, -3.3122},
                                                {0.3226, 0.4131, 17.1267, -9.3809},
                                                {-1.2783, -6.0967, -0.0032, 3.7464},
