@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "charts.hpp"
 
-#include <palpate/core/error.hpp>
 #include <palpate/vtk/plot.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -18,7 +18,6 @@ namespace {
 using palpate::MeasuredPhase;
 using palpate::Measurement;
 using palpate::PlotSeries;
-using palpate::detail::message;
 
 constexpr std::array all_phases{MeasuredPhase::indenting, MeasuredPhase::loading, MeasuredPhase::unloading};
 constexpr std::size_t colours = 7;   // of write_plot; the second seven series are dashed, the third seven are like the first
@@ -45,14 +44,21 @@ struct Group {
   std::vector<Measurement> measurements;
 };
 
+/// Three digits, as the legend has room for: "unloading, 12.3 mm/s".
+std::string label_of(MeasuredPhase phase, char const* about, double speed) {
+  char text[64];
+  double const shown = 1000 * speed;
+  std::snprintf(text, sizeof text, shown < 100 ? "%s, %s%.3g mm/s" : "%s, %s%.0f mm/s", to_string(phase), about, shown);
+  return text;
+}
+
 /// One group, or at most three of as many measurements each where the speeds are many.
 std::vector<Group> by_speed(MeasuredPhase phase, std::vector<Measurement> all, bool depends_on_speed) {
-  std::string const name = to_string(phase);
   std::sort(all.begin(), all.end(), [](auto const& a, auto const& b) { return a.speed < b.speed; });
-  if (!depends_on_speed) return {{name, all[all.size() / 2].speed, std::move(all)}};
+  if (!depends_on_speed) return {{to_string(phase), all[all.size() / 2].speed, std::move(all)}};
   std::vector<Group> groups;
   for (Measurement const& m : all) {
-    if (groups.empty() || groups.back().speed != m.speed) groups.push_back({message(name, ", ", 1000 * m.speed, " mm/s"), m.speed, {}});
+    if (groups.empty() || groups.back().speed != m.speed) groups.push_back({label_of(phase, "", m.speed), m.speed, {}});
     groups.back().measurements.push_back(m);
   }
   if (groups.size() <= 3) return groups;
@@ -61,7 +67,7 @@ std::vector<Group> by_speed(MeasuredPhase phase, std::vector<Measurement> all, b
     auto const at = [&](std::size_t k) { return all.begin() + static_cast<std::ptrdiff_t>(all.size() * k / 3); };
     auto const first = at(third), last = at(third + 1);
     double const middle = (first + (last - first) / 2)->speed;
-    groups.push_back({message(name, ", about ", std::round(1e4 * middle) / 10, " mm/s"), middle, {first, last}});
+    groups.push_back({label_of(phase, "~", middle), middle, {first, last}});
   }
   return groups;
 }
