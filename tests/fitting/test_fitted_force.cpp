@@ -62,6 +62,8 @@ TEST_CASE("every model makes a force, networks too") {
   CHECK(at({"needle", {{"a1", 100.0}, {"a2", 0.0}, {"cutting", 0.7}, {"dynamic", 0.0}, {"viscous", 0.0}}, {}, {}, ""}, CuttingPhase::moving) == Approx(0.7));
   FittedForce<double> loading(liver_loading<double>(), {0.0, 0.001}, "the thesis");
   CHECK(loading(touching(CuttingPhase::moving, 0.015)).z() == Approx(liver_loading<double>()(0.015)));
+  CHECK(loading(touching(CuttingPhase::indenting, 0.015)).z() == Approx(liver_loading<double>()(0.015)));   // no spring that nobody measured
+  CHECK(loading.depths().high == 0.02283);
   FittedForce<double> both(liver_hysteresis<double>(), {0.0, 0.001}, "the thesis");
   CHECK(both(touching(CuttingPhase::moving, 0.015)).z() == Approx(liver_hysteresis<double>()(0.015, Phase::loading)));
 }

@@ -29,7 +29,7 @@ struct FitOptions {
   double confidence = 0.95;      ///< of the intervals
   int folds = 5;                 ///< of the cross-validation; 0: none
   std::uint64_t seed = 0;        ///< of the way the measurements are divided for it
-  LeastSquaresOptions solver{};
+  LeastSquaresOptions solver{.iterations = 2000};
 };
 
 /// A fitted coefficient and the interval that holds the true one with the stated confidence, if the model is true and the errors are independent,

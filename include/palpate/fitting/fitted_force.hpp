@@ -44,6 +44,7 @@ ForcePreset force_preset(Fit<Model> const& fit, std::string source) {
 /// A force model that was fitted, chosen at run time: the whole force of `CuttingForce` around it, so that a `Simulator` takes it as it is.
 ///   Simulator simulator(device, body, cutter, FittedForce<double>(force_preset(fit(measurements, NeedleModel{}), "phantom, steel needle")));
 /// Faster along the normal than was measured, it takes the fastest speed measured and counts the tick: of more it knows nothing.
+/// A network is felt before the puncture too: what it was trained on had none. A contact law ends at the puncture.
 /// Units      force [N] on the hand, world frame.
 /// Errors     InvalidArgument for a model of no known name, coefficients that are not its own, and ranges that are not.
 /// Cost       As the model's, in double whatever the scalar; noexcept, no allocation: allowed in the servo tick.
@@ -55,14 +56,16 @@ class FittedForce {
   using LoadingCurve = NetworkCurve<Network<double, 1, 5, 1>>;
   using HysteresisNetworkCurve = NetworkCurve<Network<double, 2, 5, 1>>;
 
-  explicit FittedForce(ForcePreset const& preset) : speeds_(preset.speeds), source_(preset.source), force_(make(preset)) { check_ranges(preset.depths); }
+  explicit FittedForce(ForcePreset const& preset) : depths_(preset.depths), speeds_(preset.speeds), source_(preset.source), force_(make(preset)) {
+    check_ranges();
+  }
   FittedForce(LoadingCurve curve, MeasuredRange speeds, std::string source)
-      : speeds_(speeds), source_(std::move(source)), force_(CuttingForce(std::move(curve))) {
-    check_ranges({0.0, 1.0});
+      : depths_{curve.range().low, curve.range().high}, speeds_(speeds), source_(std::move(source)), force_(whole(std::move(curve))) {
+    check_ranges();
   }
   FittedForce(HysteresisNetworkCurve curve, MeasuredRange speeds, std::string source)
-      : speeds_(speeds), source_(std::move(source)), force_(CuttingForce(std::move(curve))) {
-    check_ranges({0.0, 1.0});
+      : depths_{curve.range().low, curve.range().high}, speeds_(speeds), source_(std::move(source)), force_(whole(std::move(curve))) {
+    check_ranges();
   }
 
   Vector3<S> operator()(ToolContact<S> const& contact) noexcept {
@@ -73,6 +76,7 @@ class FittedForce {
                              .velocity = contact.velocity.template cast<double>(),
                              .tissue_force = contact.tissue_force.template cast<double>(),
                              .seconds = double(contact.seconds)};
+    if (is_curve() && contact.phase == CuttingPhase::indenting) wide.phase = CuttingPhase::moving;
     double const outward = wide.velocity.dot(wide.normal);
     if (contact.phase != CuttingPhase::no_contact && std::abs(outward) > speeds_.high) {
       wide.velocity += (std::copysign(speeds_.high, outward) - outward) * wide.normal;
@@ -83,6 +87,7 @@ class FittedForce {
 
   /// In how many ticks the tool moved along the normal faster than was measured.
   std::uint64_t too_fast() const noexcept { return too_fast_; }
+  MeasuredRange const& depths() const noexcept { return depths_; }
   MeasuredRange const& speeds() const noexcept { return speeds_; }
   std::string const& source() const noexcept { return source_; }
 
@@ -93,14 +98,20 @@ class FittedForce {
 
  private:
   using Force = std::variant<CuttingForce<IndentationSpring<double>>, CuttingForce<PolynomialContact<double>>, CuttingForce<ExponentialContact<double>>,
-                             CuttingForce<HuntCrossleyContact<double>>, CuttingForce<NeedleForce<double>>, CuttingForce<LoadingCurve>,
-                             CuttingForce<HysteresisNetworkCurve>>;
+                             CuttingForce<HuntCrossleyContact<double>>, CuttingForce<NeedleForce<double>>,
+                             CuttingForce<LoadingCurve, IndentationSpring<double>>, CuttingForce<HysteresisNetworkCurve, IndentationSpring<double>>>;
 
-  void check_ranges(MeasuredRange const& depths) const {
+  template <class Curve>
+  static auto whole(Curve curve) {
+    return CuttingForce(std::move(curve), IndentationSpring<double>{.stiffness = 0.0});
+  }
+  bool is_curve() const noexcept { return force_.index() >= std::variant_size_v<Force> - 2; }
+
+  void check_ranges() const {
     if (!(speeds_.low >= 0.0 && speeds_.low <= speeds_.high) || !std::isfinite(speeds_.high))
       throw InvalidArgument(detail::message("FittedForce: the measured speeds are ", speeds_.low, " to ", speeds_.high, " m/s; give finite ones, the lower first"));
-    if (!(depths.low >= 0.0 && depths.low <= depths.high) || !std::isfinite(depths.high))
-      throw InvalidArgument(detail::message("FittedForce: the measured depths are ", depths.low, " to ", depths.high, " m; give finite ones, the lower first"));
+    if (!(depths_.low <= depths_.high) || !std::isfinite(depths_.high) || !std::isfinite(depths_.low))
+      throw InvalidArgument(detail::message("FittedForce: the measured depths are ", depths_.low, " to ", depths_.high, " m; give finite ones, the lower first"));
   }
 
   /// The coefficients in the model's order, when the preset is of this model.
@@ -136,7 +147,7 @@ class FittedForce {
     return *std::move(force);
   }
 
-  MeasuredRange speeds_;
+  MeasuredRange depths_, speeds_;
   std::string source_;
   Force force_;
   std::uint64_t too_fast_ = 0;

@@ -114,7 +114,7 @@ struct NetworkReader<BasicNetwork<Activation, S, Sizes...>> {
  private:
   static std::string wanted_sizes() {
     std::string text;
-    ((text += (text.empty() ? "" : "-") + std::to_string(Sizes)), ...);
+    ((text += text.empty() ? "" : "-", text += std::to_string(Sizes)), ...);
     return text;
   }
   static bool are(JsonValue const& sizes) {
