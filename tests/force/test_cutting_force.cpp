@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <palpate/core/random.hpp>
 #include <palpate/force/cutting_force.hpp>
+#include <palpate/force/exponential_contact.hpp>
+#include <palpate/force/hunt_crossley_contact.hpp>
 #include <palpate/force/liver.hpp>
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
+#include <palpate/force/polynomial_contact.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 
 #include "allocation_trap.hpp"
@@ -191,6 +194,38 @@ TEMPLATE_TEST_CASE("tremor, reloading and reversals within the loop: no step, an
     pass();
     REQUIRE(work >= -1e-6 * 0.9 * distance);   // the trapezium's error; 0.9 N is the largest force
   }
+}
+
+// Yardstick: the work of the hand over a whole contact, −Σ F·Δx: touch, puncture, and out again while the force at the puncture has not passed. And no
+// force is left at the surface.
+TEMPLATE_TEST_CASE("a tool that is pulled back at once after the puncture gets no more than it has put in", "", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const contact_work = [](auto force, S punctured, S speed) {
+    S depth = S(0), last = S(0);
+    double work = 0;
+    auto const go = [&](CuttingPhase phase, S to) {
+      S const way = to > depth ? speed * S(0.001) : -speed * S(0.001);
+      while (depth != to) {
+        S const next = std::abs(to - depth) < std::abs(way) ? to : depth + way;
+        S const now = force(ToolContact<S>{.phase = phase, .depth = next, .previous_depth = depth, .velocity = {S(0), S(0), -way * S(1000)}}).z();
+        work += double(last + now) / 2 * double(next - depth);
+        depth = next, last = now;
+      }
+    };
+    go(CuttingPhase::indenting, punctured);
+    go(CuttingPhase::moving, punctured + S(1e-5));
+    go(CuttingPhase::moving, S(0));
+    CHECK(std::abs(last) < S(1e-6));
+    return work;
+  };
+  for (S const punctured : {S(0.002), S(0.005), S(0.018)})
+    for (S const speed : {S(0.05), S(0.3), S(1)}) {
+      CAPTURE(punctured, speed);
+      CHECK(contact_work(CuttingForce(liver_hysteresis<S>()), punctured, speed) > -1e-5);
+      CHECK(contact_work(CuttingForce(liver_hysteresis<S>(), ExponentialContact<S>{.scale = S(0.001), .rate = S(1500), .largest_depth = S(0.004)}), punctured, speed) > -1e-5);
+      CHECK(contact_work(CuttingForce(PolynomialContact<S>{.cubic = S(1e6)}, CurveJoin<S>{.puncture_time = S(0.1)}), punctured, speed) > -1e-5);
+      CHECK(contact_work(CuttingForce(HuntCrossleyContact<S>{.stiffness = S(900), .damping = S(3)}), punctured, speed) > -1e-5);
+    }
 }
 
 // Yardstick: Σ ΔF·v Δt, the noise taken as the difference to the same force without it.

@@ -28,7 +28,7 @@ double growth(double mass, double damping, double rate, double wall) {
     for (int k = 0; k < ticks; ++k) {
       Vector const force(-wall * x.x(), 0, 0);
       plant.step(x, v, force);
-      largest = std::max(largest, std::abs(x.x()));
+      largest = std::isfinite(x.x()) ? std::max(largest, std::abs(x.x())) : std::numeric_limits<double>::infinity();
     }
     return largest;
   };
@@ -87,6 +87,12 @@ TEST_CASE("a sampled wall is stable below the closed form and unstable above it"
     CAPTURE(mass, damping, rate, limit);
     CHECK(growth(mass, damping, rate, 0.995 * limit) < 1.0);
     CHECK(growth(mass, damping, rate, 1.005 * limit) > 1.0);
+  }
+  for (double const y : {2.0, 3.0, 4.0, 5.0, 10.0, 50.0}) {   // much damping: the limit is another one
+    double const damping = y * 0.02 / 0.001, limit = stable_wall(0.02, damping, 0.001);
+    CAPTURE(y, limit);
+    CHECK(growth(0.02, damping, 1000.0, 0.98 * limit) < 1.0);
+    CHECK(growth(0.02, damping, 1000.0, 1.02 * limit) > 1.0);
   }
   // Colgate and Schenkel's bound, by hand.
   CHECK(passive_wall(0.5, 0.0, 0.001) == Approx(1000.0));

@@ -178,6 +178,30 @@ TEST_CASE("with a position of steps of 55 µm it does not switch between stick a
   CHECK(quick == 0);
 }
 
+// Yardstick: the residual and the lag are each no faster than the tip: |ΔF| ≤ K (2 + μ_s) |Δp| while it sticks; where it begins to slide the fall from the
+// static to the dynamic cone.
+TEST_CASE("in a valley of two planes, over an edge and in a corner, friction has no step") {
+  PlaneSet<double> valley = floor_at(0.0, Vector(0.6, 0, 0.8));
+  valley.add({Vector(-0.6, 0, 0.8), 0.0});
+  PlaneSet<double> corner = valley;
+  corner.add({Vector(0, 1, 0), 0.0});
+  Random random(Seed{9});
+  for (auto const& planes : {valley, corner})
+    for (int round = 0; round < 100; ++round) {
+      SurfaceProxy<double> proxy({.stiffness = stiffness, .static_friction = 0.8, .dynamic_friction = 0.8});
+      Vector tip(random.uniform(-0.02, 0.02), random.uniform(-0.01, 0.02), -0.01), last = proxy(planes, tip);
+      Vector way = Vector(random.normal(), random.normal(), 0.3 * random.normal()).normalized();
+      for (int k = 0; k < 20000; ++k) {
+        if (k % 2000 == 0) way = Vector(random.normal(), random.normal(), 0.3 * random.normal()).normalized();
+        tip += 2e-6 * way;
+        Vector const now = proxy(planes, tip);
+        if (!((now - last).norm() <= stiffness * (2 + 2 * 0.8) * 2e-6 + 1e-9) && proxy.touches())
+          FAIL("a step of " << (now - last).norm() << " N in round " << round << ", tick " << k);
+        last = now;
+      }
+    }
+}
+
 // Yardstick: a floor that moves by 10 mm under a tip that moves with it: the force is that of the floor at rest.
 TEST_CASE("moving tissue carries the proxy") {
   auto moving = with_friction(), resting = with_friction();

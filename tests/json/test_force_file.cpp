@@ -104,6 +104,7 @@ TEST_CASE("a malformed force file is refused with what, where and what to do") {
   CHECK(error_of(replaced(small_text, "\"source\"", "\"Source\"")).find("has a key \"Source\" that means nothing here") != std::string::npos);
   CHECK(error_of(replaced(small_text, "\"exponential\"", "\"network\"")) == "force.json: the document has no key \"network\"; add it");
   CHECK(error_of("[]").find("force.json: the document is []") == 0);
+  CHECK(error_of("{\"format\": " + std::string(200000, '[') + std::string(200000, ']') + "}").find("more than 16 levels") != std::string::npos);
 }
 
 // Every truncation and a few thousand changed bytes: a force, or FileError.

@@ -13,9 +13,10 @@ namespace palpate {
 /// `CuttingForce`; without it these defaults hold. s(t) = t² (3 − 2t), from 0 at t ≤ 0 to 1 at t ≥ 1.
 ///   at the surface     a curve counts s(d / fade_depth)
 ///   on a reversal      F = unloading + q (loading − unloading);  q ← clamp(q + Δd / reversal_depth, 0, 1) in every tick
-///   at the puncture    F = F_before + s(t / puncture_time) (F_after − F_before), t since the puncture
+///   at the puncture    F = F_p g(d) + s(t / puncture_time) (F_after − F_p g(d)), t since the puncture;  g(d) = min(1, d/d_p)ⁿ
 /// The share q is a stop operator on depth, so every closed way in depth takes energy from the hand or none: of two passes of one depth
-/// the one on the way back finds no larger share (\cite visintin1994), and unloading is never above loading.
+/// the one on the way back finds no larger share (\cite visintin1994), and unloading is never above loading. What is left of the force at the
+/// puncture, F_p at the depth d_p, falls with depth, n ≥ 1 such that all of it gives back no more than the tool has put in: F_p d_p/(n + 1) ≤ ∫F dd.
 /// Units      [m], [s]
 /// Invariant  All finite and not negative; checked by `validate`.
 template <RealScalar S>

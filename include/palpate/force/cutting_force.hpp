@@ -79,8 +79,8 @@ constexpr bool is_part() noexcept {
 ///
 ///   no contact    F = 0
 ///   indenting     F = contact law + Σ models
-///   moving        F = p F_p + (1 − p) (Σ fade(d) curve(d) n + Σ models) + Σ noise
-/// F_p is the last force while indenting; p falls from 1 to 0 after the puncture. A curve with hysteresis passes from loading to unloading, the
+///   moving        F = p F_p g(d) + (1 − p) (Σ fade(d) curve(d) n + Σ models) + Σ noise
+/// F_p is the last force while indenting; p falls from 1 to 0 after the puncture, g with the depth. A curve with hysteresis passes from loading to unloading, the
 /// smaller of the unloading and the loading curve, as the tool comes back, and to loading again as it goes deeper. Every curve fades to
 /// zero at depth 0 and is zero outside. `CurveJoin` states all three rules.
 ///
@@ -155,7 +155,7 @@ class CuttingForce {
     return force.allFinite() ? force : Vector(Vector::Zero());
   }
 
-  /// What the noise has given the hand since the start or reset() [J]: Σ ΔF·v Δt. It is no energy of the tissue, so whoever looks at
+  /// What the noise has given the hand since the start or reset() [J]: Σ ΔF·v Δt, v of the tick that the noise is drawn in. It is no energy of the tissue, so whoever looks at
   /// the passivity of the tissue takes it off; negative where the noise has taken.
   Scalar noise_energy() const noexcept { return noise_energy_; }
 
@@ -180,6 +180,7 @@ class CuttingForce {
 
   void forget_puncture() noexcept {
     puncture_force_.setZero();
+    puncture_depth_ = put_in_ = last_resistance_ = Scalar(0);
     since_puncture_ = join_.puncture_time;
   }
 
@@ -187,12 +188,25 @@ class CuttingForce {
   void join_at_puncture(Vector& force, ToolContact<Scalar> const& contact, bool moving) noexcept {
     if (!force.allFinite()) return;
     if (!moving) {
+      Scalar const resistance = force.dot(contact.normal), work = (resistance + last_resistance_) / 2 * (contact.depth - contact.previous_depth);
+      if (std::isfinite(work)) put_in_ += work;
+      last_resistance_ = resistance;
       puncture_force_ = force;
+      puncture_depth_ = contact.depth;
       since_puncture_ = Scalar(0);
     } else if (since_puncture_ < join_.puncture_time) {
-      if (contact.seconds > Scalar(0)) since_puncture_ += contact.seconds;   // false for a NaN
-      force += join_.puncture_share(since_puncture_) * (puncture_force_ - force);
+      since_puncture_ += contact.seconds > Scalar(0) ? contact.seconds : Scalar(0.001);   // false for a NaN
+      force += join_.puncture_share(since_puncture_) * (remaining(contact.depth) * puncture_force_ - force);
     }
+  }
+
+  /// The share of the force at the puncture that a depth leaves.
+  Scalar remaining(Scalar depth) const noexcept {
+    if (!(depth > Scalar(0)) || !(puncture_depth_ > Scalar(0))) return Scalar(0);
+    if (!(depth < puncture_depth_)) return Scalar(1);
+    Scalar const whole = puncture_force_.norm() * puncture_depth_;
+    Scalar const n = put_in_ > whole / Scalar(64) ? std::max(Scalar(1), whole / put_in_ - Scalar(1)) : Scalar(63);
+    return std::pow(depth / puncture_depth_, n);
   }
 
   /// Sum of the curves [N].
@@ -220,7 +234,10 @@ class CuttingForce {
   Join join_{};
   Vector puncture_force_ = Vector::Zero();   // N, the last one while indenting
   Scalar since_puncture_ = std::numeric_limits<Scalar>::max();   // s; from puncture_time on nothing is left of it
-  Scalar noise_energy_ = Scalar(0);    // J
+  Scalar puncture_depth_ = Scalar(0);    // m, where it was felt
+  Scalar put_in_ = Scalar(0);            // J, by the hand while indenting
+  Scalar last_resistance_ = Scalar(0);   // N, along the normal, one tick ago
+  Scalar noise_energy_ = Scalar(0);      // J
   Scalar loading_share_ = Scalar(1);   // 1 on the loading curve, 0 on the unloading curve
 };
 

@@ -118,23 +118,30 @@ class PlaneSet {
     }
   }
 
-  /// The point nearest to p on all of these planes; false where they do not push towards it, or have no point in common.
+  /// The point nearest to p on all of these planes; false where they do not push towards it, or have no point in common. In double: where planes are
+  /// nearly parallel, float has no digits left.
   bool solve(Vector3<S> const& p, std::array<int, 3> const& chosen, int size, PlaneProjection<S>& result) const noexcept {
-    Matrix<S, 3, 3> gram = Matrix<S, 3, 3>::Identity();
-    Vector3<S> lack = Vector3<S>::Zero();
-    for (int i = 0; i < size; ++i) {
-      ContactPlane<S> const& a = (*this)[chosen[static_cast<std::size_t>(i)]];
-      lack[i] = -a.distance(p);
-      for (int j = 0; j < i; ++j) gram(i, j) = gram(j, i) = a.normal.dot((*this)[chosen[static_cast<std::size_t>(j)]].normal);
+    std::array<Vector3<double>, 3> normal;
+    Matrix<double, 3, 3> gram = Matrix<double, 3, 3>::Identity();
+    Vector3<double> lack = Vector3<double>::Zero(), point = p.template cast<double>();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) {
+      ContactPlane<S> const& plane = (*this)[chosen[i]];
+      normal[i] = plane.normal.template cast<double>();
+      normal[i] /= normal[i].norm();
+      auto const row = static_cast<Eigen::Index>(i);
+      lack[row] = double(plane.offset) - normal[i].dot(point);
+      for (std::size_t k = 0; k < i; ++k) gram(row, static_cast<Eigen::Index>(k)) = gram(static_cast<Eigen::Index>(k), row) = normal[i].dot(normal[k]);
     }
-    if (size > 1 && !(gram.determinant() > S(1e-9))) return false;
-    Vector3<S> const lambda = size == 1 ? lack : Vector3<S>(gram.inverse() * lack);
-    for (int i = 0; i < size; ++i) {
-      if (lambda[i] < S(0)) return false;   // it would pull
-      result.active[static_cast<std::size_t>(i)] = chosen[static_cast<std::size_t>(i)];
-      result.multiplier[static_cast<std::size_t>(i)] = lambda[i];
-      result.point += lambda[i] * (*this)[chosen[static_cast<std::size_t>(i)]].normal;
+    if (size > 1 && !(gram.determinant() > 1e-9)) return false;
+    Vector3<double> const lambda = size == 1 ? lack : Vector3<double>(gram.inverse() * lack);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) {
+      double const push = lambda[static_cast<Eigen::Index>(i)];
+      if (push < 0.0) return false;   // it would pull
+      result.active[i] = chosen[i];
+      result.multiplier[i] = S(push);
+      point += push * normal[i];
     }
+    result.point = point.template cast<S>();
     result.count = size;
     return true;
   }

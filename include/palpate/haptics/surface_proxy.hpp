@@ -6,7 +6,6 @@
 #include <palpate/haptics/plane_set.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -21,13 +20,13 @@ struct SurfaceProxyOptions {
 };
 
 /// Where the tool would be if the tissue could not be entered, and the force that pulls the hand there: a god-object with a friction cone.
-///   x_f = the tip p projected on the planes,   d = |p − x_f|,   t = how far the proxy lies from x_f along the surface
+///   x_f = the tip p projected on the planes,   d = |p − x_f|,   t = how far the proxy, on the surface, lies from x_f
 ///   sticks   while |t| ≤ μ_s d: the proxy stays where it is on the surface
 ///   slides   |t| = μ_d d, behind the motion;   sticks again below h μ_d d
 ///   F = K (proxy − p), so |F_t| ≤ μ_s |F_n|
 /// Units      m, N; force on the hand, world frame.
 /// Source     \cite zilles1995; the cone \cite ruspini1997.
-/// Invariant  K > 0, 0 ≤ μ_d ≤ μ_s, 0 < h ≤ 1, all finite; checked at set-up. While it sticks on planes that rest the proxy does not move by a bit.
+/// Invariant  K > 0, 0 < μ_d ≤ μ_s or both 0, 0 < h ≤ 1, all finite; checked at set-up. While it sticks on planes that rest the proxy does not move by a bit.
 /// Cost       One projection, two with friction; noexcept, no allocation: allowed in the servo tick.
 /// Limits     A spring rendered from samples: it leaks K |Δx|²/2 a tick. Moving tissue carries the proxy by `carry`.
 template <RealScalar S>
@@ -42,6 +41,8 @@ class SurfaceProxy {
     require(options.stiffness > 0.0, ".stiffness", options.stiffness, " N/m", "give a finite number above zero");
     require(options.dynamic_friction >= 0.0, ".dynamic_friction", options.dynamic_friction, "", "give a finite number, zero or more");
     require(options.static_friction >= options.dynamic_friction, ".static_friction", options.static_friction, "", "give a finite number, not below .dynamic_friction");
+    require(options.dynamic_friction > 0.0 || !(options.static_friction > 0.0), ".dynamic_friction", options.dynamic_friction, "",
+            "give a number above zero where .static_friction is: without it the tool would never stick again");
     require(options.restick > 0.0 && options.restick <= 1.0, ".restick", options.restick, "", "give a share above 0, up to 1");
   }
 
@@ -74,29 +75,22 @@ class SurfaceProxy {
 
  private:
   void drag(PlaneSet<S> const& planes, PlaneProjection<S> const& free, S depth) noexcept {
-    Vector3<S> const lag = along(planes, free, position_ - free.point);
+    Vector3<S> const place = on_surface(planes, depth), lag = place - free.point;
     S const length = lag.norm(), sliding = S(options_.dynamic_friction) * depth;
     if (slides_ && length < S(options_.restick) * sliding) slides_ = false;
     if (length > (slides_ ? sliding : S(options_.static_friction) * depth)) slides_ = true;
-    Vector3<S> wanted = free.point + lag;
-    if (slides_ && length > sliding)
-      wanted = free.point + (sliding / length) * lag;
-    else if ((position_ - wanted).norm() <= S(16) * std::numeric_limits<S>::epsilon() * (position_.norm() + depth))
-      return;   // it sticks, and is on the surface already: not a bit of drift
-    position_ = planes.project(wanted).point;
+    position_ = slides_ && length > sliding ? Vector3<S>(free.point + (sliding / length) * lag) : place;   // between two points in front of all planes
   }
 
-  /// What of a vector lies in all planes that push: the rest is taken off one normal after the other, each made square to those before.
-  static Vector3<S> along(PlaneSet<S> const& planes, PlaneProjection<S> const& free, Vector3<S> v) noexcept {
-    std::array<Vector3<S>, 3> square{};
-    for (int k = 0; k < free.count; ++k) {
-      Vector3<S> n = planes[free.active[static_cast<std::size_t>(k)]].normal;
-      for (int j = 0; j < k; ++j) n -= n.dot(square[static_cast<std::size_t>(j)]) * square[static_cast<std::size_t>(j)];
-      n.normalize();
-      square[static_cast<std::size_t>(k)] = n;
-      v -= v.dot(n) * n;
-    }
-    return v;
+  /// Where the proxy is on the surface now: brought down to the nearest plane, if all have gone away under it, and up to those that came.
+  Vector3<S> on_surface(PlaneSet<S> const& planes, S depth) const noexcept {
+    int nearest = 0;
+    for (int k = 1; k < planes.count(); ++k)
+      if (planes[k].distance(position_) < planes[nearest].distance(position_)) nearest = k;
+    S const above = planes[nearest].distance(position_), rounding = S(16) * std::numeric_limits<S>::epsilon() * (position_.norm() + depth);
+    Vector3<S> const lowered = above > rounding ? Vector3<S>(position_ - above * planes[nearest].normal) : position_;
+    Vector3<S> const raised = planes.project(lowered).point;
+    return (raised - position_).norm() <= rounding ? position_ : raised;   // it sticks, and is on the surface already: not a bit of drift
   }
 
   SurfaceProxyOptions options_;

@@ -75,7 +75,9 @@ inline nlohmann::json parse_json(std::string const& text, std::string const& nam
   JsonTrail trail;
   auto const place = [&] { return trail.path().empty() ? std::string() : message(", near ", legible(trail.path())); };
   try {
-    return json::parse(text, [&](int, json::parse_event_t event, json& parsed) {
+    return json::parse(text, [&](int depth, json::parse_event_t event, json& parsed) {
+      constexpr int most = 16;
+      if (depth > most) throw FileError(message(name, place(), ": more than ", most, " levels, which no file of palpate has; give a file that palpate wrote"));
       if (auto const twice = trail.follow(event, parsed); !twice.empty())
         throw FileError(message(name, ": the key ", legible(twice), " is there twice; remove one of them"));
       return true;
