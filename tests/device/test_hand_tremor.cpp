@@ -79,6 +79,30 @@ TEST_CASE("a trembling device displaces what the hand does, speed included, and 
   CHECK(device.device().last_wrench().force == Vector3<double>(1, 2, 3));
 }
 
+TEST_CASE("a tick without a new sample moves nothing, whatever the device leaves in the state") {
+  struct Sleepy {   // every other read is stale, and writes its bare position again
+    int reads = 0;
+    Capabilities capabilities() const { return {.max_force = 1.0, .rate = 1000.0}; }
+    DeviceStatus read(DeviceState<double>& state) noexcept {
+      state.position = {0.1, 0.2, 0.3};
+      return reads++ % 2 == 0 ? DeviceStatus::ok : DeviceStatus::stale;
+    }
+    DeviceStatus write(Wrench<double> const&) noexcept { return DeviceStatus::ok; }
+  };
+  TremblingDevice device(Sleepy{}, HandTremor<double>({.amplitude = 1e-3, .seed = 2}));
+  DeviceState<double> state;
+  Vector3<double> last = Vector3<double>::Zero();
+  for (int k = 0; k < 100; ++k) {
+    DeviceStatus const status = device.read(state);
+    if (k > 0) {
+      CHECK((status == DeviceStatus::stale) == (k % 2 == 1));
+      CHECK((state.position == last) == (status == DeviceStatus::stale));
+    }
+    CHECK((state.position - Vector3<double>(0.1, 0.2, 0.3)).norm() < 0.01);
+    last = state.position;
+  }
+}
+
 TEST_CASE("malformed tremors are refused with a reason, and a tick allocates nothing") {
   using Tremor = HandTremor<double>;
   double const nan = std::numeric_limits<double>::quiet_NaN();

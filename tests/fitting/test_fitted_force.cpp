@@ -49,6 +49,23 @@ TEMPLATE_TEST_CASE("a fitted force is its model up to the speeds that were measu
   CHECK(force.too_fast() == 0);
 }
 
+// Yardstick: by hand: at 30 mm the law has what it has at 10 mm, the deepest measured; and a needle's tip keeps its way through a preset.
+TEST_CASE("deeper than measured a fitted force grows no more, and what a model fixes is in its preset") {
+  FittedForce<double> deep(ForcePreset{"polynomial", {{"k1", 0.0}, {"k2", 0.0}, {"k3", 1e6}}, {0.001, 0.01}, {0.0, 0.1}, ""});
+  CHECK(deep(touching(CuttingPhase::indenting, 0.03)).z() == Approx(1.0));
+  CHECK(deep.too_deep() == 1);
+  std::vector<Measurement> data;
+  for (int k = 1; k <= 20; ++k) {
+    data.push_back({0.001 * k, 0.01, MeasuredPhase::loading, 0.5 + 10 * 0.001 * k});
+    data.push_back({0.001 * k, 0.02, MeasuredPhase::unloading, -10 * 0.001 * k});
+  }
+  ForcePreset const preset = force_preset(fit(data, NeedleModel{.tip_depth = 0.005}), "made for this test");
+  CHECK(preset.source.find("not determined by the measurements: a1, a2") != std::string::npos);
+  FittedForce<double> needle(preset);
+  needle(touching(CuttingPhase::moving, 0.01));
+  CHECK(needle(touching(CuttingPhase::moving, 0.0075)).z() == Approx(0.25 - 10 * 0.0075).margin(0.02));   // half of the tip's force, the shaft pulls
+}
+
 TEST_CASE("every model makes a force, networks too") {
   auto const at = [](ForcePreset preset, CuttingPhase phase) {
     preset.depths = {0.0, 0.02}, preset.speeds = {0.0, 0.1};

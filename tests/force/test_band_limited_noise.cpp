@@ -108,7 +108,7 @@ TEST_CASE("the same seed gives the same band-limited noise, also after a reset")
 TEST_CASE("malformed options of noises are refused with a reason") {
   double const nan = std::numeric_limits<double>::quiet_NaN();
   using Band = BandLimitedNoise<double>;
-  CHECK_THROWS_WITH(Band({.bandwidth = 500.0}), "BandLimitedNoise: .bandwidth is 500 Hz; give a frequency above 0 and below half the rate, 500 Hz");
+  CHECK_THROWS_WITH(Band({.bandwidth = 500.0}), "BandLimitedNoise: .bandwidth is 500 Hz; give a frequency from 0.1 Hz on and below half the rate, 500 Hz");
   CHECK_THROWS_AS(Band({.bandwidth = nan}), InvalidArgument);
   CHECK_THROWS_AS(Band({.bandwidth = 0.0}), InvalidArgument);
   CHECK_THROWS_WITH(Band({.rate = 0.0}), "BandLimitedNoise: .rate is 0 Hz; give the rate of the servo, 1000 for most");

@@ -81,7 +81,7 @@ class HandTremor {
 /// A device whose hand trembles: what it reads is displaced, what it is written is not touched.
 ///   TremblingDevice device(ScriptedDevice<double>(path), HandTremor<double>({.amplitude = 1e-4, .seed = 3}));
 /// Cost       As the device's and the tremor's; noexcept, no allocation.
-/// Limits     The tremor does not give way to the force.
+/// Limits     The tremor does not give way to the force, and rests in ticks in which the device has no new sample.
 template <class Device, RealScalar S>
   requires HapticDevice<Device, S>
 class TremblingDevice {
@@ -90,9 +90,14 @@ class TremblingDevice {
 
   Capabilities capabilities() const { return device_.capabilities(); }
   DeviceStatus read(DeviceState<S>& state) noexcept {
-    DeviceStatus const status = device_.read(state);
-    if (status != DeviceStatus::ok) return status;   // a state that is not new trembles already
-    state.position += tremor_.step();
+    DeviceState<S> steady = state;
+    steady.position = position_, steady.velocity = velocity_;   // as the device left them, whatever it leaves
+    DeviceStatus const status = device_.read(steady);
+    if (!is_usable(status)) return status;
+    position_ = steady.position, velocity_ = steady.velocity;
+    if (status == DeviceStatus::ok) shift_ = tremor_.step();
+    state = steady;
+    state.position += shift_;
     state.velocity += tremor_.velocity();
     return status;
   }
@@ -109,6 +114,7 @@ class TremblingDevice {
  private:
   Device device_;
   HandTremor<S> tremor_;
+  Vector3<S> position_ = Vector3<S>::Zero(), velocity_ = Vector3<S>::Zero(), shift_ = Vector3<S>::Zero();   // of the steady hand; of the last tick
 };
 
 }  // namespace palpate

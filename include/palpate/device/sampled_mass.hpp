@@ -57,6 +57,8 @@ class SampledMass {
     step(1, 1) = -options_.damping / options_.mass;
     step(1, 2) = 1.0 / options_.mass;
     step /= options_.rate;
+    if (!step.allFinite())
+      throw InvalidArgument(detail::message("SampledMass: stiffness and damping over a mass of ", options_.mass, " kg are too large to compute; give a larger mass"));
     int squarings = 0;
     for (double size = step.cwiseAbs().maxCoeff(); size > 0.125; size /= 2.0) ++squarings;
     step /= std::ldexp(1.0, squarings);

@@ -33,7 +33,8 @@ struct FitOptions {
 };
 
 /// A fitted coefficient and the interval that holds the true one with the stated confidence, if the model is true and the errors are independent,
-/// of one size and normal. [low, high] is [−∞, ∞] where the measurements do not say what it is, and [value, value] at its bound.
+/// of one size and normal. [low, high] is [−∞, ∞] where the measurements do not say what it is or the search did
+/// not converge, and [value, value] at its bound.
 struct FittedCoefficient {
   std::string name, unit;
   double value = 0.0;
@@ -106,7 +107,8 @@ LeastSquares solve_fit(Model const& model, std::span<Measurement const> used, Le
   return minimise_least_squares(FitProblem<Model>{model, used}, Eigen::VectorXd(model.start(used)).cwiseMax(lower), lower, solver);
 }
 
-/// Root mean square of the errors on measurements that a fit of the others has not seen. Each measurement is left out once.
+/// Root mean square of the errors on measurements that a fit of the others has not seen. Each measurement is left out once. NaN where one of those
+/// fits does not converge.
 template <class Model>
 double cross_validate(Model const& model, std::span<Measurement const> used, FitOptions const& options) {
   std::vector<std::size_t> order(used.size());
@@ -118,7 +120,9 @@ double cross_validate(Model const& model, std::span<Measurement const> used, Fit
   for (std::size_t fold = 0; fold < folds; ++fold) {
     std::vector<Measurement> kept, left_out;
     for (std::size_t k = 0; k < order.size(); ++k) (k % folds == fold ? left_out : kept).push_back(used[order[k]]);
-    Eigen::VectorXd const p = solve_fit(model, kept, options.solver).parameters;
+    LeastSquares const solved = solve_fit(model, kept, options.solver);
+    if (!solved.converged) return std::numeric_limits<double>::quiet_NaN();
+    Eigen::VectorXd const& p = solved.parameters;
     for (Measurement const& m : left_out) sum += std::pow(model.force(p, m) - m.force, 2);
   }
   return std::sqrt(sum / static_cast<double>(used.size()));
@@ -144,6 +148,10 @@ Fit<Model> fit(std::span<Measurement const> measurements, Model const& model, Fi
   for (std::size_t k = 0; k < measurements.size(); ++k)
     for (double const value : {measurements[k].depth, measurements[k].speed, measurements[k].force})
       if (!std::isfinite(value)) throw InvalidArgument(detail::message("fit: measurement ", k, " holds ", value, "; give finite numbers"));
+  for (std::size_t k = 0; k < measurements.size(); ++k)
+    if (measurements[k].depth < 0.0 || measurements[k].speed < 0.0)
+      throw InvalidArgument(detail::message("fit: measurement ", k, " is at ", measurements[k].depth, " m and ", measurements[k].speed,
+                                            " m/s; give both zero or more, the phase says which way"));
 
   std::vector<Measurement> const used = model.takes(measurements);
   auto const parameters = model.parameters();
@@ -167,14 +175,14 @@ Fit<Model> fit(std::span<Measurement const> measurements, Model const& model, Fi
     spread += (m.force - mean) * (m.force - mean);
   }
   result.rms = std::sqrt(found.sum_of_squares / static_cast<double>(used.size()));
-  result.r_squared = spread > 0.0 ? 1.0 - found.sum_of_squares / spread : found.sum_of_squares > 0.0 ? -std::numeric_limits<double>::infinity() : 1.0;
+  result.r_squared = spread > 1e-24 * mean * mean * static_cast<double>(used.size()) ? 1.0 - found.sum_of_squares / spread : found.sum_of_squares > 0.0 ? -std::numeric_limits<double>::infinity() : 1.0;
 
   int const freedom = static_cast<int>(used.size()) - found.free_count();
   double const variance = found.sum_of_squares / freedom, t = student_quantile(options.confidence, freedom);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     auto const row = static_cast<Eigen::Index>(k);
     double const value = found.parameters[row];
-    double const half = found.determined[k] ? t * std::sqrt(variance * found.inverse_normal(row, row)) : std::numeric_limits<double>::infinity();
+    double const half = found.determined[k] && found.converged ? t * std::sqrt(variance * found.inverse_normal(row, row)) : std::numeric_limits<double>::infinity();
     result.coefficients.push_back({parameters[k].name, parameters[k].unit, value, value - half, value + half, found.at_bound[k], found.determined[k]});
   }
   if (options.folds > 0 && used.size() >= 2 * static_cast<std::size_t>(options.folds) && used.size() > 2 * parameters.size())

@@ -82,6 +82,8 @@ auto fit_network(char const* who, std::span<Measurement const> measurements, Net
   if (used.size() < static_cast<std::size_t>(Net::parameter_count))
     throw InvalidArgument(message(who, ": the network has ", Net::parameter_count, " weights and stands for ", used.size(), " of the ", measurements.size(),
                                   " measurements, those of loading", Net::inputs == 2 && !by_speed ? " and unloading" : "", "; give as many as it has weights, or more"));
+  if (static_cast<std::size_t>(options.folds) > used.size())
+    throw InvalidArgument(message(who, ": .folds is ", options.folds, " for ", used.size(), " measurements; give no more than there are"));
   auto [network, report] = train_on<Net, by_speed>(used, options);
   double largest = 0.0, mean = 0.0, squares = 0.0, spread = 0.0;
   for (Measurement const& m : used) largest = std::max(largest, m.force), mean += m.force / static_cast<double>(used.size());

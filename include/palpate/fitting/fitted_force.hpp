@@ -14,6 +14,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -37,13 +38,21 @@ struct ForcePreset {
 template <FittedModel Model>
 ForcePreset force_preset(Fit<Model> const& fit, std::string source) {
   ForcePreset preset{std::string(fit.model.name()), {}, fit.depths, fit.speeds, std::move(source)};
-  for (FittedCoefficient const& c : fit.coefficients) preset.coefficients.emplace_back(c.name, c.value);
+  std::string unknown;
+  for (FittedCoefficient const& c : fit.coefficients) {
+    preset.coefficients.emplace_back(c.name, c.value);
+    if (!c.determined) unknown += (unknown.empty() ? "" : ", ") + c.name;
+  }
+  if constexpr (requires { fit.model.tip_depth; }) preset.coefficients.emplace_back("tip_depth", fit.model.tip_depth);
+  if (!unknown.empty()) preset.source += " (not determined by the measurements: " + unknown + ")";
+  if (!fit.converged) preset.source += " (the fit did not converge)";
   return preset;
 }
 
 /// A force model that was fitted, chosen at run time: the whole force of `CuttingForce` around it, so that a `Simulator` takes it as it is.
 ///   Simulator simulator(device, body, cutter, FittedForce<double>(force_preset(fit(measurements, NeedleModel{}), "phantom, steel needle")));
-/// Faster along the normal than was measured, it takes the fastest speed measured and counts the tick: of more it knows nothing.
+/// Faster along the normal than was measured, it takes the fastest speed measured and counts the tick; deeper, it takes the deepest place measured, a
+/// network its own way on, and counts the tick too: of more it knows nothing.
 /// A network is felt before the puncture too: what it was trained on had none. A contact law ends at the puncture.
 /// Units      force [N] on the hand, world frame.
 /// Errors     InvalidArgument for a model of no known name, coefficients that are not its own, and ranges that are not.
@@ -77,6 +86,11 @@ class FittedForce {
                              .tissue_force = contact.tissue_force.template cast<double>(),
                              .seconds = double(contact.seconds)};
     if (is_curve() && contact.phase == CuttingPhase::indenting) wide.phase = CuttingPhase::moving;
+    if (contact.phase != CuttingPhase::no_contact && wide.depth > depths_.high) ++too_deep_;
+    if (!is_curve()) {
+      wide.depth = std::min(wide.depth, depths_.high);   // false for a NaN, which the force itself refuses
+      wide.previous_depth = std::min(wide.previous_depth, depths_.high);
+    }
     double const outward = wide.velocity.dot(wide.normal);
     if (contact.phase != CuttingPhase::no_contact && std::abs(outward) > speeds_.high) {
       wide.velocity += (std::copysign(speeds_.high, outward) - outward) * wide.normal;
@@ -87,12 +101,14 @@ class FittedForce {
 
   /// In how many ticks the tool moved along the normal faster than was measured.
   std::uint64_t too_fast() const noexcept { return too_fast_; }
+  /// In how many ticks the tool was deeper than was measured.
+  std::uint64_t too_deep() const noexcept { return too_deep_; }
   MeasuredRange const& depths() const noexcept { return depths_; }
   MeasuredRange const& speeds() const noexcept { return speeds_; }
   std::string const& source() const noexcept { return source_; }
 
   void reset() noexcept {
-    too_fast_ = 0;
+    too_fast_ = too_deep_ = 0;
     std::visit([](auto& force) { force.reset(); }, force_);
   }
 
@@ -132,8 +148,13 @@ class FittedForce {
         }
       if (!found) refuse("has no coefficient \"", parameters[k].name, "\"; give it in ", parameters[k].unit.empty() ? "a pure number" : parameters[k].unit);
     }
-    if (preset.coefficients.size() != parameters.size()) refuse("has ", parameters.size(), " coefficients, given are ", preset.coefficients.size());
-    return Force(CuttingForce(model.law(p, preset.depths)));
+    Model adjusted = model;
+    std::size_t known = parameters.size();
+    if constexpr (requires { adjusted.tip_depth; })
+      for (auto const& [name, value] : preset.coefficients)
+        if (name == "tip_depth") adjusted.tip_depth = value, ++known;
+    if (preset.coefficients.size() != known) refuse("has ", parameters.size(), " coefficients, given are ", preset.coefficients.size());
+    return Force(CuttingForce(adjusted.law(p, preset.depths)));
   }
 
   static Force make(ForcePreset const& preset) {
@@ -150,7 +171,7 @@ class FittedForce {
   MeasuredRange depths_, speeds_;
   std::string source_;
   Force force_;
-  std::uint64_t too_fast_ = 0;
+  std::uint64_t too_fast_ = 0, too_deep_ = 0;
 };
 
 static_assert(ForceModel<FittedForce<double>, double> && ForceModel<FittedForce<float>, float>);

@@ -27,7 +27,7 @@ struct BandLimitedNoiseOptions {
 /// From about 1.8 bandwidths on its density is below a tenth, from 3.2 on below a hundredth of that at low frequencies.
 /// Units      Hz; snr in dB of power ratio; force [N].
 /// Source     \cite oppenheim2010 ch. 7, bilinear transform. The filter begins in its stationary state, drawn from the seed: no start-up.
-/// Invariant  As for `WhiteGaussianNoise`; 0 < bandwidth < rate/2, checked at set-up.
+/// Invariant  As for `WhiteGaussianNoise`; rate/10,000 ≤ bandwidth < rate/2, checked at set-up.
 /// Cost       About 15 ns; noexcept, no allocation: allowed in the servo tick.
 /// Limits     It counts ticks, not time: draw once a tick, at the stated rate.
 template <RealScalar S>
@@ -39,9 +39,9 @@ class BandLimitedNoise {
       : options_(options), level_("BandLimitedNoise", {options.snr_db, options.seed, options.reference}) {
     if (!(options.rate > 0.0) || !std::isfinite(options.rate))
       throw InvalidArgument(detail::message("BandLimitedNoise: .rate is ", options.rate, " Hz; give the rate of the servo, 1000 for most"));
-    if (!(options.bandwidth > 0.0) || !(options.bandwidth < options.rate / 2.0))
-      throw InvalidArgument(detail::message("BandLimitedNoise: .bandwidth is ", options.bandwidth, " Hz; give a frequency above 0 and below half the rate, ",
-                                            options.rate / 2.0, " Hz"));
+    if (!(options.bandwidth >= 1e-4 * options.rate) || !(options.bandwidth < options.rate / 2.0))   // lower, the filter's numbers cancel
+      throw InvalidArgument(detail::message("BandLimitedNoise: .bandwidth is ", options.bandwidth, " Hz; give a frequency from ", 1e-4 * options.rate,
+                                            " Hz on and below half the rate, ", options.rate / 2.0, " Hz"));
     design();
     reset();
   }

@@ -20,7 +20,7 @@ struct KarnoppFrictionOptions {
 
 /// Friction along a shaft in its channel, with stick and slip, for each metre that is in the tissue.
 ///   slides   |F| = (C + b |ḋ|) d          for |ḋ| ≥ 2 v₀
-///   sticks   |F| ≤ D d, as much as holds it, for |ḋ| ≤ v₀;  between the two speeds the limit passes linearly from one to the other
+///   sticks   |F| ≤ max(D, C + b |ḋ|) d, as much as holds it, for |ḋ| ≤ v₀;  between the two speeds the limit passes linearly from one to the other
 ///   F = k (d − a) n;  the anchor a follows so that |F| is never above the limit
 /// The model it follows balances the hand's force while it sticks; a servo loop does not know that force, so a spring holds the shaft to the
 /// place where it sticks.

@@ -30,16 +30,15 @@ void require_wall_normal(char const* who, Vector3<S> const& normal) {
 /// Invariant  Never gives energy: F·v ≤ 0. β ≥ 0, max_damping > 0, wall normal not zero; checked by
 ///            `validate`, which `CuttingForce` calls.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Set `.max_damping` to what the device holds, about mass / (4 · servo period): 11 N·s/m for a 45
-///            g stylus at 1 kHz. Without it a large β makes the hand vibrate. For a force that does not
-///            depend on speed see `OrganFriction`.
+/// Limits     `.max_damping` is what the device holds, about mass / (4 · servo period): by default that of a 45 g stylus at 1 kHz. Without it a
+///            large β makes the hand vibrate. For a force that does not depend on speed see `OrganFriction`.
 template <RealScalar S>
 struct OrganForce {
   using Scalar = S;
 
   S coefficient = S(0);                                  ///< β
   Vector3<S> wall_normal = Vector3<S>::UnitX();          ///< n_v, of any length
-  S max_damping = std::numeric_limits<S>::infinity();    ///< upper limit of β |d|
+  S max_damping = S(11);                                 ///< upper limit of β |d|; infinite: none
 
   void validate() const {
     if (!std::isfinite(coefficient) || coefficient < S(0))

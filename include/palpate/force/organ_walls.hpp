@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -38,7 +37,7 @@ class OrganWalls {
  public:
   using Scalar = S;
 
-  explicit OrganWalls(std::vector<OrganWall<S>> const& walls, S max_damping = std::numeric_limits<S>::infinity()) : max_damping_(max_damping) {
+  explicit OrganWalls(std::vector<OrganWall<S>> const& walls, S max_damping = S(11)) : max_damping_(max_damping) {
     for (std::size_t k = 0; k < walls.size(); ++k) {
       OrganForce<S>{.coefficient = walls[k].coefficient, .wall_normal = walls[k].wall_normal, .max_damping = max_damping}.validate();
       Vector3<S> const n = walls[k].wall_normal.normalized();

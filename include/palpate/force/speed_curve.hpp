@@ -25,12 +25,13 @@ struct SpeedRange {
 /// A trained network of depth and speed as a force: (depth [m], speed [m/s]) → [N], after the puncture, along the normal.
 ///   F = s(d/fade_depth) F(d, v) n,   v = |v·n| clamped to the speeds it was trained on
 /// Inside the depths it was trained on F is the network, not below 0; outside it goes on along the slope at the nearer end, clamped to
-/// 0 … guard.largest_force. s is `CurveJoin`'s smooth step.
+/// 0 … guard.largest_force, or the force at that end where it is larger. s is `CurveJoin`'s smooth step.
 /// Source     \cite zheng2006 ch. 6.6: networks of depth and speed for needles in a heart. Their weights are not published.
 /// Invariant  Both ranges finite, low < high for depths, 0 ≤ low ≤ high for speeds, forces at the ends of the range finite; checked at set-up.
 /// Cost       One evaluation of the network, with its derivative outside the range; noexcept, no allocation: allowed in the servo tick.
 /// Limits     It does not know whether the tool comes back: the same force at the same speed both ways, so it takes no energy on a closed way
-///            at one speed. Make it a part of `CuttingForce` beside friction.
+///            at one speed, and gives energy to a hand that goes in where its force is small and out where it is large. A slow needle forced
+///            harder than a fast one is such a case: give it to a hand only beside friction that is larger than the difference.
 template <class Net>
 class SpeedCurve {
   static_assert(Net::outputs == 1 && Net::inputs == 2,
@@ -60,7 +61,7 @@ class SpeedCurve {
     Scalar const force = network_(e, v);
     if (e == depth) return std::max(force, Scalar(0));
     Scalar const slope = network_.input_gradient({e, v}, {Scalar(1)})[0];
-    return std::clamp(force + slope * (depth - e), Scalar(0), std::max(guard_.largest_force, force));
+    return std::clamp(force + slope * (depth - e), Scalar(0), std::max(guard_.largest_force, std::max(force, Scalar(0))));
   }
 
   Vector3<Scalar> operator()(ToolContact<Scalar> const& contact) const noexcept {

@@ -9,6 +9,7 @@
 #include <palpate/training/session.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -34,6 +35,14 @@ inline std::vector<std::string> replay_obstacles(Session const& session, Configu
     if (session.configuration.find(key) == nullptr) add(key, " was not set, now it is ", value);
   if (session.hand.empty() && session.device.reports_velocity)
     add("its device reported velocities, and they were not kept; record it with RecordedDevice");
+  else if (session.hand.empty())
+    add("the hand's samples were not kept, so it is not known whether a read failed; record it with RecordedDevice");
+  auto const& ticks = session.recording.ticks();
+  for (std::size_t k = 0; k < ticks.size(); ++k)
+    if (double const time = static_cast<double>(k) / session.device.rate; !(std::abs(ticks[k].time - ticks[0].time - time) <= 1e-3 / session.device.rate)) {
+      add("tick ", k, " is at ", ticks[k].time - ticks[0].time, " s after the first, a run in lock-step has it at ", time, " s: it ran in real time, or ticks are missing");
+      break;
+    }
   return obstacles;
 }
 

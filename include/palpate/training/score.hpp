@@ -72,6 +72,7 @@ struct Score {
 
 /// The score of a comparison.
 ///   points = 100 · 2^(−error / half), total = 100 − Σ weight · (100 − points) / Σ weight; an error below zero (smoother, faster) counts as zero
+/// A trainee who never touched what the expert touched has no points.
 /// Invariant  a session and itself: 100 in all. No part and not the total grows when an error does.
 /// Errors     `InvalidArgument` for a weight below zero, a half that is not positive, or no weight at all.
 inline Score score(Comparison const& comparison, ScoreOptions const& options = {}) {
@@ -84,6 +85,7 @@ inline Score score(Comparison const& comparison, ScoreOptions const& options = {
                                                                       {options.overshoot, comparison.overshoot},
                                                                       {options.contacts, static_cast<double>(comparison.unintended_contacts)}}};
   Score result;
+  bool const did_nothing = comparison.expert.contacts > 0 && comparison.trainee.contacts == 0;   // smooth, quick and never too deep
   double weights = 0.0;
   for (std::size_t k = 0; k < score_parts; ++k) {
     auto const part = static_cast<ScorePart>(k);
@@ -93,7 +95,7 @@ inline Score score(Comparison const& comparison, ScoreOptions const& options = {
     if (!(scale.half > 0.0) || !std::isfinite(scale.half))
       throw InvalidArgument(
           detail::message("score: .half of ", to_string(part), " is ", scale.half, "; give the error that costs half of the points"));
-    result.lines[k] = {part, error, 100.0 * std::exp2(-std::max(0.0, error) / scale.half), scale.weight};
+    result.lines[k] = {part, error, did_nothing ? 0.0 : 100.0 * std::exp2(-std::max(0.0, error) / scale.half), scale.weight};
     weights += scale.weight;
   }
   if (!(weights > 0.0)) throw InvalidArgument("score: all weights are 0; give one part a weight");

@@ -82,7 +82,12 @@ Session make_session(Recording recording, Device const& device, Configuration co
   Session session{.seed = seed, .configuration = std::move(configuration), .device = device.capabilities()};
   session.events = phase_events(recording);
   if constexpr (requires { device.samples(); })
-    if (device.samples().size() == recording.ticks().size()) session.hand = device.samples();
+  {
+    if (device.samples().size() != recording.ticks().size())
+      throw InvalidArgument(detail::message("make_session: the device kept ", device.samples().size(), " samples of the hand for ", recording.ticks().size(),
+                                            " ticks; give RecordedDevice room for all of them, and record one run"));
+    session.hand = device.samples();
+  }
   session.recording = std::move(recording);
   return session;
 }

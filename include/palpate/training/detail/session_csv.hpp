@@ -76,6 +76,12 @@ class SessionHead {
   }
 
   bool is_session() const noexcept { return is_session_; }
+  /// What the head does not say and has to, or "".
+  std::string_view missing() const noexcept {
+    for (std::size_t k = 0; k < once_.size(); ++k)
+      if (!seen_[k]) return once_[k];
+    return {};
+  }
   std::optional<std::uint64_t> ticks() const noexcept { return ticks_; }
   /// With the head's part filled in; the recording is still empty.
   Session& session() noexcept { return session_; }
@@ -84,6 +90,11 @@ class SessionHead {
   void take(std::string_view content) {
     std::string_view const rest = content;
     std::string_view const word = next(content);
+    for (std::size_t k = 0; k < once_.size(); ++k)
+      if (word == once_[k]) {
+        if (seen_[k]) fail(message("there is a second line \"", word, "\"; remove one"));
+        seen_[k] = true;
+      }
     if (word == "version" && is_word(content)) {
       session_.version = content;
     } else if (word == "note") {   // for people
@@ -135,8 +146,10 @@ class SessionHead {
   [[noreturn]] void fail_device() const { fail("a device is, for example, \"device 3.3 N 1000 Hz, reports velocity\""); }
   [[noreturn]] void fail(std::string_view what) const { throw FileError(message(path_.string(), ", line ", line_, ": ", what)); }
 
+  static constexpr std::array<std::string_view, 4> once_ = {"version", "seed", "device", "ticks"};
   std::filesystem::path path_;
   Session session_;
+  std::array<bool, 4> seen_{};
   std::optional<std::uint64_t> ticks_;
   int line_ = 0;
   bool is_session_ = false;
@@ -192,7 +205,7 @@ inline Session session_from_csv(std::filesystem::path const& path) {
   }
   if (!table.ends_with_line()) table.fail_here("the last line does not end; the file is cut short: write it again");
   if (head.is_session()) {
-    if (!head.ticks()) table.fail("the line \"# ticks\" is missing; write the file again");
+    if (!head.missing().empty()) table.fail(message("the line \"# ", head.missing(), "\" is missing; write the file again"));
     if (*head.ticks() != session.recording.ticks().size())
       table.fail(message("there are ", session.recording.ticks().size(), " ticks where the head says ", *head.ticks(),
                          "; the file is cut short: write it again"));
