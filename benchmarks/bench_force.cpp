@@ -3,6 +3,7 @@
 //   bench_force --benchmark_repetitions=20 --benchmark_report_aggregates_only=true    prints medians
 // The peer of each evaluation is the same formula in plain loops, in the same run.
 #include <palpate/core/random.hpp>
+#include <palpate/device/hand_tremor.hpp>
 #include <palpate/fitting/fitted_force.hpp>
 #include <palpate/force/band_limited_noise.hpp>
 #include <palpate/force/blade.hpp>
@@ -84,10 +85,9 @@ void network_2_5_1_plain_loops(benchmark::State& state) {
 BENCHMARK(network_2_5_1_plain_loops<float>);
 BENCHMARK(network_2_5_1_plain_loops<double>);
 
-/// A whole tick of golden program 04's force: spring, hysteresis, organ, noise.
-template <RealScalar S>
-void cutting_force_tick(benchmark::State& state) {
-  CuttingForce force(liver_hysteresis<S>(), OrganForce<S>{.coefficient = S(2)}, WhiteGaussianNoise<S>({.snr_db = 30.0, .seed = 7}));
+/// Ticks of a stroke.
+template <RealScalar S, class Force>
+void ticks(benchmark::State& state, Force& force) {
   auto const input = depths<S>();
   ToolContact<S> contact{.phase = CuttingPhase::moving, .velocity = {S(0.02), S(0), S(-0.01)}};
   std::size_t i = 0;
@@ -96,6 +96,13 @@ void cutting_force_tick(benchmark::State& state) {
     contact.depth = input[i++ % 1024];
     benchmark::DoNotOptimize(force(contact));
   }
+}
+
+/// A whole tick of golden program 04's force: spring, hysteresis, organ, noise.
+template <RealScalar S>
+void cutting_force_tick(benchmark::State& state) {
+  CuttingForce force(liver_hysteresis<S>(), OrganForce<S>{.coefficient = S(2)}, WhiteGaussianNoise<S>({.snr_db = 30.0, .seed = 7}));
+  ticks<S>(state, force);
 }
 BENCHMARK(cutting_force_tick<float>);
 BENCHMARK(cutting_force_tick<double>);
@@ -107,14 +114,7 @@ void every_part_tick(benchmark::State& state) {
                      OrganWalls<S>({{S(2), {S(1), S(0), S(0)}}, {S(3), {S(0), S(1), S(0)}}}), OrganFriction<S>{},
                      NeedleForce<S>({.cutting = 0.9, .friction = {.dynamic = 10.0, .viscous = 100.0, .holding = 15.0}}),
                      BandLimitedNoise<S>({.snr_db = 30.0, .seed = 7}), WhiteGaussianNoise<S>({.snr_db = 40.0, .seed = 8}));
-  auto const input = depths<S>();
-  ToolContact<S> contact{.phase = CuttingPhase::moving, .velocity = {S(0.02), S(0), S(-0.01)}};
-  std::size_t i = 0;
-  for (auto _ : state) {
-    contact.previous_depth = contact.depth;
-    contact.depth = input[i++ % 1024];
-    benchmark::DoNotOptimize(force(contact));
-  }
+  ticks<S>(state, force);
 }
 BENCHMARK(every_part_tick<float>);
 BENCHMARK(every_part_tick<double>);
@@ -122,16 +122,23 @@ BENCHMARK(every_part_tick<double>);
 /// The tick of a force that was chosen at run time.
 void fitted_force_tick(benchmark::State& state) {
   FittedForce<double> force({"needle", {{"a1", 100.0}, {"a2", 0.0}, {"cutting", 0.9}, {"dynamic", 10.0}, {"viscous", 100.0}}, {0.0, 0.03}, {0.0, 0.1}, ""});
-  auto const input = depths<double>();
-  ToolContact<double> contact{.phase = CuttingPhase::moving, .velocity = {0.02, 0.0, -0.01}};
-  std::size_t i = 0;
-  for (auto _ : state) {
-    contact.previous_depth = contact.depth;
-    contact.depth = input[i++ % 1024];
-    benchmark::DoNotOptimize(force(contact));
-  }
+  ticks<double>(state, force);
 }
 BENCHMARK(fitted_force_tick);
+
+template <class Noise>
+void noise_tick(benchmark::State& state) {
+  Noise noise;
+  for (auto _ : state) benchmark::DoNotOptimize(noise.draw({0.0, 0.0, 1.0}));
+}
+BENCHMARK(noise_tick<WhiteGaussianNoise<double>>);
+BENCHMARK(noise_tick<BandLimitedNoise<double>>);
+
+void tremor_tick(benchmark::State& state) {
+  HandTremor<double> tremor;
+  for (auto _ : state) benchmark::DoNotOptimize(tremor.step());
+}
+BENCHMARK(tremor_tick);
 
 void normal_number(benchmark::State& state) {
   Random random(Seed{1});

@@ -105,7 +105,7 @@ int train(std::filesystem::path const& folder) {
   Run const novice = run("novice", Hand(slower, flaws), slower.duration());
 
   GuidanceOptions const options{.stiffness = 1500.0, .damping = 6.0, .dead_band = 0.0005, .fade = 0.0005, .max_force = 2.0, .arm_time = 0.3};
-  if (options.stiffness > stiffest_guidance(Hand::damping, 1000.0, options.damping)) throw Error("this guidance would not be passive for this hand");
+  if (options.stiffness > passive_wall(Hand::damping, options.damping, 0.001)) throw Error("this guidance would not be passive for this hand");
   PathGuidance<double> const guide(GuidePath<double>(expert.session.recording), options);
   Run const guided = run("guided", Hand(slower, flaws), Overlaid(tissue_force(), guide), slower.duration(),
                          [](auto& simulator) -> Vector { return simulator.force().over().force(); });

@@ -6,6 +6,7 @@
 #include <palpate/json/force_file.hpp>
 
 #include "catch.hpp"
+#include "replaced.hpp"
 #include "scratch_folder.hpp"
 
 #include <cmath>
@@ -43,12 +44,6 @@ std::string error_of(std::string const& text) {
     return error.what();
   }
   return "";
-}
-
-std::string replaced(std::string text, std::string const& what, std::string const& by) {
-  auto const at = text.find(what);
-  REQUIRE(at != std::string::npos);
-  return text.replace(at, what.size(), by);
 }
 
 ToolContact<double> touching(CuttingPhase phase, double depth) { return {.phase = phase, .depth = depth, .previous_depth = depth}; }

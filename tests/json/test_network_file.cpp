@@ -4,6 +4,7 @@
 #include <palpate/json/network_file.hpp>
 
 #include "catch.hpp"
+#include "replaced.hpp"
 #include "scratch_folder.hpp"
 
 #include <algorithm>
@@ -87,12 +88,6 @@ std::string error_of(std::string const& text) {
     return error.what();
   }
   return "";
-}
-
-std::string replaced(std::string text, std::string const& what, std::string const& by) {
-  auto const at = text.find(what);
-  REQUIRE(at != std::string::npos);
-  return text.replace(at, what.size(), by);
 }
 
 }  // namespace

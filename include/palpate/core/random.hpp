@@ -6,8 +6,11 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <utility>
 
 namespace palpate {
 
@@ -49,7 +52,7 @@ class SplitMix64 {
 /// Limits     Not for cryptography. A normal number is never larger than 9.3 in magnitude. One object serves
 ///            one thread.
 ///
-/// Also a standard uniform random bit generator, so `std::shuffle(first, last, random)` works.
+/// Also a standard uniform random bit generator; `std::shuffle` takes it, and gives another order with another standard library: see `shuffle`.
 class Random {
  public:
   using result_type = std::uint64_t;
@@ -139,5 +142,11 @@ class Random {
   double spare_ = 0.0;
   bool has_spare_ = false;
 };
+
+/// Puts values into a random order, the same one with every standard library.
+template <class T>
+constexpr void shuffle(std::span<T> values, Random& random) noexcept {
+  for (std::size_t left = values.size(); left > 1; --left) std::swap(values[left - 1], values[static_cast<std::size_t>(random.below(left))]);
+}
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/random.hpp>
 #include <palpate/fitting/contact_models.hpp>
+#include <palpate/fitting/detail/goodness.hpp>
 #include <palpate/fitting/least_squares.hpp>
 #include <palpate/fitting/measurements.hpp>
 #include <palpate/fitting/student_quantile.hpp>
@@ -55,8 +56,8 @@ struct Fit {
   std::vector<FittedCoefficient> coefficients{};
   std::vector<Measurement> used{};
   std::vector<double> residuals{};
-  double rms = 0.0;                               ///< N, √(Σ r²/n)
-  double r_squared = 0.0;                         ///< 1 − Σ r²/Σ (F − mean F)²; −∞ where all forces are equal and the model misses them
+  double rms = 0.0;                               ///< N
+  double r_squared = 0.0;                         ///< see detail::Goodness
   double cross_validated_rms = std::numeric_limits<double>::quiet_NaN();   ///< N, on measurements that were left out; NaN without
   MeasuredRange depths{}, speeds{};               ///< of the measurements used
   bool converged = true;
@@ -107,25 +108,15 @@ LeastSquares solve_fit(Model const& model, std::span<Measurement const> used, Le
   return minimise_least_squares(FitProblem<Model>{model, used}, Eigen::VectorXd(model.start(used)).cwiseMax(lower), lower, solver);
 }
 
-/// Root mean square of the errors on measurements that a fit of the others has not seen. Each measurement is left out once. NaN where one of those
-/// fits does not converge.
+/// NaN where a fit of the others does not converge.
 template <class Model>
 double cross_validate(Model const& model, std::span<Measurement const> used, FitOptions const& options) {
-  std::vector<std::size_t> order(used.size());
-  for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
-  Random random(Seed{options.seed});
-  for (std::size_t left = order.size(); left > 1; --left) std::swap(order[left - 1], order[static_cast<std::size_t>(random.below(left))]);
-  double sum = 0.0;
-  auto const folds = static_cast<std::size_t>(options.folds);
-  for (std::size_t fold = 0; fold < folds; ++fold) {
-    std::vector<Measurement> kept, left_out;
-    for (std::size_t k = 0; k < order.size(); ++k) (k % folds == fold ? left_out : kept).push_back(used[order[k]]);
-    LeastSquares const solved = solve_fit(model, kept, options.solver);
-    if (!solved.converged) return std::numeric_limits<double>::quiet_NaN();
-    Eigen::VectorXd const& p = solved.parameters;
-    for (Measurement const& m : left_out) sum += std::pow(model.force(p, m) - m.force, 2);
-  }
-  return std::sqrt(sum / static_cast<double>(used.size()));
+  return leave_out(used, options.folds, Seed{options.seed}, [&](std::span<Measurement const> kept) {
+    LeastSquares solved = solve_fit(model, kept, options.solver);
+    return [&model, solved = std::move(solved)](Measurement const& m) {
+      return solved.converged ? model.force(solved.parameters, m) - m.force : std::numeric_limits<double>::quiet_NaN();
+    };
+  });
 }
 
 }  // namespace detail
@@ -168,14 +159,9 @@ Fit<Model> fit(std::span<Measurement const> measurements, Model const& model, Fi
   result.converged = found.converged;
   result.confidence = options.confidence;
 
-  double mean = 0.0, spread = 0.0;
-  for (Measurement const& m : used) mean += m.force / static_cast<double>(used.size());
-  for (Measurement const& m : used) {
-    result.residuals.push_back(m.force - model.force(found.parameters, m));
-    spread += (m.force - mean) * (m.force - mean);
-  }
-  result.rms = std::sqrt(found.sum_of_squares / static_cast<double>(used.size()));
-  result.r_squared = spread > 1e-24 * mean * mean * static_cast<double>(used.size()) ? 1.0 - found.sum_of_squares / spread : found.sum_of_squares > 0.0 ? -std::numeric_limits<double>::infinity() : 1.0;
+  for (Measurement const& m : used) result.residuals.push_back(m.force - model.force(found.parameters, m));
+  detail::Goodness const goodness = detail::goodness(used, result.residuals);
+  result.rms = goodness.rms, result.r_squared = goodness.r_squared;
 
   int const freedom = static_cast<int>(used.size()) - found.free_count();
   double const variance = found.sum_of_squares / freedom, t = student_quantile(options.confidence, freedom);

@@ -2,8 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
-#include <palpate/core/random.hpp>
-#include <palpate/fitting/fit.hpp>
+#include <palpate/fitting/detail/goodness.hpp>
 #include <palpate/fitting/measurements.hpp>
 #include <palpate/force/curve.hpp>
 #include <palpate/force/network_training.hpp>
@@ -85,31 +84,21 @@ auto fit_network(char const* who, std::span<Measurement const> measurements, Net
   if (static_cast<std::size_t>(options.folds) > used.size())
     throw InvalidArgument(message(who, ": .folds is ", options.folds, " for ", used.size(), " measurements; give no more than there are"));
   auto [network, report] = train_on<Net, by_speed>(used, options);
-  double largest = 0.0, mean = 0.0, squares = 0.0, spread = 0.0;
-  for (Measurement const& m : used) largest = std::max(largest, m.force), mean += m.force / static_cast<double>(used.size());
-  MeasuredRange const depths = depths_of(used), speeds = speeds_of(used);
+  double largest = 0.0;
   std::vector<double> residuals;
   for (Measurement const& m : used) {
+    largest = std::max(largest, m.force);
     residuals.push_back(m.force - network(network_input<Net, by_speed>(m))[0]);
-    squares += residuals.back() * residuals.back();
-    spread += (m.force - mean) * (m.force - mean);
   }
+  MeasuredRange const depths = depths_of(used), speeds = speeds_of(used);
+  Goodness const good = goodness(used, residuals);
   double left_out_rms = std::numeric_limits<double>::quiet_NaN();
   if (options.folds > 0 && used.size() >= 2 * static_cast<std::size_t>(Net::parameter_count)) {
-    std::vector<std::size_t> order(used.size());
-    for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
-    Random random(options.training.seed);
-    shuffle(order, random);
     NetworkFitOptions quiet = options;
     quiet.training.progress = {};
-    double sum = 0.0;
-    for (std::size_t fold = 0; fold < static_cast<std::size_t>(options.folds); ++fold) {
-      std::vector<Measurement> kept, left_out;
-      for (std::size_t k = 0; k < order.size(); ++k) (k % static_cast<std::size_t>(options.folds) == fold ? left_out : kept).push_back(used[order[k]]);
-      Net const other = train_on<Net, by_speed>(kept, quiet).first;
-      for (Measurement const& m : left_out) sum += std::pow(other(network_input<Net, by_speed>(m))[0] - m.force, 2);
-    }
-    left_out_rms = std::sqrt(sum / static_cast<double>(used.size()));
+    left_out_rms = leave_out(used, options.folds, options.training.seed, [&](std::span<Measurement const> kept) {
+      return [other = train_on<Net, by_speed>(kept, quiet).first](Measurement const& m) { return other(network_input<Net, by_speed>(m))[0] - m.force; };
+    });
   }
   using Law = decltype(make_law(network, depths, speeds, CurveGuard<double>{}));
   // The guard may not cut what the network has at its ends, noise and all.
@@ -117,8 +106,7 @@ auto fit_network(char const* who, std::span<Measurement const> measurements, Net
   result.training = std::move(report);
   result.used = used;
   result.residuals = std::move(residuals);
-  result.rms = std::sqrt(squares / static_cast<double>(used.size()));
-  result.r_squared = spread > 0.0 ? 1.0 - squares / spread : squares > 0.0 ? -std::numeric_limits<double>::infinity() : 1.0;
+  result.rms = good.rms, result.r_squared = good.r_squared;
   result.cross_validated_rms = left_out_rms;
   result.depths = depths;
   result.speeds = speeds;

@@ -94,7 +94,7 @@ inline std::vector<std::size_t> held_out_samples(std::size_t count, double share
   std::vector<std::size_t> numbers(count);
   std::iota(numbers.begin(), numbers.end(), std::size_t{0});
   Random random(seed);
-  shuffle(numbers, random);
+  shuffle(std::span(numbers), random);
   numbers.resize(std::clamp(static_cast<std::size_t>(std::llround(share * double(count))), std::size_t{1}, count - 1));
   std::sort(numbers.begin(), numbers.end());
   return numbers;

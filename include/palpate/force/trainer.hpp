@@ -64,12 +64,6 @@ inline void check_descent(char const* who, double rate, int epochs, double goal)
   check_training(who, epochs, goal);
 }
 
-/// The numbers in a random order that is the same with every standard library.
-inline void shuffle(std::span<std::size_t> numbers, Random& random) {
-  for (std::size_t left = numbers.size(); left > 1; --left)
-    std::swap(numbers[left - 1], numbers[static_cast<std::size_t>(random.below(left))]);
-}
-
 /// Epoch after epoch, of which the best parameters are kept. `measure(p)` is the error there, `advance(p)` makes one epoch.
 template <class Problem, class Measure, class Advance>
 TrainingResult descend(Problem const& problem, Eigen::VectorXd& parameters, int epochs, double goal, Measure measure, Advance advance) {
@@ -178,7 +172,7 @@ struct StochasticDescent {
     auto const measure = [&](Eigen::VectorXd const& p) { return problem.mean_square(p); };
     return detail::descend(problem, parameters, epochs, goal, measure, [&](Eigen::VectorXd& p) {
       std::span<std::size_t> left(order);
-      detail::shuffle(left, random);
+      shuffle(left, random);
       while (!left.empty() && p.allFinite()) {   // what grew out of bounds ends with the epoch
         std::span<std::size_t const> const part = left.first(std::min(left.size(), static_cast<std::size_t>(batch)));
         problem.gradient(p, gradient, part);

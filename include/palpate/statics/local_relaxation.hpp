@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -74,8 +75,7 @@ struct LocalRelaxation {
       last_largest = largest;
       largest = 0;
       through = true;
-      if (order == VisitOrder::random)
-        for (std::size_t k = n; k > 1; --k) std::swap(visits.order[k - 1], visits.order[static_cast<std::size_t>(random.below(k))]);
+      if (order == VisitOrder::random) shuffle(std::span(visits.order).first(n), random);
       std::size_t ring = 0;
       Scalar largest_in_ring = 0;
       for (std::size_t visit = 0; visit < n; ++visit) {

@@ -14,7 +14,7 @@ namespace palpate {
 
 /// How a hand is held on a path. The defaults are ours, for a device of 3.3 N.
 struct GuidanceOptions {
-  double stiffness = 500.0;    ///< N/m, at most; see `stiffest_guidance`
+  double stiffness = 500.0;    ///< N/m, at most; see `passive_wall`
   double damping = 0.0;        ///< N s/m, of movement from and towards the path, outside the dead-band
   double dead_band = 0.001;    ///< m, so far from the path nothing is felt
   double fade = 0.001;         ///< m outside the dead-band, over which the stiffness grows from nothing
@@ -27,14 +27,6 @@ struct GuidanceOptions {
   bool armed = true;
 };
 
-/// The largest stiffness of a guidance that stays passive though it is sampled: K ≤ 2 (b − B) / T.
-/// Units      b the damping of hand and device [N s/m], T one servo tick [s], B the guidance's own damping, whose velocity is half a tick old
-///            or more.
-/// Source     \cite colgate1997: b > K T / 2 + |B|
-constexpr double stiffest_guidance(double hand_damping, double rate, double damping = 0.0) noexcept {
-  return hand_damping > damping ? 2.0 * (hand_damping - damping) * rate : 0.0;
-}
-
 /// A virtual fixture that pulls the hand back to a path, for `Overlaid(force, PathGuidance(path))`.
 ///   F = −g(d) n,  d = |x − p|,  n = (x − p)/d, x the tip, p its place on the path
 ///   g = 0 for e ≤ 0, k e²/(2w) for e < w, k (e − w/2) above, e = d − dead-band, w = fade; never above the largest force
@@ -43,7 +35,7 @@ constexpr double stiffest_guidance(double hand_damping, double rate, double damp
 ///   leg of a corner), the energy V = (1 − w) U(p) + w U(q) passes to that place q over `change_time`; w moves only to the side with less
 ///   energy. So whatever the path and the hand do, the guidance's own moves never raise V.
 /// Passive    work on the hand ≤ V before − V after + ½ k Σ |Δx|², Δx the hand's way in a tick: the last term is what sampling adds, and a hand
-///            with damping b swallows it while k ≤ 2 b / T (`stiffest_guidance`). Arming gives at most the energy U at that place, once;
+///            with damping b swallows it while k ≤ 2 (b − |B|) / T (`passive_wall`), B the guidance's own damping. Arming gives at most the energy U at that place, once;
 ///            disarming takes. Damping only takes, up to the age of the velocity it is given.
 /// Continuous |ΔF| ≤ k (|Δx| + slide_speed T) + F_max T (2 / change_time + 1.5 / arm_time), and with damping B |Δv| and what B v changes over `fade`.
 ///            It begins at zero in every run and after every tick in which the hand felt nothing.
