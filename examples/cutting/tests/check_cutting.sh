@@ -2,18 +2,9 @@
 # SPDX-License-Identifier: MIT
 # Draws all strokes with both cutters and checks what is written, said and returned, with good and with bad arguments.
 #   sh check_cutting.sh path/to/cutting path/to/check_pictures
-set -u
-cutting=$1
+program=$1
 check_pictures=$2
-folder=$(mktemp -d) || exit 1
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 1
-failed=0
-
-fail() {
-  echo "FAILED: $*"
-  failed=1
-}
+. "${0%/*}/../../check.sh"
 
 # says CUTTER NAME PATTERN: the line of a stroke
 says() {
@@ -24,7 +15,7 @@ says() {
 refused() {
   text=$1
   shift
-  "$cutting" "$@" >refused.out 2>refused.err
+  "$program" "$@" >refused.out 2>refused.err
   code=$?
   [ "$code" -eq 2 ] || fail "\"$*\": exit code $code instead of 2"
   grep -q -e "$text" refused.err || fail "\"$*\": no \"$text\" in: $(cat refused.err)"
@@ -39,11 +30,11 @@ refused "what is \"--cutter\"" pictures --cutter
 refused "what is \"more\"" pictures more
 : >file
 refused "choose another" file
-[ "$("$cutting" --help | head -n 1)" = "usage: cutting FOLDER [--cutter progressive|separating]" ] || fail "--help: $("$cutting" --help)"
+[ "$("$program" --help | head -n 1)" = "usage: cutting FOLDER [--cutter progressive|separating]" ] || fail "--help: $("$program" --help)"
 
 strokes="straight curved crossing loop around two_blades"
 for cutter in progressive separating; do
-  "$cutting" "pictures/$cutter" --cutter "$cutter" >"$cutter.out" 2>"$cutter.err"
+  "$program" "pictures/$cutter" --cutter "$cutter" >"$cutter.out" 2>"$cutter.err"
   code=$?
   cat "$cutter.out"
   if [ "$code" -eq 2 ] && grep -q 'no pictures can be drawn' "$cutter.err"; then

@@ -2,28 +2,9 @@
 # SPDX-License-Identifier: MIT
 # Runs palpate-fit and checks what it writes, says and returns, with good and with bad input.
 #   sh check_fit.sh path/to/palpate-fit path/to/examples/fit
-set -u
-fit=$1
+program=$1
 shipped=$2
-folder=$(mktemp -d) || exit 1
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 1
-failed=0
-
-fail() {
-  echo "FAILED: $*"
-  failed=1
-}
-
-# run NAME EXPECTED_CODE ARGUMENTS...: keeps NAME.out and NAME.err
-run() {
-  name=$1
-  expected=$2
-  shift 2
-  "$fit" "$@" >"$name.out" 2>"$name.err"
-  code=$?
-  [ "$code" -eq "$expected" ] || fail "$name: exit code $code instead of $expected: $(cat "$name.err")"
-}
+. "${0%/*}/../../check.sh"
 
 # refused NAME TEXT ARGUMENTS...: exit code 2, one line with TEXT on standard error, nothing left behind
 refused() {
@@ -142,7 +123,7 @@ run help 0 --help
 
 # --- no display to draw on --------------------------------------------------------------------------------------------
 mkdir empty_path
-DISPLAY='' PATH="$folder/empty_path" "$fit" generated_liver.csv --model linear --out undrawn >undrawn.out 2>undrawn.err
+DISPLAY='' PATH="$folder/empty_path" "$program" generated_liver.csv --model linear --out undrawn >undrawn.out 2>undrawn.err
 code=$?
 [ "$code" -eq 0 ] && [ -s undrawn/force.json ] && [ ! -e undrawn/fit.png ] || fail "undrawn: exit code $code"
 [ "$(wc -l <undrawn.err)" -eq 1 ] && grep -q 'no pictures' undrawn.err || fail "undrawn: $(cat undrawn.err)"

@@ -2,19 +2,10 @@
 # SPDX-License-Identifier: MIT
 # Draws all pictures of docs/forces.md and looks at what is written, said and returned.
 #   sh check_forces.sh path/to/forces
-set -u
-forces=$1
-folder=$(mktemp -d) || exit 1
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 1
-failed=0
+program=$1
+. "${0%/*}/../../check.sh"
 
-fail() {
-  echo "FAILED: $*"
-  failed=1
-}
-
-"$forces" pictures/here >out 2>err
+"$program" pictures/here >out 2>err
 code=$?
 if grep -q 'no pictures can be drawn' err; then
   echo "skipped: $(cat err)"
@@ -45,12 +36,12 @@ awk '/white .* mN/ { exit !($3 > 31.3 && $3 < 31.9) }' out || fail "the noise is
 
 for wrong in "" "--what" "one two"; do
   # shellcheck disable=SC2086
-  "$forces" $wrong >wrong.out 2>wrong.err
+  "$program" $wrong >wrong.out 2>wrong.err
   [ $? -eq 2 ] && grep -q 'usage: forces FOLDER' wrong.err || fail "\"$wrong\": $(cat wrong.err)"
 done
 echo "a file" >file
 for place in file file/below /proc/forces; do
-  "$forces" "$place" >wrong.out 2>wrong.err
+  "$program" "$place" >wrong.out 2>wrong.err
   [ $? -eq 2 ] && grep -q 'choose another' wrong.err || fail "$place: $(cat wrong.err)"
 done
 

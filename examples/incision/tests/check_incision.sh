@@ -2,27 +2,8 @@
 # SPDX-License-Identifier: MIT
 # Runs the main job small and checks what it writes, says and returns, with good and with bad input.
 #   sh check_incision.sh path/to/incision
-set -u
-incision=$1
-folder=$(mktemp -d) || exit 1
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 1
-failed=0
-
-fail() {
-  echo "FAILED: $*"
-  failed=1
-}
-
-# run NAME EXPECTED_CODE ARGUMENTS...: keeps NAME.out and NAME.err
-run() {
-  name=$1
-  expected=$2
-  shift 2
-  "$incision" "$@" >"$name.out" 2>"$name.err"
-  code=$?
-  [ "$code" -eq "$expected" ] || fail "$name: exit code $code instead of $expected: $(cat "$name.err")"
-}
+program=$1
+. "${0%/*}/../../check.sh"
 
 # refused NAME TEXT ARGUMENTS...: exit code 2, one line with TEXT on standard error, nothing left behind
 refused() {
@@ -184,7 +165,7 @@ done
 
 # --- no display to draw on --------------------------------------------------------------------------------------------
 mkdir empty_path
-DISPLAY='' PATH="$folder/empty_path" "$incision" --resolution 600 --seconds 1 --out undrawn >undrawn.out 2>undrawn.err
+DISPLAY='' PATH="$folder/empty_path" "$program" --resolution 600 --seconds 1 --out undrawn >undrawn.out 2>undrawn.err
 code=$?
 [ "$code" -eq 0 ] || fail "undrawn: exit code $code"
 [ -s undrawn/session.csv ] || fail "undrawn: no session.csv"

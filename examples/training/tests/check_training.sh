@@ -2,17 +2,8 @@
 # SPDX-License-Identifier: MIT
 # Runs the example and checks what is written, said and returned: guidance lowers the deviation and raises the score.
 #   sh check_training.sh path/to/training
-set -u
-training=$1
-folder=$(mktemp -d) || exit 1
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 1
-failed=0
-
-fail() {
-  echo "FAILED: $*"
-  failed=1
-}
+program=$1
+. "${0%/*}/../../check.sh"
 
 # value WHO NAME: the number behind a name in the lines of one person
 value() {
@@ -24,13 +15,13 @@ less() {
   awk -v a="$1" -v b="$2" 'BEGIN { exit !(a != "" && b != "" && a + 0 < b + 0) }'
 }
 
-"$training" >refused.out 2>refused.err
+"$program" >refused.out 2>refused.err
 [ $? -eq 2 ] && grep -q "usage:" refused.err || fail "without a folder: $(cat refused.err)"
 : >file
-"$training" file >refused.out 2>refused.err
+"$program" file >refused.out 2>refused.err
 [ $? -eq 2 ] && grep -q "choose another" refused.err || fail "a file as folder: $(cat refused.err)"
 
-"$training" first >out 2>err
+"$program" first >out 2>err
 code=$?
 cat out
 if [ "$code" -eq 2 ] && grep -q 'no pictures can be drawn' err; then
@@ -48,7 +39,7 @@ done
 [ "$(find first -type f | wc -l)" -eq 9 ] || fail "not nine files: $(ls first)"
 head -n 1 first/novice.csv | grep -q '^# palpate session 1$' || fail "novice.csv: $(head -n 1 first/novice.csv)"
 
-"$training" second >out2 2>&1 || fail "the second run failed"
+"$program" second >out2 2>&1 || fail "the second run failed"
 cmp -s out out2 || fail "two runs say different things"
 for name in expert novice guided; do
   cmp -s "first/$name.session" "second/$name.session" || fail "$name.session differs between two runs"

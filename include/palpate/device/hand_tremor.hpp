@@ -27,7 +27,7 @@ struct HandTremorOptions {
 /// Units      Hz, m.
 /// Source     Band: \cite elble1976, physiological tremor of 8 to 12 Hz. Amplitude: not of a person, choose it.
 /// Invariant  0 < frequency < rate/2, bandwidth > 0, amplitude ≥ 0, all finite; checked at set-up.
-/// Cost       About 40 ns; noexcept, no allocation: allowed in the servo tick.
+/// Cost       About 30 ns; noexcept, no allocation: allowed in the servo tick.
 template <RealScalar S>
 class HandTremor {
  public:

@@ -28,7 +28,7 @@ struct BandLimitedNoiseOptions {
 /// Units      Hz; snr in dB of power ratio; force [N].
 /// Source     \cite oppenheim2010 ch. 7, bilinear transform. The filter begins in its stationary state, drawn from the seed: no start-up.
 /// Invariant  As for `WhiteGaussianNoise`; rate/10,000 ≤ bandwidth < rate/2, checked at set-up.
-/// Cost       About 15 ns; noexcept, no allocation: allowed in the servo tick.
+/// Cost       About 10 ns; noexcept, no allocation: allowed in the servo tick.
 /// Limits     It counts ticks, not time: draw once a tick, at the stated rate.
 template <RealScalar S>
 class BandLimitedNoise {

@@ -40,7 +40,7 @@ struct GuidanceOptions {
 /// Continuous |ΔF| ≤ k (|Δx| + slide_speed T) + F_max T (2 / change_time + 1.5 / arm_time), and with damping B |Δv| and what B v changes over `fade`.
 ///            It begins at zero in every run and after every tick in which the hand felt nothing.
 /// Errors     `InvalidArgument` for options out of their meaning.
-/// Cost       O(2 look / spacing of the path) a tick, half a microsecond; the whole path once when it is armed; noexcept, no allocation.
+/// Cost       O(2 look / spacing of the path) a tick, some 0.3 µs; the whole path once when it is armed; noexcept, no allocation.
 /// Limits     The path has no pace: the hand is not pushed along. Nothing is said of delay, and of rounded positions no more than that Δx has them.
 ///            One object serves one thread: arm and disarm between runs or from `after_tick`.
 template <RealScalar S>
