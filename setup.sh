@@ -160,6 +160,8 @@ demo() {
     /*) ;;
     *) out=$(pwd)/$out ;;
   esac
+  fake=build/release/fake_libhd/libHD.so
+  [ ! -e "$fake" ] || say "with a PHANToM or Touch: sh setup.sh demo --device hd:   without one: PALPATE_LIBHD=\$PWD/$fake sh setup.sh demo --device hd:"
   step "done; the output is in $out"
 }
 
@@ -186,7 +188,7 @@ run_tests() {
   step "clang 16, thread sanitizer: what has threads"
   configure tsan -D CMAKE_CXX_COMPILER=clang++-16
   cmake --build --preset tsan --parallel "$jobs"
-  with_plain_addresses ctest --preset tsan
+  with_plain_addresses ctest --preset tsan --parallel "$jobs"
 
   step "all tests passed"
 }

@@ -2,7 +2,7 @@
 # palpate::palpate, palpate::collision, palpate::json, palpate::parallel and palpate::vtk, under the names an installed package has.
 #
 # All of them always exist and are always installed: they are headers, so what this machine happens to have does not
-# change the package. Only the verification and the link items depend on the libraries that were found.
+# change the package. Only the link items depend on the libraries that were found.
 include(GNUInstallDirs)
 
 file(GLOB_RECURSE palpate_headers CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/include/palpate/*.hpp")
@@ -30,7 +30,6 @@ endfunction()
 
 palpate_add_interface(palpate palpate ${palpate_core_headers})
 target_link_libraries(palpate INTERFACE Eigen3::Eigen Threads::Threads)
-set_target_properties(palpate PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
 
 # A target that links a component whose library was not looked for stops at a name that says what to do.
 palpate_add_interface(palpate_collision collision ${palpate_collision_headers})
@@ -45,7 +44,6 @@ foreach(component IN LISTS palpate_known_components)
   target_link_libraries(palpate_${component} INTERFACE palpate "$<INSTALL_INTERFACE:${palpate_${component}_items}>")
   if(palpate_has_${component})
     target_link_libraries(palpate_${component} INTERFACE "$<BUILD_INTERFACE:${palpate_${component}_items}>")
-    set_target_properties(palpate_${component} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
   else()
     target_link_libraries(palpate_${component}
                           INTERFACE "$<BUILD_INTERFACE:palpate::name_${component}_in_PALPATE_COMPONENTS>")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "allocation_trap.hpp"
+#include "servo_guard.hpp"
 
 #include <cstddef>
 #include <cstdlib>
@@ -17,6 +18,11 @@ namespace {
 
 constinit thread_local long allocations = 0;
 
+void note(char const* call) noexcept {
+  ++allocations;
+  palpate_test::about_to(call);
+}
+
 }  // namespace
 
 #if defined(PALPATE_TEST_SANITIZER)
@@ -27,8 +33,10 @@ extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(void 
 
 namespace {
 
-void on_malloc(void const volatile*, std::size_t) { ++allocations; }
-void on_free(void const volatile*) {}
+void on_malloc(void const volatile*, std::size_t) { note("malloc"); }
+void on_free(void const volatile* block) {
+  if (block != nullptr) palpate_test::about_to("free");
+}
 
 [[maybe_unused]] int const hook_installed = __sanitizer_install_malloc_and_free_hooks(on_malloc, on_free);
 
@@ -43,38 +51,44 @@ void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* block, std::size_t size);
 void* __libc_memalign(std::size_t alignment, std::size_t size);
+void __libc_free(void* block);
 
 void* malloc(std::size_t size) noexcept {
-  ++allocations;
+  note("malloc");
   return __libc_malloc(size);
 }
 
 void* calloc(std::size_t count, std::size_t size) noexcept {
-  ++allocations;
+  note("calloc");
   return __libc_calloc(count, size);
 }
 
 void* realloc(void* block, std::size_t size) noexcept {
-  ++allocations;
+  note("realloc");
   return __libc_realloc(block, size);
 }
 
 void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  ++allocations;
+  note("aligned_alloc");
   return __libc_memalign(alignment, size);
 }
 
 void* memalign(std::size_t alignment, std::size_t size) noexcept {
-  ++allocations;
+  note("memalign");
   return __libc_memalign(alignment, size);
 }
 
 int posix_memalign(void** block, std::size_t alignment, std::size_t size) noexcept {
-  ++allocations;
+  note("posix_memalign");
   void* const got = __libc_memalign(alignment, size);
   if (got == nullptr) return 12;   // ENOMEM
   *block = got;
   return 0;
+}
+
+void free(void* block) noexcept {
+  if (block != nullptr) palpate_test::about_to("free");
+  __libc_free(block);
 }
 
 }  // extern "C"
@@ -82,13 +96,16 @@ int posix_memalign(void** block, std::size_t alignment, std::size_t size) noexce
 #else
 
 void* operator new(std::size_t size) {
-  ++allocations;
+  note("operator new");
   if (void* const block = std::malloc(size == 0 ? 1 : size)) return block;
   throw std::bad_alloc();
 }
 
-void operator delete(void* block) noexcept { std::free(block); }
-void operator delete(void* block, std::size_t) noexcept { std::free(block); }
+void operator delete(void* block) noexcept {
+  if (block != nullptr) palpate_test::about_to("operator delete");
+  std::free(block);
+}
+void operator delete(void* block, std::size_t) noexcept { ::operator delete(block); }
 
 #endif
 

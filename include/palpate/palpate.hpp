@@ -3,13 +3,16 @@
 
 /// palpate: soft tissue and haptics. This header reads as the table of contents; each line can be included alone.
 
-// core: scalars, errors, random numbers, units
+// core: scalars, errors, random numbers, units, frames
 #include <palpate/core/error.hpp>
+#include <palpate/core/event_ring.hpp>
 #include <palpate/core/execution.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/core/random.hpp>
 #include <palpate/core/serial.hpp>
+#include <palpate/core/similarity.hpp>
+#include <palpate/core/triple_buffer.hpp>
 #include <palpate/core/units.hpp>
 #include <palpate/core/version.hpp>
 
@@ -120,30 +123,70 @@
 #include <palpate/force/trainer.hpp>
 
 // device: where the hand is
+#include <palpate/device/any_device.hpp>
+#include <palpate/device/built_in_devices.hpp>
+#include <palpate/device/capabilities.hpp>
 #include <palpate/device/concept.hpp>
+#include <palpate/device/device_address.hpp>
+#include <palpate/device/device_registry.hpp>
+#include <palpate/device/faulty_device.hpp>
 #include <palpate/device/hand_sample.hpp>
 #include <palpate/device/hand_tremor.hpp>
+#include <palpate/device/lifecycle.hpp>
 #include <palpate/device/limit.hpp>
+#include <palpate/device/mouse_device.hpp>
 #include <palpate/device/null_device.hpp>
+#include <palpate/device/quantised.hpp>
 #include <palpate/device/recorded_device.hpp>
 #include <palpate/device/replay_device.hpp>
 #include <palpate/device/sampled_mass.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/device/session.hpp>
+#include <palpate/device/simulated_hand.hpp>
+#include <palpate/device/simulated_touch.hpp>
+#include <palpate/device/touch_kinematics.hpp>
 #include <palpate/device/trajectory.hpp>
+#include <palpate/device/trajectory_shapes.hpp>
 
 // haptics: how the tip and the tissue push each other
 #include <palpate/haptics/contact_coupling.hpp>
+#include <palpate/haptics/facet_planes.hpp>
+#include <palpate/haptics/filtered_wall.hpp>
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/haptics/overlay.hpp>
 #include <palpate/haptics/passivity.hpp>
+#include <palpate/haptics/patch_handover.hpp>
+#include <palpate/haptics/patch_update.hpp>
+#include <palpate/haptics/plane_handover.hpp>
 #include <palpate/haptics/plane_set.hpp>
+#include <palpate/haptics/proxy_force.hpp>
+#include <palpate/haptics/safety_chain.hpp>
+#include <palpate/haptics/safety_options.hpp>
 #include <palpate/haptics/sampled_wall.hpp>
+#include <palpate/haptics/secant_stiffness.hpp>
+#include <palpate/haptics/shaded_normal.hpp>
+#include <palpate/haptics/slew_limit.hpp>
+#include <palpate/haptics/spring_then_tissue.hpp>
+#include <palpate/haptics/surface_fit.hpp>
+#include <palpate/haptics/surface_model.hpp>
+#include <palpate/haptics/surface_patch.hpp>
 #include <palpate/haptics/surface_proxy.hpp>
+#include <palpate/haptics/surface_sensor.hpp>
+#include <palpate/haptics/thermal_limit.hpp>
+#include <palpate/haptics/velocity_estimate.hpp>
+#include <palpate/haptics/virtual_coupling.hpp>
+#include <palpate/haptics/workspace_mapping.hpp>
 
 // simulator: everything together, in lock-step or in real time
+#include <palpate/simulator/budget.hpp>
+#include <palpate/simulator/contact_energy.hpp>
+#include <palpate/simulator/pacer.hpp>
+#include <palpate/simulator/realtime_options.hpp>
+#include <palpate/simulator/realtime_thread.hpp>
 #include <palpate/simulator/recording.hpp>
+#include <palpate/simulator/seqlock.hpp>
 #include <palpate/simulator/simulator.hpp>
+#include <palpate/simulator/simulator_statistics.hpp>
 #include <palpate/simulator/snapshot.hpp>
 #include <palpate/simulator/tick.hpp>
 #include <palpate/simulator/tick_statistics.hpp>
@@ -155,6 +198,7 @@
 #include <palpate/training/guidance.hpp>
 #include <palpate/training/guide_path.hpp>
 #include <palpate/training/replay.hpp>
+#include <palpate/training/replay_address.hpp>
 #include <palpate/training/score.hpp>
 #include <palpate/training/session.hpp>
 #include <palpate/training/session_io.hpp>

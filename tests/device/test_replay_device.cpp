@@ -39,6 +39,50 @@ static_assert(HapticDevice<RecordedDevice<Puppet<float>, float>, float>);
 
 }  // namespace
 
+TEST_CASE("a copied recorder goes on recording, and so does a moved one", "[device][replay]") {
+  Strings<double> strings;
+  strings.capabilities = {.max_force = 2.0, .rate = 500.0, .reports_velocity = true};
+  RecordedDevice<Puppet<double>> first(Puppet<double>(strings), 3);
+  auto const record = [&](RecordedDevice<Puppet<double>>& device, double x) {
+    strings.next.position = {x, 0, 0};
+    DeviceState<double> state;
+    device.read(state);
+    device.write({});
+  };
+  record(first, 1);
+  RecordedDevice<Puppet<double>> copy(first), assigned(Puppet<double>(strings), 0);
+  assigned = first;
+  REQUIRE(palpate_test::trap_works());
+  palpate_test::AllocationCount const allocations;
+  for (auto* device : {&copy, &assigned})
+    for (double const x : {2.0, 3.0, 4.0}) record(*device, x);
+  long const count = allocations.count();
+  CHECK(count == 0);
+  for (auto* device : {&copy, &assigned}) {
+    REQUIRE(device->samples().size() == 3);
+    for (int i = 0; i < 3; ++i) CHECK(device->samples()[static_cast<std::size_t>(i)].position.x() == i + 1.0);
+    CHECK(device->dropped() == 1);
+  }
+  CHECK(first.samples().size() == 1);
+  RecordedDevice<Puppet<double>> moved(std::move(first));
+  record(moved, 5);
+  CHECK(moved.samples().size() == 2);
+}
+
+TEST_CASE("a velocity that the device does not report is not recorded", "[device][replay]") {
+  Strings<double> strings;
+  strings.next.velocity = {1, 2, 3};   // what a host, or whoever, left in the state
+  for (bool const reports : {false, true}) {
+    strings.capabilities = {.max_force = 2.0, .rate = 500.0, .reports_velocity = reports};
+    RecordedDevice<Puppet<double>> recorded(Puppet<double>(strings), 1);
+    DeviceState<double> state;
+    state.velocity = {1, 2, 3};
+    recorded.read(state);
+    CHECK(state.velocity == Vector3<double>(1, 2, 3));
+    CHECK(recorded.samples().at(0).velocity == (reports ? Vector3<double>(1, 2, 3) : Vector3<double>(0, 0, 0)));
+  }
+}
+
 TEMPLATE_TEST_CASE("a device is replayed as it was, failed reads and writes included", "[device][replay]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Strings<S> strings;

@@ -144,32 +144,6 @@ TEST_CASE("the observer finds what a sampled wall gives at constant speed") {
   CHECK(late.energy() == Approx(-2.98e-3).epsilon(0.01));
 }
 
-// Yardstick: amplitudes of an independent program for a hand of 150 g, 2 N·s/m and 100 N/m that pulls 75 g, 0.1 N·s/m, 20 mm into a wall.
-TEST_CASE("the controller calms a wall that is too stiff, and without a limit it diverges") {
-  auto const late_swing = [](double stiffness, double most) {
-    SampledMass<double> const plant({.mass = 0.225, .damping = 2.1, .stiffness = 100.0});
-    PassivityController<double> controller({.max_damping = most});
-    Vector x = Vector::Zero(), v = Vector::Zero();
-    double low = 1, high = -1, largest_damping = 0;
-    for (int k = 0; k < 3000; ++k) {
-      Vector const force = controller(x, wall_force(stiffness, x.x()));
-      controller.sent(force);
-      largest_damping = std::max(largest_damping, controller.damping());
-      if (k >= 2500) low = std::min(low, x.x()), high = std::max(high, x.x());
-      plant.step(x, v, force, {-0.02, 0, 0});
-    }
-    CHECK(largest_damping <= most);
-    return high - low;
-  };
-  for (auto const& [stiffness, amplitude] : {std::pair{5000.0, 1354e-6}, std::pair{10000.0, 3016e-6}, std::pair{20000.0, 6524e-6}}) {
-    CAPTURE(stiffness);
-    CHECK(late_swing(stiffness, 0.0) == Approx(amplitude).epsilon(0.2));
-    for (double const most : {20.0, 40.0}) CHECK(late_swing(stiffness, most) < 80e-6);
-  }
-  CHECK_FALSE(late_swing(10000.0, 1e12) < 1.0);   // false for what is no number any more
-  CHECK_FALSE(late_swing(20000.0, 1e12) < 1.0);
-}
-
 // Yardstick: a rebound slower than the impact, at every wall up to 20 kN/m.
 TEST_CASE("with the controller no wall throws a mass back faster than it came") {
   for (double const stiffness : {190.0, 500.0, 2000.0, 5000.0, 10000.0, 20000.0}) {
@@ -241,6 +215,7 @@ TEST_CASE("what is no number leaves no trace in the energy, malformed options ar
   CHECK(controller.energy() == 0.0);
   CHECK_THROWS_WITH(PassivityController<double>({.period = 0.0}), "PassivityController: .period is 0 s; give that of the servo, 0.001 for most");
   CHECK_THROWS_AS(PassivityController<double>({.max_damping = nan}), InvalidArgument);
+  CHECK_THROWS_WITH(PassivityController<double>({.device_damping = -1.0}), "PassivityController: .device_damping is -1 N·s/m; give a finite number, zero or more");
   CHECK_THROWS_AS(PassivityController<double>({.reservoir = 0.0}), InvalidArgument);
   CHECK_THROWS_WITH(SampledMass<double>({.mass = -1.0}), "SampledMass: .mass is -1 kg; give a finite number above zero");
   CHECK_THROWS_AS(SampledMass<double>({.damping = nan}), InvalidArgument);

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <limits>
+#include <vector>
 
 using namespace palpate;
 
@@ -110,6 +111,28 @@ TEST_CASE("the way back to the surface has no step, whichever planes push") {
       last = now;
     }
   }
+}
+
+// Yardstick: where a set of planes pushes is convex, so along a straight line it is met in one piece and never again.
+TEST_CASE("along a straight line the planes that push do not come back once they are left", "[haptics]") {
+  Random random(Seed{5});
+  int changes = 0;
+  for (int round = 0; round < 300; ++round) {
+    PlaneSet<double> set;
+    for (int k = 0; k < 5; ++k) set.add({direction<double>(random), random.uniform(-0.02, 0.0)});
+    Vector3<double> const from = 0.05 * direction<double>(random), to = 0.05 * direction<double>(random);
+    std::vector<unsigned> met;   // one bit a plane
+    for (int step = 0; step <= 500; ++step) {
+      auto const found = set.project(from + (to - from) * (step / 500.0));
+      unsigned pushing = 0;
+      for (int k = 0; k < found.count; ++k) pushing |= 1u << static_cast<unsigned>(found.active[static_cast<std::size_t>(k)]);
+      if (!met.empty() && met.back() == pushing) continue;
+      if (std::find(met.begin(), met.end(), pushing) != met.end()) FAIL("a set came back in round " << round << ", step " << step);
+      met.push_back(pushing);
+    }
+    changes += static_cast<int>(met.size()) - 1;
+  }
+  CHECK(changes > 300);
 }
 
 TEST_CASE("planes that are there twice, or nearly, count once; those that contradict give a finite point") {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <palpate/core/random.hpp>
+#include <palpate/haptics/patch_handover.hpp>
+#include <palpate/haptics/plane_handover.hpp>
 #include <palpate/haptics/plane_set.hpp>
 #include <palpate/haptics/surface_proxy.hpp>
 
@@ -10,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 using namespace palpate;
@@ -212,6 +215,67 @@ TEST_CASE("moving tissue carries the proxy") {
     CHECK((force - resting(floor_at(), tip)).norm() < 1e-9);
   }
   CHECK(moving.slides() == resting.slides());
+}
+
+// Yardsticks: a tool that is a point loses the whole force where it leaves the edge, K d and no more, straight along the face's normal until then;
+// one that is a ball loses it as r − √(x² + (r − d)²) does, and never faster than the tip moves.
+TEST_CASE("over the outer edge of a box the force is let go, not turned", "[haptics]") {
+  constexpr double way = 1e-4, radius = 0.004;
+  for (int const ticks : {1, 20}) {
+    SurfaceProxy<double> proxy({.stiffness = stiffness});
+    PlaneHandover<double> handover({.ticks = ticks});
+    double last = stiffness * depth, fall = 0;
+    std::uint64_t sequence = 0;
+    handover.take(floor_at(), stiffness, ++sequence, {-0.02, 0, 0.001});
+    for (int k = 0; k <= 200; ++k) {
+      Vector const tip(-0.01 + way * k, 0, -depth);   // the box is x < 0, z < 0
+      handover.take(tip.x() < 0 ? floor_at() : PlaneSet<double>{}, stiffness, ++sequence, tip);
+      Vector const force = proxy(handover(tip), tip, handover.stiffness());
+      CHECK(std::hypot(force.x(), force.y()) < 1e-12);   // never aside, as a mean of two faces' normals would be
+      CHECK(force.z() >= 0);                             // never inward
+      fall = std::max(fall, last - force.z());
+      last = force.z();
+    }
+    CHECK(last == Approx(0.0).margin(1e-12));
+    CHECK(fall == Approx(stiffness * depth / ticks));
+  }
+  PatchHandover<double> handover({.ticks = 1});
+  Vector last(0, 0, stiffness * depth);
+  std::uint64_t sequence = 0;
+  int between = 0;
+  for (int k = 0; k <= 200; ++k) {
+    Vector const centre(-0.01 + way * k, 0, radius - depth);
+    Vector const nearest(std::min(0.0, centre.x()), 0, 0), normal = (centre - nearest).normalized();
+    // an edge is a ball of no size
+    SurfacePatch<double> const box{.point = nearest, .normal = normal, .curvature = centre.x() < 0 ? 0.0 : 1e9, .stiffness = stiffness};
+    handover.take(box.offset_by(radius), ++sequence, centre);
+    Vector const force = handover(centre).force(centre);
+    double const deep = std::max(0.0, radius - (centre - nearest).norm());
+    CHECK((force - stiffness * deep * normal).norm() < 1e-6);
+    CHECK((force - last).norm() <= stiffness * way * (1 + 1e-6));
+    if (force.z() > 0 && force.x() > 0) ++between;
+    last = force;
+  }
+  CHECK(last.isZero(0));
+  CHECK(between == Approx(std::sqrt(radius * radius - (radius - depth) * (radius - depth)) / way).margin(1.5));
+}
+
+// Yardstick: the same way of the same tip in another frame.
+TEST_CASE("friction is the same in every direction and in every frame", "[haptics]") {
+  Random random(Seed{10});
+  for (int frame = 0; frame < 100; ++frame) {
+    Eigen::Quaterniond const turn = Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
+    Vector const shift(random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1)), n = (turn * Vector::UnitZ()).normalized();
+    auto here = with_friction(), there = with_friction();
+    auto const planes = floor_at(n.dot(shift), n);
+    double worst = 0;
+    for (int k = 0; k < 500; ++k) {
+      Vector const tip(0.0031 * std::sin(0.013 * k), 0.0023 * std::sin(0.029 * k + 1), -0.001 * (1 + 0.7 * std::sin(0.007 * k)));
+      worst = std::max(worst, (turn * here(floor_at(), tip) - there(planes, turn * tip + shift)).norm());
+    }
+    CHECK(worst < 1e-10);
+    CHECK(here.slides() == there.slides());
+  }
 }
 
 TEST_CASE("malformed proxies are refused, what is no number pulls at nobody, and a tick allocates nothing") {

@@ -9,7 +9,7 @@ namespace palpate_test {
 /// What a puppet device does next and what was done to it; the test holds the strings.
 template <class S>
 struct Strings {
-  palpate::Capabilities capabilities{.max_force = 3.0, .rate = 1000.0};
+  palpate::Capabilities capabilities{.max_force = 3.0, .rate = 1000.0, .moves_a_hand = false};
   palpate::DeviceState<S> next;
   palpate::DeviceStatus reads = palpate::DeviceStatus::ok;
   palpate::DeviceStatus writes = palpate::DeviceStatus::ok;

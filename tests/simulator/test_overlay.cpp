@@ -82,10 +82,10 @@ TEST_CASE("the sum is limited, and a value that is no number silences both", "[s
   stage.over = {30, 0, 0};
   stage.tissue = {0, 40, 0};
   CHECK((stage.tick() - Vector3<double>(1.8, 2.4, 0)).norm() < 1e-12);
-  CHECK(stage.servo.counts().limited == 1);
+  CHECK(stage.servo.counts().safety.limited == 1);
   stage.over.x() = std::numeric_limits<double>::quiet_NaN();
   CHECK(stage.tick().isZero(0));
-  CHECK(stage.servo.counts().not_finite == 1);
+  CHECK(stage.servo.counts().safety.not_finite == 1);
   stage.over.x() = 0.5;
   stage.tick();
   CHECK_FALSE(stage.told.back().continues);

@@ -93,6 +93,21 @@ TEST_CASE("a pacer never wakes before its time, and does not allocate", "[pacer]
   CHECK(pacer.wait().due >= before + pacer.period());
 }
 
+TEST_CASE("a pacer that spins at the end does not wake before its time either", "[pacer][realtime]") {
+  Pacer pacer(2000.0, 50us);
+  int early = 0;
+  for (int i = 0; i < 40; ++i) {
+    auto const slot = pacer.wait();
+    if (Pacer::Clock::now() < slot.due) ++early;
+  }
+  CHECK(early == 0);
+  CHECK_THROWS_AS(Pacer(1000.0, 51us), InvalidArgument);
+  CHECK_THROWS_AS(Pacer(1000.0, -1ns), InvalidArgument);
+  CHECK_THROWS_AS(Pacer(20000.0, 26us), InvalidArgument);   // more than half of the period: it would hardly ever sleep
+  CHECK(Pacer(20000.0, 25us).period() == 50us);
+  CHECK(palpate_test::unsaid(palpate_test::message_of([] { Pacer(1000.0, 1ms); }), "1000000 ns", "50000 ns") == "");
+}
+
 TEST_CASE("a pace that no clock can keep is refused", "[pacer]") {
   for (double const rate : {0.0, -1.0, 1e9, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
     CHECK_THROWS_AS(Pacer(rate), InvalidArgument);

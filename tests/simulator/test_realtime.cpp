@@ -6,9 +6,11 @@
 
 #include "device/message.hpp"
 #include "simulator/scene.hpp"
+#include "simulator/thread_facts.hpp"
 
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
+#include <palpate/device/any_device.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/force/cutting_force.hpp>
 #include <palpate/force/liver.hpp>
@@ -16,6 +18,7 @@
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
+#include <palpate/simulator/budget.hpp>
 #include <palpate/simulator/simulator.hpp>
 
 #include <algorithm>
@@ -23,10 +26,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 using namespace palpate;
 using palpate_test::message_of;
@@ -201,7 +207,7 @@ struct Falling {
   double* last;
   double z = 0.002;
 
-  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0}; }
+  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0, .moves_a_hand = false}; }
   DeviceStatus read(DeviceState<double>& state) noexcept {
     z = std::max(-0.008, z - 1e-5);
     state.position = {0.05, 0.0533, z};
@@ -245,7 +251,7 @@ struct Unplugged {
   double* last;
   long reads = 0;
 
-  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0}; }
+  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0, .moves_a_hand = false}; }
   DeviceStatus read(DeviceState<double>& state) noexcept {
     if (++reads > 200) return DeviceStatus::disconnected;
     state.position = {0.05, 0.0533, 0.002 - 4e-5 * double(reads)};
@@ -282,7 +288,7 @@ namespace {
 struct Halting {
   long reads = 0;
 
-  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0}; }
+  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0, .moves_a_hand = false}; }
   DeviceStatus read(DeviceState<double>& state) noexcept {
     if (++reads == 20) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     state.position = {0.05, 0.0533, reads <= 20 ? 0.003 : 0.002};
@@ -311,7 +317,243 @@ TEST_CASE("a velocity counts the ticks that were skipped", "[simulator][realtime
   CHECK(highest <= 0.001 / 0.020 * (1 + 1e-9));   // 1 mm in at least 20 ms, not in the 1 ms of a tick
 }
 
+namespace {
+
+/// Notes at its first read what the kernel says of the thread it is read by, and whether denormals count there.
+struct ThreadWitness {
+  palpate_test::ThreadFacts* facts;
+  bool* flushed;
+  long reads = 0;
+
+  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0}; }
+  DeviceStatus read(DeviceState<double>& state) noexcept {
+    double volatile const tiny = 1e-310, one = 1.0;
+    if (++reads == 1) {
+      *facts = palpate_test::thread_facts();
+      *flushed = tiny * one == 0.0;
+    }
+    state.position = {0.05, 0.0533, 0.003};
+    return DeviceStatus::ok;
+  }
+  DeviceStatus write(Wrench<double> const&) noexcept { return DeviceStatus::ok; }
+};
+
+}  // namespace
+
+TEST_CASE("the servo's thread gets what was asked for it, and only that thread", "[simulator][realtime][threads]") {
+  // Yardstick: the kernel's files, read in the servo's thread and in this one.
+  palpate_test::ThreadFacts servo;
+  bool flushed = false;
+  auto const run = [&](RealtimeOptions const& options) {
+    Simulator simulator(ThreadWitness{&servo, &flushed}, skin<double>(ZoneOfInfluence{.rings = 3}), NoCutter<double>{}, NoForce{}, {.realtime = options});
+    CHECK_FALSE(simulator.realtime_report().priority.asked);   // no run yet
+    CHECK(simulator.run_realtime(0.02).ticks().size() == 20);
+    return simulator.realtime_report();
+  };
+  auto const before = palpate_test::thread_facts();
+  CHECK(run({}).complete());
+  CHECK(servo == before);
+  CHECK_FALSE(flushed);
+  RealtimeReport const report = run({.fifo = true, .priority = 60, .flush_denormals = true, .spin = std::chrono::microseconds(20)});
+  INFO(to_text(report));
+  CHECK(report.priority.asked);
+  CHECK(report.priority.granted == (servo.policy == 1 && servo.priority == 60));
+  CHECK(report.denormals.granted == flushed);
+  CHECK_FALSE(report.memory.asked);
+  CHECK(palpate_test::thread_facts() == before);
+  CHECK(palpate_test::unsaid(message_of([&] { run({.priority = 99}); }), "a real-time priority of 99") == "");
+}
+
+TEST_CASE("several threads read the statistics while a run goes on", "[simulator][realtime][threads]") {
+  // Yardstick: what was counted can only grow, each histogram holds one entry a tick (one less of periods), and in the end all of it is there.
+  std::atomic<long> ticks{0};
+  Simulator simulator(Patient(ScriptedDevice<double>(stroke<double>(0.004, 0.1)), ticks), skin<double>(ZoneOfInfluence{.rings = 3}),
+                      Counted(NoCutter<double>{}, ticks), CuttingForce());
+  struct Watched {
+    long reads = 0, wrong = 0, changes = 0;
+    std::string text;
+  };
+  std::vector<Watched> watched(2);
+  std::atomic<bool> done{false};
+  std::vector<std::thread> watchers;
+  for (Watched& mine : watched)
+    watchers.emplace_back([&] {
+      std::uint64_t servo_ticks = 0, body_ticks = 0, counted = 0;
+      for (bool last = false; !last;) {
+        last = done.load();
+        SimulatorStatistics const now = simulator.live_statistics();
+        std::uint64_t const periods = now.servo.period().count();
+        bool const good = now.servo.ticks() >= servo_ticks && now.body.ticks() >= body_ticks && now.servo_counts.ticks >= counted &&
+                          now.servo.latency().count() == now.servo.ticks() && periods + (now.servo.ticks() > 0) == now.servo.ticks() &&
+                          now.servo.ticks() <= 400 && now.servo.compute().p99() <= now.servo.compute().max();
+        if (!good) ++mine.wrong;
+        if (now.servo.ticks() != servo_ticks) ++mine.changes;
+        servo_ticks = now.servo.ticks(), body_ticks = now.body.ticks(), counted = now.servo_counts.ticks;
+        ++mine.reads;
+        mine.text = budget_text(now);
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+    });
+  simulator.run_realtime(0.4);
+  done = true;
+  for (std::thread& watcher : watchers) watcher.join();
+  SimulatorStatistics const last = simulator.statistics(), live = simulator.live_statistics();
+  for (Watched const& watcher : watched) {
+    CHECK(watcher.wrong == 0);
+    CHECK(watcher.reads > 0);
+    CHECK(watcher.changes > 0);
+    CHECK(watcher.text == budget_text(last));
+  }
+  CHECK(live.servo.ticks() == 400);
+  CHECK(live.body.ticks() == last.body.ticks());
+  CHECK(live.servo_counts.ticks == last.servo_counts.ticks);
+  CHECK(live.body_counts.steps == last.body_counts.steps);
+  simulator.run(0.03);   // lock-step publishes at its end too
+  CHECK(simulator.live_statistics().servo.ticks() == 430);
+}
+
 TEST_CASE("a device faster than any clock is refused before a thread starts", "[simulator][realtime]") {
   Simulator simulator(ScriptedDevice<double>(stroke<double>(), {.rate = 2e6}), skin<double>(WholeBody{}), NoCutter<double>{}, NoForce{});
   CHECK(palpate_test::unsaid(message_of([&] { simulator.run_realtime(0.1); }), "2000000 Hz") == "");
+}
+
+namespace {
+
+/// A device whose driver calls the servo: a thread of its own, which may stand still after some ticks.
+class ClockedDevice {
+ public:
+  explicit ClockedDevice(std::uint64_t stops_after = ~std::uint64_t{0}) : state_(std::make_unique<State>()) { state_->stops_after = stops_after; }
+
+  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0, .moves_a_hand = false}; }
+  DeviceStatus read(DeviceState<double>& state) noexcept {
+    if (std::this_thread::get_id() != state_->driver) state_->called_elsewhere = true;
+    state.position = {0.0312, 0.0533, 0.002 - 1e-5 * double(state_->reads++)};
+    return DeviceStatus::ok;
+  }
+  DeviceStatus write(Wrench<double> const& wrench) noexcept {
+    state_->felt = std::max(state_->felt, wrench.force.norm());
+    return DeviceStatus::ok;
+  }
+  void start(void (*tick)(void*) noexcept, void* context) {
+    state_->runs = true;
+    state_->thread = std::thread([this, tick, context] {
+      state_->driver = std::this_thread::get_id();
+      Pacer pacer(1000.0);
+      for (std::uint64_t k = 0; state_->runs.load(); ++k) {
+        pacer.wait();
+        if (k < state_->stops_after) tick(context);
+      }
+    });
+  }
+  void stop() noexcept {
+    state_->runs = false;
+    if (state_->thread.joinable()) state_->thread.join();
+  }
+  bool called_elsewhere() const noexcept { return state_->called_elsewhere; }
+  double felt() const noexcept { return state_->felt; }
+
+ private:
+  struct State {
+    std::thread thread;
+    std::thread::id driver;
+    std::atomic<bool> runs{false};
+    std::uint64_t stops_after = 0, reads = 0;
+    bool called_elsewhere = false;
+    double felt = 0.0;
+  };
+  std::unique_ptr<State> state_;
+};
+static_assert(SelfClocked<ClockedDevice> && HapticDevice<ClockedDevice>);
+
+}  // namespace
+
+TEST_CASE("a device with a clock of its own calls the servo", "[simulator][realtime][threads]") {
+  Simulator simulator(ClockedDevice{}, palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, TissueReaction{});
+  Recording const recording = simulator.run_realtime(0.6);
+  CHECK(recording.ticks().size() == 600);
+  CHECK(recording.largest_force() > 0.0);
+  CHECK(simulator.device().felt() == recording.largest_force());
+  CHECK_FALSE(simulator.device().called_elsewhere());
+  CHECK(simulator.statistics().servo.ticks() == 600);
+  CHECK(simulator.time() == Approx(0.6));
+}
+
+TEST_CASE("a clock is found in a device that was chosen while the program runs", "[simulator][realtime][threads]") {
+  Simulator simulator(AnyDevice<double>(ClockedDevice{}), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, TissueReaction{});
+  CHECK(simulator.run_realtime(0.3).ticks().size() == 300);
+  CHECK_FALSE(simulator.realtime_report().timers.asked);   // the thread was the driver's
+}
+
+TEST_CASE("a device whose clock stands still ends the run with a sentence", "[simulator][realtime][threads]") {
+  Simulator simulator(ClockedDevice(50), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, NoForce{});
+  CHECK_THROWS_WITH(simulator.run_realtime(10.0), Catch::Matchers::Contains("clock has stopped after 50 ticks"));
+}
+
+TEST_CASE("a run is stopped from another thread, which hears of every tick", "[simulator][realtime][threads]") {
+  Simulator simulator(ScriptedDevice<double>(palpate_test::stroke<double>()), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, TissueReaction{});
+  std::vector<double> heard;
+  std::thread listener([&] {
+    while (heard.size() < 200)
+      if (auto const tick = simulator.live_ticks().pop())
+        heard.push_back(tick->time);
+      else
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    simulator.stop();
+  });
+  Recording const recording = simulator.run_realtime(60.0);
+  listener.join();
+  REQUIRE(recording.ticks().size() >= 200);
+  CHECK(recording.ticks().size() < 30000);
+  for (std::size_t k = 0; k < heard.size(); ++k) REQUIRE(heard[k] == recording.ticks()[k].time);
+  CHECK(simulator.device().last_wrench().force.isZero(0));
+  CHECK(simulator.run_realtime(0.05).ticks().size() == 50);   // the next one goes on
+  CHECK(simulator.run(1.0, [&](Tick const&) { simulator.stop(); }).ticks().size() == 1);
+}
+
+namespace {
+
+/// A blunt tool whose body's tick takes 400 ms from the 120th on: as a cut through a large organ might.
+struct SlowTool : NoCutter<double> {
+  SlowTool() : NoCutter<double>(0.0) {}
+  int ticks = 0;
+  template <class Body>
+  void advance(Body& body, Vector3<double> const& tip) {
+    if (++ticks > 120) std::this_thread::sleep_for(std::chrono::milliseconds(400));
+    NoCutter<double>::advance(body, tip);
+  }
+};
+
+/// Presses, and knows when the last force and the first zero after it were written.
+class Watched {
+ public:
+  using Clock = std::chrono::steady_clock;
+  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0, .moves_a_hand = false}; }
+  DeviceStatus read(DeviceState<double>& state) noexcept {
+    state.position = {0.0512, 0.0533, std::max(-0.003, 0.002 - 5e-5 * reads_++)};
+    return DeviceStatus::ok;
+  }
+  DeviceStatus write(Wrench<double> const& wrench) noexcept {
+    if (!wrench.force.isZero(0))
+      last_force_ = Clock::now(), released_ = false;
+    else if (!released_)
+      zero_ = Clock::now(), released_ = true;
+    return DeviceStatus::ok;
+  }
+  double held() const { return std::chrono::duration<double>(zero_ - last_force_).count(); }
+  bool felt() const { return last_force_ != Clock::time_point{}; }
+
+ private:
+  int reads_ = 0;
+  bool released_ = true;
+  Clock::time_point last_force_{}, zero_{};
+};
+
+}  // namespace
+
+// By hand: the servo's last tick and the zero after it are next to each other, however long the body's thread takes to end.
+TEST_CASE("a hand is let go at the end of a run, also while the body is still busy", "[simulator][realtime][threads]") {
+  Simulator simulator(Watched{}, palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), SlowTool{}, TissueReaction{});
+  simulator.run_realtime(0.4);
+  CHECK(simulator.device().felt());
+  CHECK(simulator.device().held() < 0.1);
 }

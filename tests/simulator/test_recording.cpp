@@ -37,22 +37,22 @@ Recording small() {
   Recording recording;
   recording.append({.time = 0.0, .tip = {0.0312, 0.0533, 0.002}});
   recording.append({.time = 0.001, .tip = {0.0312, 0.0533, -0.0015}, .depth = 0.0015, .phase = CuttingPhase::indenting,
-                    .force = {0.0, 0.0, 0.25}});
+                    .force = {0.0, 0.0, 0.25}, .energy = 1e-5});
   recording.append({.time = 0.002, .tip = {1.0 / 3.0, -1e-7, 1e22}, .depth = 0.01, .phase = CuttingPhase::moving,
-                    .force = {-3.0, 0.0, 4.0}});
+                    .force = {-3.0, 0.0, 4.0}, .energy = -2.5e-5});
   return recording;
 }
 
 constexpr char const* small_csv =
-    "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N\n"
-    "0,0.0312,0.0533,0.002,0,no contact,0,0,0\n"
-    "0.001,0.0312,0.0533,-0.0015,0.0015,indenting,0,0,0.25\n"
-    "0.002,0.3333333333333333,-1e-07,1e+22,0.01,moving,-3,0,4\n";
+    "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J\n"
+    "0,0.0312,0.0533,0.002,0,no contact,0,0,0,0\n"
+    "0.001,0.0312,0.0533,-0.0015,0.0015,indenting,0,0,0.25,1e-05\n"
+    "0.002,0.3333333333333333,-1e-07,1e+22,0.01,moving,-3,0,4,-2.5e-05\n";
 
 bool same_bits(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
 
 bool same_bits(Tick const& a, Tick const& b) {
-  bool same = same_bits(a.time, b.time) && same_bits(a.depth, b.depth) && a.phase == b.phase;
+  bool same = same_bits(a.time, b.time) && same_bits(a.depth, b.depth) && same_bits(a.energy, b.energy) && a.phase == b.phase;
   for (int i = 0; i < 3; ++i) same = same && same_bits(a.tip(i), b.tip(i)) && same_bits(a.force(i), b.force(i));
   return same;
 }
@@ -71,7 +71,8 @@ Recording random_recording(unsigned seed, int ticks) {   // doubles of every mag
                       .tip = {any(), any(), any()},
                       .depth = any(),
                       .phase = static_cast<CuttingPhase>(generator() % 3),
-                      .force = {any(), any(), any()}});
+                      .force = {any(), any(), any()},
+                      .energy = any()});
   return recording;
 }
 
@@ -117,7 +118,7 @@ TEST_CASE("values that are not finite survive the file", "[recording]") {
   double const infinity = std::numeric_limits<double>::infinity();
   Recording recording;
   recording.append({.time = 0.0, .tip = {nan, -nan, -0.0}, .depth = -infinity, .force = {infinity, 0.0, 0.0}});
-  CHECK(recording.to_csv().find("0,nan,nan,-0,-inf,no contact,inf,0,0\n") != std::string::npos);
+  CHECK(recording.to_csv().find("0,nan,nan,-0,-inf,no contact,inf,0,0,0\n") != std::string::npos);
   TemporaryFolder const folder;
   recording.write_csv(folder / "session.csv");
   Tick const back = Recording::read_csv(folder / "session.csv").ticks().front();
@@ -234,10 +235,10 @@ TEST_CASE("a damaged recording says where", "[recording]") {
   std::string const text = small_csv;
   CHECK(unsaid(complaint(""), "the file is empty", "time_s,tip_x_m") == "");
   CHECK(unsaid(complaint("time_s,x_m,y_m,z_m\n"), "line 1: not the header of a recording") == "");
-  CHECK(unsaid(complaint(text.substr(0, text.size() - 5)), "line 4: there are 7 cells instead of 9", "cut short") == "");
+  CHECK(unsaid(complaint(text.substr(0, text.size() - 14)), "line 4: there are 7 cells instead of 10", "cut short") == "");
   CHECK(unsaid(complaint(text.substr(0, text.size() - 1)), "line 4: the last line does not end", "cut short") == "");
-  CHECK(unsaid(complaint(text + "0.003,0,0,zero,0,moving,0,0,0\n"), "line 5: column tip_z_m holds \"zero\"") == "");
-  CHECK(unsaid(complaint(text + "0.003,0,0,0,0,cutting,0,0,0\n"), "line 5: phase \"cutting\" is unknown", "\"no contact\"") == "");
+  CHECK(unsaid(complaint(text + "0.003,0,0,zero,0,moving,0,0,0,0\n"), "line 5: column tip_z_m holds \"zero\"") == "");
+  CHECK(unsaid(complaint(text + "0.003,0,0,0,0,cutting,0,0,0,0\n"), "line 5: phase \"cutting\" is unknown", "\"no contact\"") == "");
   CHECK(unsaid(message_of([&] { Recording::read_csv(folder / "none.csv"); }), "does not exist") == "");
 }
 

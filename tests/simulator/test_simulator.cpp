@@ -160,8 +160,8 @@ TEST_CASE("forces are limited to what the device renders", "[simulator]") {
     worst = std::max(worst, (cut_off.ticks()[i].force - expected).norm());
   }
   CHECK(worst < 1e-15);
-  CHECK(weak.statistics().servo_counts.limited == limited);
-  CHECK(free.statistics().servo_counts.limited == 0);
+  CHECK(weak.statistics().servo_counts.safety.limited == limited);
+  CHECK(free.statistics().servo_counts.safety.limited == 0);
 }
 
 namespace {
@@ -186,7 +186,7 @@ TEST_CASE("a force model that fails is silent for those ticks and no longer", "[
     silent += sick ? 1 : 0;
   }
   CHECK(silent > 10);
-  CHECK(simulator.statistics().servo_counts.not_finite == silent);
+  CHECK(simulator.statistics().servo_counts.safety.not_finite == silent);
 }
 
 TEST_CASE("a device without a pose moves no tool, and its loss ends the force", "[simulator]") {
@@ -218,7 +218,7 @@ struct Diary {
   std::string* log;
   double z = 0.005;
 
-  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0}; }
+  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0, .moves_a_hand = false}; }
   DeviceStatus read(DeviceState<double>& state) noexcept {
     z -= 0.001;
     state.position = {0.05, 0.05, z};

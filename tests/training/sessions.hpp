@@ -14,14 +14,14 @@ namespace palpate_test {
 /// Three ticks: above the tissue, in it, through it; configuration, events and the hand's samples, one read of which failed.
 inline palpate::Session small_session() {
   using namespace palpate;
-  Session session{.seed = Seed{18446744073709551615u}, .device = {.max_force = 3.3, .rate = 1000.0, .reports_velocity = true}};
+  Session session{.seed = Seed{18446744073709551615u}, .device = {.max_force = 3.3, .rate = 1000.0, .reports_velocity = true, .buttons = 2, .continuous_force = 0.88, .mass = 0.045}};
   session.configuration.set("tissue.mass_kg", 0.1).set("cutter", "progressive").set("note", "a line of words, with a comma").set("guided", false);
   session.recording.append({.time = 0.0, .tip = {0.0312, 0.0533, 0.002}});
   session.recording.append(
-      {.time = 0.001, .tip = {0.0312, 0.0533, -0.0015}, .depth = 0.0015, .phase = CuttingPhase::indenting, .force = {0, 0, 0.25}});
-  session.recording.append({.time = 0.002, .tip = {1.0 / 3.0, -1e-7, 1e22}, .depth = 0.01, .phase = CuttingPhase::moving, .force = {-3, 0, 4}});
+      {.time = 0.001, .tip = {0.0312, 0.0533, -0.0015}, .depth = 0.0015, .phase = CuttingPhase::indenting, .force = {0, 0, 0.25}, .energy = 1e-5});
+  session.recording.append({.time = 0.002, .tip = {1.0 / 3.0, -1e-7, 1e22}, .depth = 0.01, .phase = CuttingPhase::moving, .force = {-3, 0, 4}, .energy = -2.5e-5});
   session.hand = {{.position = {0.0312, 0.0533, 0.002}, .velocity = {0, 0, -3.5}},
-                  {.position = {0.0312, 0.0533, -0.0015}, .velocity = {1, 2, 3}, .read = DeviceStatus::stale},
+                  {.position = {0.0312, 0.0533, -0.0015}, .velocity = {1, 2, 3}, .buttons = 3, .read = DeviceStatus::stale},
                   {.position = {std::numeric_limits<double>::quiet_NaN(), 0, 0}, .read = DeviceStatus::disconnected, .written = DeviceStatus::fault}};
   session.events = phase_events(session.recording);
   session.events.push_back({0.0015, "the teacher spoke"});
@@ -44,11 +44,13 @@ inline palpate::Session random_session(unsigned seed, int ticks, bool hand) {
     if (generator() % 2 == 0) {
       tick.depth = any();
       tick.force = {any(), any(), any()};
+      tick.energy = any();
     }
     session.recording.append(tick);
     if (hand)
       session.hand.push_back({.position = generator() % 2 == 0 ? tick.tip : Vector3<double>(any(), any(), any()),
                               .velocity = {any(), any(), any()},
+                              .buttons = static_cast<std::uint32_t>(generator() % 3 == 0 ? generator() : 0),
                               .read = static_cast<DeviceStatus>(generator() % 4),
                               .written = static_cast<DeviceStatus>(generator() % 4)});
   }

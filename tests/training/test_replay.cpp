@@ -122,7 +122,7 @@ TEMPLATE_TEST_CASE("failed reads, positions that are no numbers and a fault are 
   CHECK((to_bytes(make_session(again, simulator.device(), configuration(), seed)) == to_bytes(session)));
   CHECK(simulator.statistics().servo_counts.unread > 5);
   CHECK(simulator.statistics().servo_counts.faulted == 200);
-  CHECK(simulator.statistics().servo_counts.limited > 10);
+  CHECK(simulator.statistics().servo_counts.safety.limited > 10);
 }
 
 TEST_CASE("the tips alone repeat a session whose device reported no velocity", "[training][replay]") {

@@ -35,6 +35,7 @@ constexpr char const* small_head =
     "\n"
     "# seed 18446744073709551615\n"
     "# device 3.3 N 1000 Hz, reports velocity\n"
+    "# motors hand 2 buttons 0.88 N unknown N·s/m 0.045 kg\n"
     "# configuration cutter progressive\n"
     "# configuration guided no\n"
     "# configuration note a line of words, with a comma\n"
@@ -44,11 +45,11 @@ constexpr char const* small_head =
     "# event 0.0015 the teacher spoke\n"
     "# ticks 3\n";
 constexpr char const* small_table =
-    "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,"
-    "hand_x_m,hand_y_m,hand_z_m,hand_vx_m_s,hand_vy_m_s,hand_vz_m_s,read,written\n"
-    "0,0.0312,0.0533,0.002,0,no contact,0,0,0,0.0312,0.0533,0.002,0,0,-3.5,ok,ok\n"
-    "0.001,0.0312,0.0533,-0.0015,0.0015,indenting,0,0,0.25,0.0312,0.0533,-0.0015,1,2,3,stale,ok\n"
-    "0.002,0.3333333333333333,-1e-07,1e+22,0.01,moving,-3,0,4,nan,0,0,0,0,0,disconnected,fault\n";
+    "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J,"
+    "hand_x_m,hand_y_m,hand_z_m,hand_vx_m_s,hand_vy_m_s,hand_vz_m_s,buttons,read,written\n"
+    "0,0.0312,0.0533,0.002,0,no contact,0,0,0,0,0.0312,0.0533,0.002,0,0,-3.5,0,ok,ok\n"
+    "0.001,0.0312,0.0533,-0.0015,0.0015,indenting,0,0,0.25,1e-05,0.0312,0.0533,-0.0015,1,2,3,3,stale,ok\n"
+    "0.002,0.3333333333333333,-1e-07,1e+22,0.01,moving,-3,0,4,-2.5e-05,nan,0,0,0,0,0,0,disconnected,fault\n";
 
 /// With its length and checksum as they must be: what the parser itself sees.
 std::string sealed(std::string bytes) {
@@ -142,9 +143,9 @@ TEST_CASE("the binary form is what its description says, the lowest byte first",
   CHECK(bytes.substr(20, 4 + version.size()) == std::string(1, static_cast<char>(version.size())) + std::string(3, '\0') + version);
   CHECK(bytes.substr(after_version, 8) == "\x08\x07\x06\x05\x04\x03\x02\x01");
   CHECK(bytes.substr(after_version + 8, 8) == std::string("\0\0\0\0\0\0\0\x40", 8));   // 2.0 is 4000000000000000
-  std::size_t const tick = after_version + 8 + 17 + 8 + 8 + 8;
-  CHECK(bytes.substr(tick, 9) == std::string("\x80\0\0\0\0\0\0\xF0\x3F", 9));   // silent; 1.0 is 3FF0000000000000
-  CHECK(bytes.size() == tick + 33 + 4);
+  std::size_t const tick = after_version + 8 + 45 + 8 + 8 + 8;
+  CHECK(bytes.substr(tick, 10) == std::string("\x80\x01\0\0\0\0\0\0\xF0\x3F", 10));   // silent, no energy; 1.0 is 3FF0000000000000
+  CHECK(bytes.size() == tick + 34 + 4);
 }
 
 TEST_CASE("a session of a minute takes less than half of its text", "[training][session]") {
@@ -158,7 +159,7 @@ TEST_CASE("a session of a minute takes less than half of its text", "[training][
                               .phase = CuttingPhase::moving,
                               .force = {any() / 3, any() / 3, any() / 11}});
   std::size_t const binary = to_bytes(session).size(), text = to_csv(session).size();
-  CHECK(binary < 6000u * 65u + 200u);
+  CHECK(binary < 6000u * 66u + 250u);
   CHECK(2 * binary < text);
 }
 
@@ -234,7 +235,7 @@ TEST_CASE("a damaged session says where", "[training][session]") {
   other[40] = static_cast<char>(other[40] ^ 1);
   CHECK(unsaid(said(other), "the checksum is another one", "copy it again") == "");
   // A count that no file could hold is refused before room is made for it.
-  std::size_t const count = detail::session_frame + 4 + std::strlen(PALPATE_VERSION_STRING) + 8 + 17;
+  std::size_t const count = detail::session_frame + 4 + std::strlen(PALPATE_VERSION_STRING) + 8 + 45;
   for (std::size_t i = 0; i < 8; ++i) (other = i == 0 ? bytes : other)[count + i] = '\x7F';
   CHECK(unsaid(said(sealed(other)), "byte " + std::to_string(count), "the configuration is cut short or damaged") == "");
 
@@ -257,18 +258,18 @@ TEST_CASE("a damaged text says where", "[training][session]") {
   };
   CHECK(unsaid(said(""), "the table is missing") == "");
   CHECK(unsaid(said(text.substr(0, text.rfind("0.002,"))), "there are 2 ticks where the head says 3") == "");
-  CHECK(unsaid(said(text.substr(0, text.size() - 8)), "line 17: there are 16 cells instead of 17") == "");
+  CHECK(unsaid(said(text.substr(0, text.size() - 8)), "line 18: there are 18 cells instead of 19") == "");
   CHECK(unsaid(said(with("session 1", "session 2")), "line 1: \"# palpate session 2\" is another format") == "");
   CHECK(unsaid(said(with("seed 1", "seed -1")), "line 4: the seed is \"-18446744073709551615\"; write a whole number") == "");
   CHECK(unsaid(said(with("Hz, reports velocity", "Hz")), "line 5: a device is, for example") == "");
   CHECK(unsaid(said(with("3.3 N", "NN N")), "line 5: the device's force is \"NN\"") == "");
   CHECK(unsaid(said(with("3.3 N", "-3.3 N")), "device maximum force is -3.3 N") == "");
-  CHECK(unsaid(said(with("# configuration guided", "# configuration cutter")), "line 7: the key cutter is there twice") == "");
-  CHECK(unsaid(said(with("# event 0.001", "# event soon")), "line 10: the time of the event is \"soon\"") == "");
-  CHECK(unsaid(said(with("# event 0.001 touch", "# evening")), "line 10: \"evening\" is no line of a session") == "");
+  CHECK(unsaid(said(with("# configuration guided", "# configuration cutter")), "line 8: the key cutter is there twice") == "");
+  CHECK(unsaid(said(with("# event 0.001", "# event soon")), "line 11: the time of the event is \"soon\"") == "");
+  CHECK(unsaid(said(with("# event 0.001 touch", "# evening")), "line 11: \"evening\" is no line of a session") == "");
   CHECK(unsaid(said(with("# ticks 3\n", "")), "the line \"# ticks\" is missing") == "");
   CHECK(unsaid(said(with(",read,written", ",read")), "not the header of a session", "hand_x_m") == "");
-  CHECK(unsaid(said(with("stale", "stall")), "line 16: the device's status \"stall\" is unknown") == "");
+  CHECK(unsaid(said(with("stale", "stall")), "line 17: the device's status \"stall\" is unknown") == "");
   CHECK(to_csv(read_session_csv(folder.file("crlf.csv", [&] {
           std::string dos;
           for (char const c : text) dos += c == '\n' ? std::string("\r\n") : std::string(1, c);

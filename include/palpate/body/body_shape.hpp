@@ -6,6 +6,7 @@
 #include <palpate/body/temporary_particles.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/room.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/tissue/concept.hpp>
@@ -334,7 +335,8 @@ class BodyShape {
     tree_.reserve(triangles);
     changes_.reserve(triangles);
     reserved_triangles_ = std::max(reserved_triangles_, triangles);
-    disturbed_.reserve(4 * static_cast<std::size_t>(particles));
+    auto const more = static_cast<std::size_t>(std::max(0, particles - size()));
+    make_room(disturbed_, 4 * static_cast<std::size_t>(particles), 4 * more);
     temporaries_.reserve(8);
     if constexpr (requires { tissue_.reserve(particles, triangles); }) tissue_.reserve(particles, triangles);
   }

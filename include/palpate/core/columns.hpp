@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/room.hpp>
 
 #include <cstddef>
 #include <vector>
@@ -39,12 +40,14 @@ class Columns {
   template <class Derived>
   void push_back(Eigen::MatrixBase<Derived> const& column) {
     Matrix<T, Rows, 1> const value = column;   // the argument may point into this matrix
-    data_.insert(data_.end(), value.data(), value.data() + Rows);
+    for (int k = 0; k < Rows; ++k) data_.push_back(value[k]);
   }
 
   void pop_back() noexcept { data_.resize(data_.size() - Rows); }
   void resize(int columns) { data_.resize(static_cast<std::size_t>(columns) * Rows); }
   void reserve(int columns) { data_.reserve(static_cast<std::size_t>(columns) * Rows); }
+  /// Reserves, and touches what it will grow into; see palpate::make_room.
+  void make_room(int columns) { palpate::make_room(data_, static_cast<std::size_t>(columns) * Rows); }
 
  private:
   static std::size_t offset(int column) noexcept { return static_cast<std::size_t>(column) * Rows; }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/room.hpp>
+
 #include <algorithm>
 #include <cstddef>
 #include <span>
@@ -62,12 +64,24 @@ class IndexLists {
     place(l, index)[l.capacity] = key;
   }
 
+  /// Takes `index` out of the list and adds it again; it must be there.
+  void move_last(int list, int index, int key) noexcept {
+    List const& l = lists_[static_cast<std::size_t>(list)];
+    int *const at = place(l, index), *const last = pool_.data() + l.first + (l.count - 1);
+    at[0] = last[0], at[l.capacity] = last[l.capacity];
+    last[0] = index, last[l.capacity] = key;
+  }
+
+  /// Room for so many lists with this many entries in all; what new lists grow into is touched, see make_room.
   void reserve(int lists, int entries) {
-    lists_.reserve(static_cast<std::size_t>(lists));
-    pool_.reserve(2 * static_cast<std::size_t>(entries));
+    std::size_t const added = static_cast<std::size_t>(lists) - std::min(lists_.size(), static_cast<std::size_t>(lists));
+    make_room(lists_, static_cast<std::size_t>(lists));
+    make_room(pool_, 2 * static_cast<std::size_t>(entries), 3 * 2 * least_capacity * added);   // new ones, and old ones that outgrow their place
   }
 
  private:
+  static constexpr int least_capacity = 8;
+
   struct List {   // from `first` on: room for `capacity` indices, then for as many keys
     std::size_t first = 0;
     int count = 0;
@@ -80,7 +94,7 @@ class IndexLists {
   }
 
   void grow(List& l) {
-    int const capacity = std::max(8, 2 * l.capacity);
+    int const capacity = std::max(least_capacity, 2 * l.capacity);
     std::size_t const first = pool_.size();
     pool_.resize(first + 2 * static_cast<std::size_t>(capacity));
     int const* const from = pool_.data() + l.first;

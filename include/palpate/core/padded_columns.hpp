@@ -36,6 +36,7 @@ class PaddedColumns {
   void pop_back() noexcept { columns_.pop_back(); }
   void resize(int columns) { columns_.resize(columns); }   // new columns are zero
   void reserve(int columns) { columns_.reserve(columns); }
+  void make_room(int columns) { columns_.make_room(columns); }
   void set_zero() noexcept { columns_.view().setZero(); }
 
  private:

@@ -41,7 +41,7 @@ struct SeparatingCutterOptions {
 /// A body restored under the blade is a new one to it, as for ProgressiveCutter.
 /// Units      m, N.
 /// Source     \cite deformable_survey; erratum: copied at full stiffness the edges of the wound are twice as stiff, here they share it.
-///            Spec H4: detaching opens across the blade alone.
+///            Detaching opens across the blade alone.
 /// Invariant  after every tick: a valid mesh with the same triangles, none turned over; mass, momentum and the totals of home and link
 ///            stiffness unchanged. Rest area, centre of mass and rest lengths change with the vertices that move: the report says the area.
 /// Cost       a tick in which the nearest vertex changes is O(m log m), m the vertices beside the blade's way, whatever the size of the

@@ -1,26 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/device/capabilities.hpp>
 
 #include <Eigen/Geometry>
 
-#include <cmath>
 #include <concepts>
 #include <cstdint>
+#include <optional>
+#include <string>
 
 namespace palpate {
-
-/// What a device can do. The first two have to be given; zero in the others means "does not have it".
-struct Capabilities {
-  double max_force = 0.0;        ///< N; no larger force is ever written. Infinity: not limited. 0: a tracker, the hand feels nothing
-  double rate = 0.0;             ///< Hz, servo ticks per second: one `read` and one `write` each
-  double max_torque = 0.0;       ///< N·m; 0: torques are ignored
-  bool reports_velocity = false; ///< `read` fills `velocity`; otherwise the host differentiates positions
-  bool reports_orientation = false;
-  int buttons = 0;               ///< how many bits of `DeviceState::buttons` mean something
-};
 
 /// What one `read` or `write` came to. Anything but `ok` and `stale` means: write no force until the device is opened again.
 enum class DeviceStatus {
@@ -46,8 +37,9 @@ constexpr bool is_usable(DeviceStatus status) noexcept {
 }
 
 /// One sample of the hand.
-/// Units      position [m], velocity [m/s], angular_velocity [rad/s]: the tool's tip, world frame.
-/// Invariant  orientation is a unit quaternion, world ← tool. A device that does not measure a field leaves it as it is.
+/// Units      position [m], velocity [m/s], angular_velocity [rad/s]: the tool's tip, in the device's frame, which is the world's unless the host says
+///            otherwise. A device on a desk has x to the right, y up, z towards the user.
+/// Invariant  orientation is a unit quaternion, device frame ← tool. A device that does not measure a field leaves it as it is.
 template <RealScalar Scalar>
 struct DeviceState {
   Vector3<Scalar> position = Vector3<Scalar>::Zero();
@@ -57,7 +49,7 @@ struct DeviceState {
   std::uint32_t buttons = 0;   ///< bit i is set while button i is pressed
 };
 
-/// What the hand feels: force [N] and torque about the tip [N·m], world frame.
+/// What the hand feels: force [N] and torque about the tip [N·m], in the device's frame.
 template <RealScalar Scalar>
 struct Wrench {
   Vector3<Scalar> force = Vector3<Scalar>::Zero();
@@ -112,17 +104,70 @@ concept Armable = requires(Device& device) {
   { device.disarm() } noexcept;
 };
 
-/// Throws `InvalidArgument` for capabilities that no servo loop can run with.
-inline void require_valid(Capabilities const& capabilities) {
-  if (!(capabilities.rate > 0.0) || !std::isfinite(capabilities.rate))
-    throw InvalidArgument(detail::message("device rate is ", capabilities.rate,
-                                          " Hz; capabilities() must report a positive rate, for example .rate = 1000.0"));
-  if (!(capabilities.max_force >= 0.0))
-    throw InvalidArgument(detail::message("device maximum force is ", capabilities.max_force,
-                                          " N; capabilities() must report zero or more, for example .max_force = 3.3"));
-  if (!(capabilities.max_torque >= 0.0))
-    throw InvalidArgument(detail::message("device maximum torque is ", capabilities.max_torque,
-                                          " N m; capabilities() must report zero or more"));
+/// Who the device is, in words; any of them may be empty.
+struct DeviceDescription {
+  std::string vendor{}, model{}, serial{}, driver{};
+};
+
+/// Refinement: a device that says who it is. Not in the servo tick.
+template <class Device>
+concept DescribesItself = requires(Device const& device) {
+  { device.description() } -> std::convertible_to<DeviceDescription>;
+};
+
+/// Is the device's zero where it should be?
+enum class Calibration {
+  good,
+  needs_update,   ///< `calibrate()` can do it by itself, while the force is off
+  needs_hand      ///< the user has to bring the tool to a place first: `calibration_advice()` says which, if it has that
+};
+
+constexpr char const* to_string(Calibration calibration) noexcept {
+  switch (calibration) {
+    case Calibration::good: return "good";
+    case Calibration::needs_update: return "needs an update";
+    case Calibration::needs_hand: return "needs the user's hand";
+  }
+  return "unknown";
 }
+
+/// Refinement: a device that has to be calibrated. While it is not `good` no force is written. `calibrate` is called with the motors off; positions may
+/// jump then. Both may be called in the servo tick.
+template <class Device>
+concept Calibratable = requires(Device& device) {
+  { device.calibration() } noexcept -> std::same_as<Calibration>;
+  { device.calibrate() } noexcept;
+};
+
+/// Refinement: a device that says, for the user to read, what brings its calibration back; the words are static or belong to the device.
+template <class Device>
+concept AdvisesCalibration = requires(Device const& device) {
+  { device.calibration_advice() } noexcept -> std::convertible_to<char const*>;
+};
+
+/// What went wrong in a device, with the device's own number and words; the words are static or belong to the device.
+struct DeviceFault {
+  DeviceStatus status = DeviceStatus::fault;
+  int native_code = 0;
+  char const* what = "";
+};
+
+/// Refinement: a device that keeps what went wrong until it is asked, oldest first; null when there is nothing. May be called in the servo tick.
+template <class Device>
+concept ReportsFaults = requires(Device& device) {
+  { device.pop_fault() } noexcept -> std::same_as<std::optional<DeviceFault>>;
+};
+
+/// Refinement: a device whose driver has the clock: it calls `tick(context)` once a period from its own thread, between `start` and `stop`. `read` and
+/// `write` are then for that thread alone. `stop` returns when no call is under way. Without it the host keeps the time.
+template <class Device>
+concept SelfClocked = requires(Device& device, void (*tick)(void*) noexcept, void* context) {
+  device.start(tick, context);
+  { device.stop() } noexcept;
+};
+
+/// Refinement: a device of which it turns out while the program runs whether it has a clock: `clock()` points to the `start` and `stop` of it, or is null.
+template <class Device>
+concept HandsOverClock = requires(Device& device) { device.clock()->stop(); };
 
 }  // namespace palpate

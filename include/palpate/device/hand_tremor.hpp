@@ -5,6 +5,7 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/random.hpp>
 #include <palpate/device/concept.hpp>
+#include <palpate/device/detail/wrapped_device.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -84,36 +85,32 @@ class HandTremor {
 /// Limits     The tremor does not give way to the force, and rests in ticks in which the device has no new sample.
 template <class Device, RealScalar S>
   requires HapticDevice<Device, S>
-class TremblingDevice {
- public:
-  TremblingDevice(Device device, HandTremor<S> tremor) : device_(std::move(device)), tremor_(std::move(tremor)) {}
+class TremblingDevice : public detail::WrappedDevice<Device, S> {
+  using Wrapped = detail::WrappedDevice<Device, S>;
+  using Wrapped::device_;
 
-  Capabilities capabilities() const { return device_.capabilities(); }
+ public:
+  TremblingDevice(Device device, HandTremor<S> tremor) : Wrapped(std::move(device)), tremor_(std::move(tremor)) {}
+
   DeviceStatus read(DeviceState<S>& state) noexcept {
+    if (!knows_) knows_ = true, moves_ = device_.capabilities().reports_velocity;
     DeviceState<S> steady = state;
-    steady.position = position_, steady.velocity = velocity_;   // as the device left them, whatever it leaves
+    steady.position = position_;   // as the device left it, whatever it leaves
+    if (moves_) steady.velocity = velocity_;
     DeviceStatus const status = device_.read(steady);
     if (!is_usable(status)) return status;
     position_ = steady.position, velocity_ = steady.velocity;
     if (status == DeviceStatus::ok) shift_ = tremor_.step();
     state = steady;
     state.position += shift_;
-    state.velocity += tremor_.velocity();
+    if (moves_) state.velocity += tremor_.velocity();
     return status;
   }
   DeviceStatus write(Wrench<S> const& wrench) noexcept { return device_.write(wrench); }
 
-  void open() requires OpensAndCloses<Device> { device_.open(); }
-  void close() noexcept requires OpensAndCloses<Device> { device_.close(); }
-  void arm() requires Armable<Device> { device_.arm(); }
-  void disarm() noexcept requires Armable<Device> { device_.disarm(); }
-
-  Device& device() noexcept { return device_; }
-  Device const& device() const noexcept { return device_; }
-
  private:
-  Device device_;
   HandTremor<S> tremor_;
+  bool knows_ = false, moves_ = false;   // whether the device reports velocities, asked in the first read
   Vector3<S> position_ = Vector3<S>::Zero(), velocity_ = Vector3<S>::Zero(), shift_ = Vector3<S>::Zero();   // of the steady hand; of the last tick
 };
 

@@ -18,7 +18,7 @@ class NullDevice {
   }
 
   Capabilities capabilities() const noexcept {
-    return {.max_force = std::numeric_limits<double>::infinity(), .rate = rate_, .reports_velocity = true};
+    return {.max_force = std::numeric_limits<double>::infinity(), .rate = rate_, .reports_velocity = true, .moves_a_hand = false};
   }
   DeviceStatus read(DeviceState<Scalar>& state) noexcept {
     state.position = position_;

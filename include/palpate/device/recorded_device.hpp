@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/device/concept.hpp>
+#include <palpate/device/detail/wrapped_device.hpp>
 #include <palpate/device/hand_sample.hpp>
 
 #include <cstddef>
@@ -17,67 +18,64 @@ namespace palpate {
 ///   Recording const recording = simulator.run(60.0);
 ///   ReplayDevice<double> again(simulator.device().samples(), simulator.device().capabilities());
 ///
+/// Invariant  a copy has the log so far and the same room.
 /// Cost       what the device costs, and a copy; noexcept, no allocation: ticks beyond the room asked for are counted, not logged.
-/// Limits     buttons and orientation are passed on and not logged; no simulation here depends on them.
+/// Limits     orientation is passed on and not logged; no simulation here depends on it.
 template <class Device, RealScalar Scalar = double>
   requires HapticDevice<Device, Scalar>
-class RecordedDevice {
+class RecordedDevice : public detail::WrappedDevice<Device, Scalar> {
+  using Wrapped = detail::WrappedDevice<Device, Scalar>;
+  using Wrapped::device_;
+
  public:
   /// Room for that many ticks.
-  RecordedDevice(Device device, std::size_t room) : device_(std::move(device)) { samples_.reserve(room); }
-
-  Capabilities capabilities() const { return device_.capabilities(); }
+  RecordedDevice(Device device, std::size_t room) : Wrapped(std::move(device)), log_(room) {}
 
   DeviceStatus read(DeviceState<Scalar>& state) noexcept {
+    if (!knows_) knows_ = true, moves_ = device_.capabilities().reports_velocity;
     DeviceStatus const status = device_.read(state);
-    logs_ = samples_.size() < samples_.capacity();
+    logs_ = log_.samples.size() < log_.room;
     if (!logs_)
       ++dropped_;
     else if (is_usable(status))
-      samples_.push_back({.position = state.position.template cast<double>(), .velocity = state.velocity.template cast<double>(), .read = status});
+      log_.samples.push_back({.position = state.position.template cast<double>(),
+                              .velocity = moves_ ? state.velocity.template cast<double>().eval() : Vector3<double>(Vector3<double>::Zero()),
+                              .buttons = state.buttons,
+                              .read = status});
     else
-      samples_.push_back({.read = status});
+      log_.samples.push_back({.read = status});
     return status;
   }
   DeviceStatus write(Wrench<Scalar> const& wrench) noexcept {
     DeviceStatus const status = device_.write(wrench);
-    if (logs_) samples_.back().written = status;
+    if (logs_) log_.samples.back().written = status;
     logs_ = false;   // what is written at the end of a session belongs to no tick
     return status;
   }
 
-  void open()
-    requires OpensAndCloses<Device>
-  {
-    device_.open();
-  }
-  void close() noexcept
-    requires OpensAndCloses<Device>
-  {
-    device_.close();
-  }
-  void arm()
-    requires Armable<Device>
-  {
-    device_.arm();
-  }
-  void disarm() noexcept
-    requires Armable<Device>
-  {
-    device_.disarm();
-  }
-
-  std::vector<HandSample> const& samples() const noexcept { return samples_; }
+  std::vector<HandSample> const& samples() const noexcept { return log_.samples; }
   /// How many ticks found no room.
   std::size_t dropped() const noexcept { return dropped_; }
-  Device& device() noexcept { return device_; }
-  Device const& device() const noexcept { return device_; }
 
  private:
-  Device device_;
-  std::vector<HandSample> samples_;
+  struct Log {
+    explicit Log(std::size_t ticks) : room(ticks) { samples.reserve(room); }
+    Log(Log const& other) : Log(other.room) { samples.insert(samples.end(), other.samples.begin(), other.samples.end()); }   // a copied vector keeps no room
+    Log(Log&& other) noexcept : samples(std::move(other.samples)), room(std::exchange(other.room, 0)) {}
+    Log& operator=(Log other) noexcept {
+      samples.swap(other.samples);
+      room = other.room;
+      return *this;
+    }
+
+    std::vector<HandSample> samples;
+    std::size_t room;
+  };
+
+  Log log_;
   std::size_t dropped_ = 0;
   bool logs_ = false;   // this tick has a sample
+  bool knows_ = false, moves_ = false;   // whether the device reports velocities, asked in the first read; otherwise the state has the host's
 };
 
 }  // namespace palpate

@@ -37,10 +37,8 @@ class ReplayDevice {
     ++tick_;
     if (!is_usable(sample.read)) return sample.read;
     state.position = sample.position.template cast<Scalar>();
-    if (rests)
-      state.velocity.setZero();
-    else
-      state.velocity = sample.velocity.template cast<Scalar>();
+    state.buttons = sample.buttons;
+    if (capabilities_.reports_velocity) state.velocity = rests ? Vector3<Scalar>::Zero() : sample.velocity.template cast<Scalar>().eval();
     return rests ? DeviceStatus::stale : sample.read;
   }
   DeviceStatus write(Wrench<Scalar> const& wrench) noexcept {

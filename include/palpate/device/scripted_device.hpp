@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/error.hpp>
+#include <palpate/core/random.hpp>
 #include <palpate/device/concept.hpp>
+#include <palpate/device/quantised.hpp>
 #include <palpate/device/trajectory.hpp>
 
 #include <cstdint>
@@ -10,32 +13,63 @@
 namespace palpate {
 
 struct ScriptedDeviceOptions {
-  double max_force = 3.3;   ///< N; the Touch's value
-  double rate = 1000.0;     ///< Hz
+  double max_force = 3.3;           ///< N; the Touch's value
+  double rate = 1000.0;             ///< Hz
+  bool reports_velocity = true;     ///< false: the host differentiates positions, as with most real devices
+  double quantum = 0.0;             ///< m, resolution of the position; the velocity stays that of the path. 0: exact. A Touch has 5.5e-5
+  double jitter = 0.0;              ///< s, a sample is taken up to that much early or late, evenly spread, and nobody is told; below half a tick
+  double dropouts = 0.0;            ///< share of the ticks, 0 … 1, in which a dropout begins: reads that say `stale` and hold the last sample
+  int dropout_ticks = 1;            ///< how long each lasts
+  std::uint64_t seed = 0;           ///< of jitter and dropouts; the same seed gives the same run
 };
 
 /// A hand that follows a trajectory, whatever it feels; for tests, examples and repeated experiments.
 ///   tick n reads the trajectory at n / rate, n = 0, 1, 2, …; after the end the hand rests at the last point.
+/// What a real device adds to that, quantisation, jitter of the sampling time and dropouts, is off unless asked for.
 /// Invariant  Time counts in reads, not on a clock: the same script gives the same samples on every machine, and a real-time
-///            loop that skips ticks makes the script later, not different.
+///            loop that skips ticks makes the script later, not different. Jitter and dropouts are drawn from sequences of
+///            their own, one number a tick: one does not change the other.
+/// Errors     `InvalidArgument` for an option outside its range.
 /// Cost       `read` is O(log pieces), `write` O(1); noexcept, no allocation.
 template <RealScalar Scalar>
 class ScriptedDevice {
  public:
   explicit ScriptedDevice(Trajectory<Scalar> trajectory, ScriptedDeviceOptions const& options = {})
       : trajectory_(std::move(trajectory)),
-        capabilities_{.max_force = options.max_force, .rate = options.rate, .reports_velocity = true} {
+        options_(options),
+        capabilities_{.max_force = options.max_force,
+                      .rate = options.rate,
+                      .reports_velocity = options.reports_velocity,
+                      .moves_a_hand = false,
+                      .resolution = options.quantum > 0.0 ? DeviceValue(options.quantum) : DeviceValue{}} {
     require_valid(capabilities_);
+    auto const require = [](bool good, char const* what, double value, char const* advice) {
+      if (!good) throw InvalidArgument(detail::message("ScriptedDevice: ", what, " is ", value, "; ", advice));
+    };
+    require(options.quantum == 0.0 || (options.quantum >= finest_quantum && options.quantum < 1.0), ".quantum", options.quantum,
+            "give metres, zero or 1e-12 and more, for example 5.5e-5");
+    require(options.jitter >= 0.0 && options.jitter < 0.5 / options.rate, ".jitter", options.jitter, "give seconds, 0 or more, below half a tick");
+    require(options.dropouts >= 0.0 && options.dropouts <= 1.0, ".dropouts", options.dropouts, "give a share of the ticks, 0 to 1");
+    require(options.dropout_ticks >= 1, ".dropout_ticks", options.dropout_ticks, "give 1 or more");
+    rewind();
   }
 
   Capabilities capabilities() const noexcept { return capabilities_; }
 
   DeviceStatus read(DeviceState<Scalar>& state) noexcept {
-    Motion<Scalar> const now = trajectory_.at(time());
+    double time = this->time();
     ++tick_;
-    state.position = now.position;
-    state.velocity = now.velocity;
-    return DeviceStatus::ok;
+    if (options_.dropouts > 0.0) {
+      bool const begins = dropping_.uniform<double>() < options_.dropouts;
+      if (missing_ > 0) --missing_;
+      if (missing_ == 0 && begins) missing_ = options_.dropout_ticks;
+    }
+    if (options_.jitter > 0.0) time += options_.jitter * jittering_.uniform(-1.0, 1.0);
+    bool const drops = missing_ > 0;
+    if (!drops || tick_ == 1) last_ = trajectory_.at(time);   // the first sample is there, whatever comes
+    state.position = quantised(last_.position, options_.quantum);
+    if (options_.reports_velocity) state.velocity = last_.velocity;
+    return drops ? DeviceStatus::stale : DeviceStatus::ok;
   }
   DeviceStatus write(Wrench<Scalar> const& wrench) noexcept {
     last_wrench_ = wrench;
@@ -50,16 +84,24 @@ class ScriptedDevice {
   /// Starts over; the last wrench is forgotten.
   void rewind() noexcept {
     tick_ = 0;
+    missing_ = 0;
     last_wrench_ = {};
+    jittering_ = Random(Seed{options_.seed});
+    dropping_ = Random(Seed{options_.seed ^ 0x9e3779b97f4a7c15u});
   }
 
   Wrench<Scalar> const& last_wrench() const noexcept { return last_wrench_; }
   Trajectory<Scalar> const& trajectory() const noexcept { return trajectory_; }
+  ScriptedDeviceOptions const& options() const noexcept { return options_; }
 
  private:
   Trajectory<Scalar> trajectory_;
+  ScriptedDeviceOptions options_;
   Capabilities capabilities_;
   std::uint64_t tick_ = 0;
+  int missing_ = 0;   // ticks of the dropout that are left, this one included
+  Motion<Scalar> last_;
+  Random jittering_, dropping_;
   Wrench<Scalar> last_wrench_;
 };
 

@@ -87,6 +87,11 @@ class Trajectory {
     return add({.kind = Kind::tap, .duration = seconds, .origin = end_, .a = reach,
                 .angle = static_cast<Scalar>(2.0 * std::numbers::pi * times), .end = end_}, "tap");
   }
+  /// Swings through p + reach sin φ(t), φ = 2π (f t + (g − f) t²/(2 T)): the frequency goes evenly from `from` to `to` [Hz] in T = `seconds`. It
+  /// begins with its full speed, and the path goes on from where it ends.
+  Trajectory& chirp(Point const& reach, double from, double to, double seconds) & { return swing("chirp", reach, from, to, seconds); }
+  /// The same at one frequency [Hz].
+  Trajectory& sine(Point const& reach, double frequency, double seconds) & { return swing("sine", reach, frequency, frequency, seconds); }
   /// Another path, from where this one ends. It has to begin there, to within a micrometre or the rounding of the coordinates.
   Trajectory& then(Trajectory const& next) & {
     Scalar const gap = (next.begin_ - end_).norm();
@@ -112,6 +117,8 @@ class Trajectory {
     return std::move(arc(centre, axis, angle, seconds, pace));
   }
   Trajectory tap(Point const& reach, double seconds, int times = 1) && { return std::move(tap(reach, seconds, times)); }
+  Trajectory chirp(Point const& reach, double from, double to, double seconds) && { return std::move(chirp(reach, from, to, seconds)); }
+  Trajectory sine(Point const& reach, double frequency, double seconds) && { return std::move(sine(reach, frequency, seconds)); }
   Trajectory then(Trajectory const& next) && { return std::move(then(next)); }
 
   /// The same path turned about the world's origin, then shifted: to lay a stroke drawn in the plane onto an organ.
@@ -146,19 +153,26 @@ class Trajectory {
   }
 
  private:
-  enum class Kind { hold, line, arc, tap };
+  enum class Kind { hold, line, arc, tap, swing };
 
   struct Piece {
     Kind kind;
     Pace pace = Pace::constant;
     double duration;                 // s
     Point origin = Point::Zero();    // where it begins; for an arc its centre, in the plane of the circle
-    Point a = Point::Zero();         // line: to the end; tap: reach; arc: radius at the beginning
+    Point a = Point::Zero();         // line: to the end; tap, swing: reach; arc: radius at the beginning
     Point b = Point::Zero();         // arc: a, turned by 90°
     Scalar angle = 0;                // arc, tap: rad in all
+    double frequency = 0.0;          // swing: Hz, at the beginning
+    double sweep = 0.0;              // swing: Hz/s
     Point end = Point::Zero();
 
     Motion<Scalar> at(double tau) const noexcept {
+      if (kind == Kind::swing) {   // in double: a float loses the angle of the thousandth turn
+        double const t = tau * duration, turn = 2.0 * std::numbers::pi;
+        double const phase = turn * std::remainder(t * (frequency + sweep * t / 2.0), 1.0), speed = turn * (frequency + sweep * t);
+        return {origin + static_cast<Scalar>(std::sin(phase)) * a, static_cast<Scalar>(speed * std::cos(phase)) * a};
+      }
       double share = tau;
       double rate = 1.0 / duration;   // ds/dt
       if (pace == Pace::minimum_jerk) {
@@ -170,7 +184,8 @@ class Trajectory {
       Scalar const ds = static_cast<Scalar>(rate);
       Scalar const phase = angle * s;
       switch (kind) {
-        case Kind::hold: break;
+        case Kind::hold:
+        case Kind::swing: break;
         case Kind::line: return {origin + s * a, ds * a};
         case Kind::arc:
           return {origin + std::cos(phase) * a + std::sin(phase) * b,
@@ -184,6 +199,15 @@ class Trajectory {
   };
 
   explicit Trajectory(Point const& point) : begin_(point), end_(point) {}
+
+  Trajectory& swing(char const* what, Point const& reach, double from, double to, double seconds) {
+    require_finite(what, reach);
+    if (!(from >= 0.0) || !(to >= 0.0) || !std::isfinite(from) || !std::isfinite(to))
+      throw InvalidArgument(detail::message(what, ": it goes from ", from, " to ", to, " Hz; give finite frequencies, zero or more"));
+    Piece piece{.kind = Kind::swing, .duration = seconds, .origin = end_, .a = reach, .frequency = from, .sweep = (to - from) / seconds};
+    piece.end = piece.at(1.0).position;
+    return add(piece, what);
+  }
 
   Trajectory& add(Piece const& piece, char const* what) {
     double const until = duration() + piece.duration;

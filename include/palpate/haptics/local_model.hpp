@@ -3,8 +3,10 @@
 
 #include <palpate/body/touch.hpp>
 #include <palpate/core/phase.hpp>
+#include <palpate/haptics/surface_model.hpp>
 
 #include <cstddef>
+#include <limits>
 
 namespace palpate {
 
@@ -16,11 +18,14 @@ template <RealScalar Scalar>
 struct LocalModel {
   CuttingPhase phase = CuttingPhase::no_contact;
   bool sound = true;   ///< false: the body has diverged, and the hand must feel nothing
+  bool known = true;   ///< false: the body has not answered yet, and nothing arms
   std::size_t restorations = 0;   ///< of the body: when it changes, what was touched before is gone
+  double time = std::numeric_limits<double>::quiet_NaN();   ///< s, of the tip that it was made for; not a number: of now
   Vector3<Scalar> home_point = Vector3<Scalar>::Zero();
   Vector3<Scalar> normal = Vector3<Scalar>::UnitZ();
   Scalar tip_radius = 0;
   Vector3<Scalar> tissue_force = Vector3<Scalar>::Zero();   // on the tool
+  SurfaceModel<Scalar> surface{};   ///< for a force that answers to the surface as it is now; see proxy_force.hpp
 
   /// How deep a tip is below the plane; 0 without contact and above it.
   Scalar depth(Vector3<Scalar> const& tip) const noexcept {

@@ -31,7 +31,8 @@ concept ForceOverlay = RealScalar<Scalar> && requires(T& overlay, ToolMotion<Sca
 };
 
 /// A force model that brings an overlay with it: the simulator adds `overlay(motion)` to the force in every tick in which the hand may feel
-/// anything, after the fading of a restoration and before the device's limit.
+/// anything, after the fading of a restoration and before the safety chain. On a device that moves a hand the passivity controller damps an overlay that gives more than
+/// it took; one that stores energy says how much: `energy()` [J].
 template <class T, class Scalar>
 concept HasOverlay = RealScalar<Scalar> && requires(T& model, ToolMotion<Scalar> const& motion) {
   { model.overlay(motion) } noexcept -> detail::Vector3Of<Scalar>;
@@ -57,6 +58,31 @@ class Overlaid {
       return force_.overlay(motion) + over_(motion);
     else
       return over_(motion);
+  }
+
+  /// J, that the overlays hold elastically, where they say so with `energy()`: what they may give back without being active.
+  double overlay_energy() const noexcept {
+    double held = 0.0;
+    if constexpr (requires { over_.energy(); }) held += static_cast<double>(over_.energy());
+    if constexpr (requires { force_.overlay_energy(); }) held += force_.overlay_energy();
+    return held;
+  }
+
+  /// Where the force answers to the surface: see proxy_force.hpp.
+  template <class Local, RealScalar Scalar>
+    requires requires(Force& force, Local const& local, ToolMotion<Scalar> const& motion) { force.on_surface(local, motion); }
+  Vector3<Scalar> on_surface(Local const& local, ToolMotion<Scalar> const& motion) noexcept {
+    return force_.on_surface(local, motion);
+  }
+  auto surface_kind() const noexcept
+    requires requires(Force const& force) { force.surface_kind(); }
+  {
+    return force_.surface_kind();
+  }
+  void begin_session(double servo_rate, double model_rate)
+    requires requires(Force& force) { force.begin_session(servo_rate, model_rate); }
+  {
+    force_.begin_session(servo_rate, model_rate);
   }
 
   void validate() const {

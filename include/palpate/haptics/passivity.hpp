@@ -14,20 +14,25 @@ namespace palpate {
 struct PassivityOptions {
   double period = 0.001;        ///< T [s], of the servo
   double max_damping = 11.0;    ///< α_max [N·s/m], the most that the controller adds: about mass / (4 T), 11 for a 45 g stylus; 0: observe alone
+  double device_damping = 0.0;  ///< b [N·s/m], what the mechanics damp for certain: it may pay for what a held force gives; 0: not known
   double reservoir = 0.005;     ///< J; what was taken beyond it and the elastic energy is forgotten: an earlier loss does not pay for a later gain
 };
 
 /// The energy that a rendered force takes from the hand, and damping where it would give more than it took.
 ///   E ← min(E − F₋·Δx, reservoir + U)   U the elastic energy that the rendered model holds, Δx the way since the last tick, F₋ the force that was sent then and held since
-///   W = E − F·Δx                         if the force that is wanted now were held over as long a way again
+///   E ← E + b |Δx|²/T, up to U           what the mechanics have taken on the way, at least: it pays for a gain, and is never saved
+///   W = E − F·Δx + b |Δx|²/T             if the force that is wanted now were held over as long a way again
 ///   W < 0:  F ← F − α Δx/T,   α = min(α_max, −W T/|Δx|²)
 /// F is the force on the hand, so the hand puts −F·Δx into what it touches. The observer is exact for a force that is held between samples.
 /// Units      SI; force [N] on the hand, energy [J].
 /// Source     \cite hannaford2002; the exact sum under a hold \cite ryu2004. Without a limit on α the controller diverges at a stiff wall and 1 kHz.
-/// Invariant  period, reservoir > 0, max_damping ≥ 0, all finite; checked at set-up. Never adds a force where the tip does not move; α never above
+/// Invariant  period, reservoir > 0, both dampings ≥ 0, all finite; checked at set-up. Never adds a force where the tip does not move; α never above
 ///            its limit: what it can not dissipate in this tick stays as a debt, to be paid by the next motion, in the air too.
+///            With U and b given, a spring of K ≤ 2 b/T is never damped: what a hold leaks in a tick, K |Δx|²/2, the mechanics have taken.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Without U a soft wall that gives back what it took looks active as soon as that is more than the reservoir. Tell it what was sent: `sent` comes after every limiter. Noise counts as energy given; see `CuttingForce::noise_energy`.
+/// Limits     Without U a soft wall that gives back what it took looks active as soon as that is more than the reservoir. Tell it what was sent:
+///            `sent` comes after every limiter. Noise counts as energy given; see `CuttingForce::noise_energy`.
+///            A tip that slides is damped along its whole way, so what a wall gives across is taken from the sliding, and the wall may go on vibrating.
 template <RealScalar S>
 class PassivityController {
  public:
@@ -39,6 +44,7 @@ class PassivityController {
     };
     require(options.period > 0.0, ".period", options.period, " s", "give that of the servo, 0.001 for most");
     require(options.max_damping >= 0.0, ".max_damping", options.max_damping, " N·s/m", "give a finite number, zero or more");
+    require(options.device_damping >= 0.0, ".device_damping", options.device_damping, " N·s/m", "give a finite number, zero or more");
     require(options.reservoir > 0.0, ".reservoir", options.reservoir, " J", "give a finite number above zero");
   }
 
@@ -56,9 +62,11 @@ class PassivityController {
     }
     total_ += work;
     least_ = std::min(least_, total_);
-    energy_ = std::min(energy_ + work, options_.reservoir + std::fmax(elastic, 0.0));   // fmax: 0 for a NaN
-    double const square = way.squaredNorm();
-    double const next = energy_ - wanted.template cast<double>().dot(way);
+    double const square = way.squaredNorm(), taken = options_.device_damping / options_.period * square;
+    double const held = std::fmax(elastic, 0.0);   // 0 for a NaN
+    energy_ = std::min(energy_ + work, options_.reservoir + held);
+    if (energy_ < held) energy_ = std::min(energy_ + taken, held);
+    double const next = energy_ + taken - wanted.template cast<double>().dot(way);
     if (!(next < 0.0) || !(square > 0.0) || !(options_.max_damping > 0.0)) return wanted;
     damping_ = std::min(options_.max_damping, -next * options_.period / square);
     ++damped_;
@@ -78,6 +86,9 @@ class PassivityController {
   double damping() const noexcept { return damping_; }
   /// In how many ticks damping was added.
   std::uint64_t damped() const noexcept { return damped_; }
+
+  /// The position jumps now, as after a calibration: the way there is no work.
+  void skip_way() noexcept { has_position_ = false; }
 
   /// Begins anew: no energy, no way, no force.
   void reset() noexcept {

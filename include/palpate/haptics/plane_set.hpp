@@ -55,6 +55,13 @@ class PlaneSet {
     if (!std::isfinite(plane.offset)) throw InvalidArgument(detail::message("PlaneSet: the offset is ", plane.offset, " m; give a finite number"));
     planes_[static_cast<std::size_t>(count_++)] = plane;
   }
+  /// The same without a word: false, and nothing added, where `add` would throw. For the servo tick.
+  bool try_add(ContactPlane<S> const& plane) noexcept {
+    bool const unit = plane.normal.allFinite() && std::abs(plane.normal.norm() - S(1)) < S(1e-4);
+    if (count_ == capacity || !unit || !std::isfinite(plane.offset)) return false;
+    planes_[static_cast<std::size_t>(count_++)] = plane;
+    return true;
+  }
   void clear() noexcept { count_ = 0; }
   int count() const noexcept { return count_; }
   ContactPlane<S> const& operator[](int k) const noexcept { return planes_[static_cast<std::size_t>(k)]; }

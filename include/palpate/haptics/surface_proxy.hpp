@@ -47,7 +47,10 @@ class SurfaceProxy {
   }
 
   /// The force on the hand [N] for a tip in front of or behind these planes.
-  Vector3<S> operator()(PlaneSet<S> const& planes, Vector3<S> const& tip) noexcept {
+  Vector3<S> operator()(PlaneSet<S> const& planes, Vector3<S> const& tip) noexcept { return (*this)(planes, tip, S(options_.stiffness)); }
+
+  /// The same with another stiffness [N/m], which may change from tick to tick: that of the tissue there. The proxy does not depend on it.
+  Vector3<S> operator()(PlaneSet<S> const& planes, Vector3<S> const& tip, S stiffness) noexcept {
     if (!tip.allFinite()) return Vector3<S>::Zero();
     PlaneProjection<S> const free = planes.project(tip);
     if (free.count == 0) {
@@ -60,7 +63,7 @@ class SurfaceProxy {
     else
       drag(planes, free, (tip - free.point).norm());
     touches_ = true;
-    return S(options_.stiffness) * (position_ - tip);
+    return stiffness > S(0) ? Vector3<S>(stiffness * (position_ - tip)) : Vector3<S>(Vector3<S>::Zero());
   }
 
   /// The surface under the proxy has moved by so much since the last tick [m].

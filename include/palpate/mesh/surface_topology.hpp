@@ -60,15 +60,29 @@ class SurfaceTopology {
   }
 
   void set_triangle(int triangle, Corners const& corners) {
-    auto held = triangles_[triangle];
+    Corners const before = this->corners(triangle);
     for (std::size_t k = 0; k < 3; ++k) {
-      int const before = held[static_cast<int>(k)];
-      if (before == corners[k]) continue;
-      at_.remove(before, triangle);
-      at_.add(corners[k], triangle, -1);
-      held[static_cast<int>(k)] = corners[k];
+      int const was = corner_of(triangle, corners[k]), ahead = corners[(k + 1) % 3];
+      if (was < 0)
+        at_.add(corners[k], triangle, ahead);
+      else if (static_cast<std::size_t>(was) < k)
+        at_.move_last(corners[k], triangle, ahead);
+      else if (before[(static_cast<std::size_t>(was) + 1) % 3] != ahead)
+        at_.set_key(corners[k], triangle, ahead);
     }
-    for (std::size_t k = 0; k < 3; ++k) at_.set_key(corners[k], triangle, corners[(k + 1) % 3]);
+    for (int const gone : before)
+      if (gone != corners[0] && gone != corners[1] && gone != corners[2]) at_.remove(gone, triangle);
+    triangles_[triangle] = Matrix<int, 3, 1>(corners[0], corners[1], corners[2]);
+  }
+
+  /// Gives a triangle another vertex in the place of one that it holds.
+  void replace_corner(int triangle, int before, int now) {
+    auto held = triangles_[triangle];
+    int const k = corner_of(triangle, before);
+    held[k] = now;
+    at_.remove(before, triangle);
+    at_.add(now, triangle, held[(k + 1) % 3]);
+    at_.set_key(held[(k + 2) % 3], triangle, now);
   }
 
   /// Takes the last triangle away.
@@ -79,7 +93,7 @@ class SurfaceTopology {
   }
 
   void reserve(int vertices, int triangles) {
-    triangles_.reserve(triangles);
+    triangles_.make_room(triangles);
     at_.reserve(vertices, 16 * vertices);
   }
 

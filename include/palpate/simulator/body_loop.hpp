@@ -5,6 +5,7 @@
 #include <palpate/cutting/concept.hpp>
 #include <palpate/haptics/contact_coupling.hpp>
 #include <palpate/haptics/local_model.hpp>
+#include <palpate/haptics/surface_sensor.hpp>
 
 #include <algorithm>
 #include <concepts>
@@ -79,8 +80,15 @@ class BodyLoop {
       model.tip_radius = tip_radius();
       model.tissue_force = reaction;
     }
+    if (sensor_.kind() != SurfaceKind::none) {
+      if constexpr (requires { body_.nearest_point(tip); body_.tissue().surface(); body_.topology_revision(); })
+        model.surface = sensor_.look(body_, contact, model.phase, tip, tip_radius(), static_cast<Scalar>(coupling_.stiffness));
+    }
     return model;
   }
+
+  /// From now on local models hold the surface too, as a force wants it.
+  void sense_surface(SurfaceKind kind) { sensor_ = SurfaceSensor<Scalar>(kind); }
 
   /// A tick without a tool.
   void rest(Scalar h) {
@@ -193,6 +201,7 @@ class BodyLoop {
   BodyType body_;
   CutterType cutter_;
   ContactCoupling coupling_;
+  SurfaceSensor<Scalar> sensor_;
   int most_steps_;
   Scalar stable_step_ = 0;
   std::size_t stable_for_ = 0;

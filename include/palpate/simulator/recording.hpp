@@ -18,14 +18,14 @@ namespace palpate {
 
 /// A session, tick by tick; what `Simulator::run` returns.
 /// File       comma-separated text, one line a tick:
-///            time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N
+///            time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J
 ///            Numbers are the shortest text that reads back to the same double, with a decimal point in every locale: equal
 ///            recordings give equal bytes, and `read_csv` gives back the recording that was written.
 /// Cost       `append` allocates only beyond what `reserve` asked for; `try_append` never does: allowed in the servo tick.
 class Recording {
  public:
   static constexpr std::string_view csv_header =
-      "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N";
+      "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J";
 
   Recording() = default;
   explicit Recording(std::size_t capacity) { reserve(capacity); }

@@ -6,14 +6,27 @@
 #include <palpate/force/concept.hpp>
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/haptics/overlay.hpp>
+#include <palpate/haptics/proxy_force.hpp>
+#include <palpate/haptics/safety_chain.hpp>
+#include <palpate/haptics/workspace_mapping.hpp>
+#include <palpate/core/event_ring.hpp>
 #include <palpate/simulator/recording.hpp>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <type_traits>
 #include <utility>
 
 namespace palpate {
+
+/// How forces reach a device.
+struct ServoOptions {
+  SafetyOptions safety{};
+  WorkspaceMapping<double> mapping{};    ///< from the device's frame to the world's
+  std::uint32_t clutch = 0;              ///< buttons; while one is pressed the tip stays and the hand moves freely. 0: none
+};
 
 /// What happened on the servo's side.
 struct ServoCounts {
@@ -23,9 +36,15 @@ struct ServoCounts {
   std::uint64_t faulted = 0;      ///< ticks without force because the device had reported a fault in this session
   std::uint64_t unsound = 0;      ///< ticks without force because the body had diverged
   std::uint64_t faded = 0;        ///< ticks in which the force of before a restoration faded
-  std::uint64_t not_finite = 0;   ///< forces that were not finite and became zero
-  std::uint64_t limited = 0;      ///< forces shortened to the device's maximum
+  SafetyCounts safety{};
 };
+
+/// What the safety chain did, and when [s of simulated time].
+struct ServoEvent {
+  double time = 0.0;
+  SafetyEvent what = SafetyEvent::armed;
+};
+using ServoEvents = EventRing<ServoEvent, 256>;
 
 namespace detail {
 
@@ -38,9 +57,10 @@ struct DeviceScalarOf {
 
 }  // namespace detail
 
-/// The hand's side of a simulation: read the device, ask the force model, write the force. Both calls are noexcept and allocate nothing.
-/// The force is zero when the read failed or gave no finite position, when the body has diverged, when the force is not finite, and,
-/// from a fault of the device on, until its next session; it is never above the device's maximum. When the body is restored under the
+/// The hand's side of a simulation: read the device, ask the force model, write the force through the safety chain. Both calls are noexcept and
+/// allocate nothing. Forces are the scene's; the mapping brings them to the device's frame.
+/// The force is zero when the read failed or gave no finite position, when the body has diverged, when the force is not finite, while the
+/// chain is not armed, and, from a fault of the device on, until its next session. When the body is restored under the
 /// tool, the last force fades to zero over 50 ms, evenly; then the force model is heard again, and the tool has to touch anew.
 /// A force model with an overlay (see haptics/overlay.hpp) adds to the tissue's force in free space too, and goes on during that fading.
 template <class Device, class Force, RealScalar Scalar>
@@ -53,12 +73,15 @@ class ServoLoop {
   static_assert(HapticDevice<Device, DeviceScalar>,
                 "Simulator: the device needs capabilities(), read(DeviceState<double>&) noexcept and write(Wrench<double> const&) noexcept; "
                 "see palpate/device/concept.hpp.");
-  static_assert(ForceModel<Force, Scalar>,
+  static_assert(ForceModel<Force, Scalar> || SurfaceForce<Force, Scalar>,
                 "Simulator: the force model must be callable, noexcept, with a ToolContact of the body's scalar and return a Vector3 of it "
-                "in N; NoForce{} is one.");
+                "in N; NoForce{} is one. A ProxyForce answers to the surface instead.");
 
  public:
-  ServoLoop(Device device, Force force) : device_(std::move(device)), force_(std::move(force)) {}
+  ServoLoop(Device device, Force force, ServoOptions const& options = {})
+      : device_(std::move(device)), force_(std::move(force)), options_(options), mapping_(options.mapping.template cast<Scalar>()), events_(std::make_unique<ServoEvents>()) {
+    options.safety.validate();
+  }
 
   /// Reads the device. The tip and its velocity are then known; without velocity from the device it is the difference over h.
   void read(Scalar h) noexcept {
@@ -66,9 +89,17 @@ class ServoLoop {
     DeviceState<DeviceScalar> state = state_;
     DeviceStatus const status = device_.read(state);
     ++counts_.ticks;
-    Vector const tip = state.position.template cast<Scalar>();
-    faulted_ = faulted_ || !is_usable(status);
-    usable_ = is_usable(status) && state.position.allFinite() && tip.allFinite();
+    Vector const position = state.position.template cast<Scalar>();
+    usable_ = is_usable(status) && state.position.allFinite() && position.allFinite();
+    chain_.read({.works = is_usable(status),
+                 .usable = usable_,
+                 .fresh = status == DeviceStatus::ok,
+                 .position = position,
+                 .seconds = static_cast<double>(h),
+                 .buttons = state.buttons,
+                 .calibration = calibration()});
+    if (chain_.interrupted()) follows_ = false;
+    sample_age_ = status == DeviceStatus::stale ? sample_age_ + static_cast<double>(h) : 0.0;
     if (!usable_) {
       ++counts_.unread;
       velocity_.setZero();
@@ -76,8 +107,12 @@ class ServoLoop {
       return;
     }
     state_ = state;
-    Vector const reported = state.velocity.template cast<Scalar>();
-    if (reports_velocity_ && reported.allFinite())
+    work_clutch(position);
+    Vector const tip = mapping_.clutch_open() ? mapping_.held() : mapping_.to_world(position);
+    Vector const reported = mapping_.velocity_to_world(state.velocity.template cast<Scalar>());
+    if (mapping_.clutch_open())
+      velocity_.setZero();
+    else if (reports_velocity_ && reported.allFinite())
       velocity_ = reported;
     else if (follows_)
       velocity_ = (tip - tip_) / h;
@@ -88,7 +123,10 @@ class ServoLoop {
   }
 
   /// Answers with the force for the tip that was read, and says what was written.
-  Tick respond(LocalModel<Scalar> const& model, double time) noexcept {
+  Tick respond(LocalModel<Scalar> const& model, double time) noexcept { return respond(model, time, time); }
+
+  /// The same where the tick's time is not that of the clock: `now` [s] is on the clock of the model's time.
+  Tick respond(LocalModel<Scalar> const& model, double time, double now) noexcept {
     ToolContact<Scalar> contact;
     contact.phase = model.phase;
     contact.depth = model.depth(tip_);
@@ -99,40 +137,58 @@ class ServoLoop {
     contact.seconds = since_last_;
     last_depth_ = contact.depth;
 
-    Wrench<DeviceScalar> wrench;
-    if (faulted_)
+    bool const asked = usable_ && model.sound && model.known && !chain_.faulted();
+    if (chain_.faulted())
       ++counts_.faulted;
     else if (!model.sound)
       ++counts_.unsound;
-    else if (usable_)
-      wrench.force = answer(model, contact);
-    if (!usable_ || faulted_ || !model.sound) fall_silent();
+    WantedForce<Scalar> wanted{.inside = model.phase != CuttingPhase::no_contact && contact.depth > 0,
+                               .known = model.known,
+                               .sound = model.sound,
+                               .age = std::fmax(now - model.time, sample_age_),
+                               .quiet = mapping_.clutch_open()};
+    if (asked) ask(model, contact, wanted);
     restorations_ = model.restorations;
+    Vector const out = chain_(wanted, mapping_);
+    if (!asked || !wanted.force.allFinite() || !may_render(chain_.stage())) fall_silent();
+    Wrench<DeviceScalar> wrench;
+    wrench.force = limited(Vector3<DeviceScalar>(out.template cast<DeviceScalar>()), max_force_);   // rounding to a float may lengthen it by a bit
     if (!is_usable(device_.write(wrench))) {
       ++counts_.unwritten;
-      faulted_ = true;
+      chain_.write_failed();
     }
+    while (auto const event = chain_.pop_event()) static_cast<void>(events_->push({time, *event}));
 
     Tick tick;
     tick.time = time;
     tick.tip = tip_.template cast<double>();
     tick.depth = static_cast<double>(contact.depth);
     tick.phase = contact.phase;
-    tick.force = wrench.force.template cast<double>();
+    tick.force = mapping_.force_to_world(wrench.force.template cast<Scalar>()).template cast<double>();
+    tick.energy = chain_.energy();
     return tick;
   }
 
-  /// A session begins: takes over what the device can do, now that it is open, and trusts it again.
-  void begin_session() {
+  /// The hand is let go: zero is written. The last act of a run, and all there is to do for a driver that still calls.
+  void let_go() noexcept { static_cast<void>(device_.write(Wrench<DeviceScalar>{})); }
+
+  /// A session begins: takes over what the device can do, now that it is open, and trusts it again. Local models will come at `model_rate` Hz.
+  void begin_session(double model_rate) {
     Capabilities const capabilities = device_.capabilities();
-    require_valid(capabilities);
-    max_force_ = static_cast<DeviceScalar>(capabilities.max_force);
+    SafetyOptions safety = options_.safety;
+    if (!safety.dead_man && options_.clutch != 0) safety.dead_man = limits_for(safety, capabilities, model_rate).dead_man & ~options_.clutch;   // a clutch holds no dead man
+    chain_.begin(safety, capabilities, model_rate, mapping_);
+    max_force_ = static_cast<DeviceScalar>(chain_.limits().max_force);
     rate_ = capabilities.rate;
+    if constexpr (SurfaceForce<Force, Scalar>) force_.begin_session(rate_, model_rate);
     reports_velocity_ = capabilities.reports_velocity;
-    faulted_ = false;
     fall_silent();
     fade_left_ = 0;
+    sample_age_ = 0;
+    if (chain_.limits().protects_a_hand) follows_ = false;   // it may have moved meanwhile; a simulated one has not
   }
+  /// The same where every tick has a local model of its own.
+  void begin_session() { begin_session(static_cast<double>(device_.capabilities().rate)); }
 
   Vector const& tip() const noexcept { return tip_; }
   Vector const& velocity() const noexcept { return velocity_; }
@@ -142,7 +198,15 @@ class ServoLoop {
   Device& device() noexcept { return device_; }
   Device const& device() const noexcept { return device_; }
   Force& force() noexcept { return force_; }
-  ServoCounts const& counts() const noexcept { return counts_; }
+  ServoCounts counts() const noexcept {
+    ServoCounts all = counts_;
+    all.safety = chain_.counts();
+    return all;
+  }
+  SafetyChain<Scalar> const& chain() const noexcept { return chain_; }
+  WorkspaceMapping<Scalar> const& mapping() const noexcept { return mapping_; }
+  /// For one other thread, or between ticks.
+  ServoEvents& events() noexcept { return *events_; }
 
  private:
   static constexpr Scalar fade_time = Scalar(0.05);   // s
@@ -152,22 +216,26 @@ class ServoLoop {
     overlay_continues_ = false;
   }
 
-  /// The tissue's force and what is laid over it, as it may be written.
-  Vector3<DeviceScalar> answer(LocalModel<Scalar> const& model, ToolContact<Scalar> const& contact) noexcept {
-    Vector3<DeviceScalar> const tissue = faded(model, Vector(force_(contact)).template cast<DeviceScalar>());
+  /// The tissue's force and what is laid over it. What the model holds elastically is at most force times depth, for every law that rises with depth.
+  void ask(LocalModel<Scalar> const& model, ToolContact<Scalar> const& contact, WantedForce<Scalar>& wanted) noexcept {
+    Vector answer;
+    if constexpr (SurfaceForce<Force, Scalar>)
+      answer = force_.on_surface(model, ToolMotion<Scalar>{tip_, velocity_, since_last_, true});
+    else
+      answer = force_(contact);
+    Vector const tissue = faded(model, answer);
+    last_force_ = limited(tissue, static_cast<Scalar>(max_force_) / mapping_.force_scale());
+    wanted.force = tissue;
+    wanted.elastic = static_cast<double>(tissue.norm() * contact.depth);
     if constexpr (HasOverlay<Force, Scalar>) {
-      Vector const over = force_.overlay(ToolMotion<Scalar>{tip_, velocity_, since_last_, overlay_continues_});
-      last_force_ = limited(tissue, max_force_);
-      Vector3<DeviceScalar> const all = tissue + over.template cast<DeviceScalar>();
-      overlay_continues_ = all.allFinite();
-      return permitted(all);
-    } else {
-      return last_force_ = permitted(tissue);
+      wanted.force += force_.overlay(ToolMotion<Scalar>{tip_, velocity_, since_last_, overlay_continues_});
+      if constexpr (requires { force_.overlay_energy(); }) wanted.elastic += force_.overlay_energy();
+      overlay_continues_ = true;
     }
   }
 
   /// The force wanted, or, after a restoration, what is left of the force before.
-  Vector3<DeviceScalar> faded(LocalModel<Scalar> const& model, Vector3<DeviceScalar> const& wanted) noexcept {
+  Vector faded(LocalModel<Scalar> const& model, Vector const& wanted) noexcept {
     if (model.restorations != restorations_ && !last_force_.isZero(0)) {
       faded_force_ = last_force_;
       fade_left_ = fade_time;
@@ -175,19 +243,34 @@ class ServoLoop {
     if (!(fade_left_ > 0)) return wanted;
     fade_left_ = fade_left_ > since_last_ ? fade_left_ - since_last_ : Scalar(0);
     ++counts_.faded;
-    return static_cast<DeviceScalar>(fade_left_ / fade_time) * faded_force_;
+    return (fade_left_ / fade_time) * faded_force_;
   }
 
-  Vector3<DeviceScalar> permitted(Vector3<DeviceScalar> const& wanted) noexcept {
-    if (!wanted.allFinite())
-      ++counts_.not_finite;
-    else if (wanted.stableNorm() > max_force_)
-      ++counts_.limited;
-    return limited(wanted, max_force_);
+  /// Asks the device, where it can be asked; while the chain is disarmed for it, the device may mend what it can by itself.
+  Calibration calibration() noexcept {
+    if constexpr (Calibratable<Device>) {
+      Calibration const now = device_.calibration();
+      if (now == Calibration::needs_update && chain_.stage() == DeviceStage::calibrating) device_.calibrate();
+      return now;
+    } else {
+      return Calibration::good;
+    }
+  }
+
+  /// The clutch opens and closes with its button.
+  void work_clutch(Vector const& position) noexcept {
+    if ((state_.buttons & options_.clutch) != 0)
+      mapping_.open_clutch(position);
+    else
+      mapping_.close_clutch(position);
   }
 
   Device device_;
   Force force_;
+  ServoOptions options_;
+  WorkspaceMapping<Scalar> mapping_;
+  SafetyChain<Scalar> chain_;
+  std::unique_ptr<ServoEvents> events_;
   DeviceState<DeviceScalar> state_;   // the last usable one
   DeviceScalar max_force_ = 0;
   double rate_ = 0.0;
@@ -195,15 +278,15 @@ class ServoLoop {
   bool usable_ = false;    // this tick's pose is new
   bool follows_ = false;   // so was the last one's: a difference of the two is a velocity
   bool placed_ = false;
-  bool faulted_ = false;
   Vector tip_ = Vector::Zero();
   Vector velocity_ = Vector::Zero();
   Scalar last_depth_ = 0;
   Scalar since_last_ = 0;   // s, the tick before this one
+  double sample_age_ = 0;   // s, for which the device has had no new sample
   std::size_t restorations_ = 0;   // of the body, in the last tick
-  Vector3<DeviceScalar> last_force_ = Vector3<DeviceScalar>::Zero();    // N, written; the tissue's part of it
+  Vector last_force_ = Vector::Zero();    // N, the tissue's part of what the hand felt
   bool overlay_continues_ = false;   // the hand felt the overlay in the last tick
-  Vector3<DeviceScalar> faded_force_ = Vector3<DeviceScalar>::Zero();   // N, before the restoration
+  Vector faded_force_ = Vector::Zero();   // N, before the restoration
   Scalar fade_left_ = 0;   // s
   ServoCounts counts_;
 };

@@ -3,7 +3,7 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
-#include <palpate/simulator/triple_buffer.hpp>
+#include <palpate/core/triple_buffer.hpp>
 
 #include <cstddef>
 

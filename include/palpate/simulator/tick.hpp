@@ -8,13 +8,15 @@ namespace palpate {
 
 /// One servo tick as it was: where the tip was, what it did, what the hand felt.
 /// Units      time [s] since the start, tip [m] in the world frame, depth [m] below the home surface (0 without contact),
-///            force [N] on the hand, as written to the device.
+///            force [N] on the hand, as written to the device, in the world frame; energy [J] that the rendered forces have taken from
+///            the hand in all runs so far, exact for a force that is held between ticks; below zero it was given.
 struct Tick {
   double time = 0.0;
   Vector3<double> tip = Vector3<double>::Zero();
   double depth = 0.0;
   CuttingPhase phase = CuttingPhase::no_contact;
   Vector3<double> force = Vector3<double>::Zero();
+  double energy = 0.0;
 };
 
 }  // namespace palpate

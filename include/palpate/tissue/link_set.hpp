@@ -4,6 +4,7 @@
 #include <palpate/core/index_lists.hpp>
 #include <palpate/tissue/spring_law.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -63,8 +64,10 @@ class LinkSet {
   void add_particle() { at_.add_list(); }
   void pop_particle() noexcept { at_.pop_list(); }
 
+  /// Room for so many; what a cut grows into is touched, see make_room: some five links for each particle more.
   void reserve(int particles, int links) {
-    links_.reserve(static_cast<std::size_t>(links));
+    std::size_t const links_growth = static_cast<std::size_t>(5 * std::max(0, particles - at_.size()));
+    make_room(links_, static_cast<std::size_t>(links), links_growth);
     at_.reserve(particles, 16 * particles);
   }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/room.hpp>
 
 #include <algorithm>
 #include <array>
@@ -42,7 +43,7 @@ class MassExchange {
   }
   /// The copies of a particle form a ring: the one after i, or i where there is no other.
   int next_copy(int i) const noexcept { return at(i).next_copy; }
-  void reserve(int particles) { origins_.reserve(static_cast<std::size_t>(particles)); }
+  void reserve(int particles) { make_room(origins_, static_cast<std::size_t>(particles)); }
 
   /// Of the particles listed, in their order; `now` says where each particle of the whole is in that list, −1 for none. A relation to one that
   /// stays behind is lost, unless a copy of that one comes along.

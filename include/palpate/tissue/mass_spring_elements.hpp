@@ -67,9 +67,9 @@ class MassSpringElements {
   /// Divides triangle t = (a, b, c) at barycentric weights w > 0 into t = (a, b, n), (b, c, n), (c, a, n). Returns n.
   int insert_in_triangle(int t, Vector3<Scalar> const& w) {
     Corners const c = surface_.corners(t);
-    Scalar const modulus = link_modulus(t);
-    Law const law = links_[links_.find(c[0], c[1])].law;
     Scalar const area = triangle_area(t);
+    Scalar const modulus = link_modulus(t, area);
+    Law const law = links_[links_.find(c[0], c[1])].law;
     int const n = add_particle(w[0] * rest_[c[0]] + w[1] * rest_[c[1]] + w[2] * rest_[c[2]],
                                nailed(c[0]) && nailed(c[1]) && nailed(c[2]));
     take_mass<3>(n, c, {w[0], w[1], w[2]}, area);
@@ -86,25 +86,26 @@ class MassSpringElements {
     int const right = surface_.triangle_with_edge(b, a);
     int const divided = links_.find(a, b);
     Law const law = links_[divided].law;
-    Scalar const area = (left < 0 ? 0 : triangle_area(left)) + (right < 0 ? 0 : triangle_area(right));
-    Scalar const left_modulus = left < 0 ? 0 : link_modulus(left);
-    Scalar const right_modulus = right < 0 ? 0 : link_modulus(right);
+    Scalar const left_area = left < 0 ? 0 : triangle_area(left), right_area = right < 0 ? 0 : triangle_area(right);
+    Scalar const left_modulus = left < 0 ? 0 : link_modulus(left, left_area);
+    Scalar const right_modulus = right < 0 ? 0 : link_modulus(right, right_area);
     int const n = add_particle((1 - s) * rest_[a] + s * rest_[b], nailed(a) && nailed(b));
-    take_mass<2>(n, {a, b}, {1 - s, s}, area);
-    std::array<int, 4> children{-1, -1, -1, -1};
+    take_mass<2>(n, {a, b}, {1 - s, s}, left_area + right_area);
+    weigh_link(divided, a, b, Scalar(0), law);   // no triangle will hold the whole edge any more
+    Division const division{{a, b}, n, {undeformed_length(a, n), undeformed_length(n, b)}, law};
+    std::array<Scalar, 2> half_shares{};
     if (left >= 0) {
       int const c = third(left, a, b);
       surface_.set_triangle(left, {a, n, c});
-      children[0] = left, children[1] = add_triangle({n, b, c});
+      add_triangle({n, b, c});
+      share_halves(division, {left, last_triangle()}, c, true, left_modulus, half_shares);
     }
     if (right >= 0) {
       int const d = third(right, b, a);
       surface_.set_triangle(right, {n, a, d});
-      children[2] = right, children[3] = add_triangle({b, n, d});
+      add_triangle({b, n, d});
+      share_halves(division, {right, last_triangle()}, d, false, right_modulus, half_shares);
     }
-    weigh_link(divided, a, b, Scalar(0), law);   // no triangle holds the whole edge any more
-    for (std::size_t k = 0; k < 4; ++k)
-      if (children[k] >= 0) share_links(children[k], k < 2 ? left_modulus : right_modulus, law);
     return n;
   }
 
@@ -112,7 +113,13 @@ class MassSpringElements {
   int split_particle(int p, std::span<int const> triangles) {
     int const n = add_particle(rest_[p], nailed(p));
     exchange_.set_copy_of(p);
-    for (int const t : triangles) change_corner(t, p, n);
+    for (int const t : triangles) surface_.replace_corner(t, p, n);
+    for (int const t : triangles) {
+      Corners const c = surface_.corners(t);
+      int const k = surface_.corner_of(t, n);
+      part_link(p, n, c[at((k + 1) % 3)], t, k, true);
+      part_link(p, n, c[at((k + 2) % 3)], t, (k + 2) % 3, false);
+    }
     balance_copies(p, n);
     return n;
   }
@@ -193,8 +200,8 @@ class MassSpringElements {
   /// Room for this many particles and triangles, so that edits up to there do not allocate.
   void reserve(int particles, int triangles) {
     auto const n = at(particles);
-    rest_.reserve(particles), mass_.reserve(n), home_.reserve(n), nailed_.reserve(n), exchange_.reserve(particles);
-    share_.reserve(triangles);
+    rest_.make_room(particles), make_room(mass_, n), make_room(home_, n), make_room(nailed_, n), exchange_.reserve(particles);
+    share_.make_room(triangles);
     surface_.reserve(particles, triangles);
     links_.reserve(particles, 3 * triangles);
   }
@@ -255,7 +262,7 @@ class MassSpringElements {
   }
 
   /// κ [N/m]: the mean over the triangle's edges of share · k L²/A.
-  Scalar link_modulus(int t) const {
+  Scalar link_modulus(int t, Scalar area) const {
     Corners const c = surface_.corners(t);
     Scalar sum = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -264,7 +271,7 @@ class MassSpringElements {
       Scalar const length = undeformed_length(c[k], c[(k + 1) % 3]);
       sum += share_[t][static_cast<int>(k)] * tangent_stiffness_of(links_[l].law, Scalar(0), links_[l].rest_length) * length * length;
     }
-    return sum / (3 * triangle_area(t));
+    return sum / (3 * area);
   }
 
   /// Sets a divided triangle's shares from its parent's modulus and brings its three links up to date.
@@ -282,10 +289,77 @@ class MassSpringElements {
     }
   }
 
+  /// κ A/(L² k), for a link that has this law.
+  Scalar share_of(Scalar modulus, Scalar area, Scalar length, Law const& law) const {
+    return modulus * area / (length * length * tangent_stiffness_of(law, Scalar(0), (1 - prestrain_) * length));
+  }
+
+  /// An edge that was divided at n, how long its halves are, and the law of its link.
+  struct Division {
+    std::array<int, 2> ends;
+    int n;
+    std::array<Scalar, 2> lengths;
+    Law law;
+  };
+
+  /// Gives the two halves of a triangle beside a divided edge their shares, from its modulus, and brings their links up to date: those of the
+  /// halves of the edge, the one from n to the corner c that faced it, and the two outer ones. `half_shares` are those of the other side's halves
+  /// of the edge, 0 where there is none yet, and then those of this side's.
+  void share_halves(Division const& edge, std::array<int, 2> const& triangles, int c, bool is_left, Scalar modulus, std::array<Scalar, 2>& half_shares) {
+    int const n = edge.n;
+    Scalar const middle_length = undeformed_length(n, c);
+    std::array<int, 2> outer_link;
+    std::array<Scalar, 2> middle;
+    for (std::size_t k = 0; k < 2; ++k) {
+      int const t = triangles[k], end = edge.ends[k];
+      bool const comes_to_end = is_left == (k == 0);   // the triangle is (half, middle, outer), its outer edge c → end; else (half, outer, middle)
+      Scalar const area = triangle_area(t), outer_length = undeformed_length(end, c);
+      outer_link[k] = links_.find(end, c);
+      Scalar const outer = share_of(modulus, area, outer_length, outer_link[k] < 0 ? edge.law : links_[outer_link[k]].law);
+      Scalar const half = share_of(modulus, area, edge.lengths[k], edge.law);
+      middle[k] = share_of(modulus, area, middle_length, edge.law);
+      share_[t] = comes_to_end ? Vector3<Scalar>(half, middle[k], outer) : Vector3<Scalar>(half, outer, middle[k]);
+    }
+    for (std::size_t k = 0; k < 2; ++k) {
+      int const t = triangles[k], end = edge.ends[k];
+      bool const comes_to_end = is_left == (k == 0);
+      Scalar const half = share_[t][0] + half_shares[k];
+      if (comes_to_end)
+        weigh_link(links_.find(n, end), end, n, half, edge.law);
+      else
+        weigh_link(links_.find(n, end), n, end, half, edge.law);
+      half_shares[k] = share_[t][0];
+      if (k == 0 && is_left) weigh_link(-1, n, c, middle[0] + middle[1], edge.law);
+      if (comes_to_end)
+        weigh_link(outer_link[k], c, end, share_[t][2] + share_on(end, c), edge.law);
+      else
+        weigh_link(outer_link[k], end, c, share_[t][1] + share_on(c, end), edge.law);
+      if (k == 0 && !is_left) weigh_link(-1, c, n, middle[0] + middle[1], edge.law);
+    }
+  }
+
   /// What the triangle with the directed edge from → to adds to the weight of its link; 0 where there is none.
   Scalar share_on(int from, int to) const noexcept {
     int const t = surface_.triangle_with_edge(from, to);
     return t < 0 ? Scalar(0) : share_[t][surface_.corner_of(t, from)];
+  }
+
+  /// Triangles have gone from particle p to its copy, t among them: the link to `other`, on the edge of t that has its share in column k, follows.
+  /// `ahead`: t goes from the copy to `other` there.
+  void part_link(int p, int copy, int other, int t, int k, bool ahead) {
+    int const beside = ahead ? surface_.triangle_with_edge(other, copy) : surface_.triangle_with_edge(copy, other);
+    int const before = links_.find(p, other);
+    Law const law = before < 0 ? Law{} : links_[before].law;
+    if (beside < 0) {
+      weigh_link(before, p, other, ahead ? share_on(other, p) : share_on(p, other), law);
+      weigh_link(-1, copy, other, share_[t][k], law);
+      return;
+    }
+    int const now = links_.find(copy, other);   // between two triangles that have gone: both come here
+    if (now < 0)
+      weigh_link(-1, copy, other, share_[t][k] + share_[beside][surface_.corner_of(beside, ahead ? other : copy)], law);
+    else
+      weigh_link(before, p, other, Scalar(0), law);
   }
 
   /// A triangle's corner goes from one particle to another: the links of both to `other` get the shares of the triangles on their sides.

@@ -121,7 +121,7 @@ auto between(std::vector<Tick> const& ticks, double tick, Value value) {
 /// Limits     It says what differs, not what matters: a trainee who does well by another path is called deviating.
 inline Comparison compare(Session const& expert, Session const& trainee, ComparisonOptions const& options = {}) {
   if (expert.device.rate != trainee.device.rate)
-    throw InvalidArgument(detail::message("compare: the expert's rate is ", expert.device.rate, " Hz, the trainee's ", trainee.device.rate,
+    throw InvalidArgument(detail::message("compare: the expert's rate is ", expert.device.rate.value, " Hz, the trainee's ", trainee.device.rate.value,
                                           " Hz; record both at one rate"));
   for (auto const& [name, value] : {std::pair(".still", options.still), {".region", options.region}, {".contact_gap", options.contact_gap}})
     if (!(value >= 0.0) || !std::isfinite(value))

@@ -21,11 +21,12 @@ namespace palpate {
 ///   # version 0.1.0
 ///   # seed 7
 ///   # device 3.3 N 1000 Hz, reports no velocity
+///   # motors hand 2 buttons 0.88 N unknown N·s/m 0.045 kg
 ///   # configuration tissue.mass_kg 0.1
 ///   # event 0.512 puncture
 ///   # ticks 3600
-///   time_s,tip_x_m,…,force_z_N
-/// A session that has its hand's samples has these columns more: hand_x_m … hand_z_m, hand_vx_m_s … hand_vz_m_s, read, written.
+///   time_s,tip_x_m,…,force_z_N,energy_J
+/// A session that has its hand's samples has these columns more: hand_x_m … hand_z_m, hand_vx_m_s … hand_vz_m_s, buttons, read, written.
 /// `read_trajectory` reads both, since it skips such lines and finds columns by name, and `Recording::read_csv` what has no samples.
 /// Equal sessions give equal bytes.
 /// Errors     `InvalidArgument` for a session that is not `valid`.

@@ -4,6 +4,7 @@
 #include <palpate/collision/detail/box.hpp>
 #include <palpate/collision/detail/box_nodes.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/room.hpp>
 
 #include <algorithm>
 #include <array>
@@ -53,9 +54,10 @@ class BoxTree : public BoxNodes<Scalar> {
 
   void reserve(int triangles) {
     std::size_t const count = std::size_t(std::max(triangles, 0));
-    place_.reserve(count);
-    blocks_.reserve(count);
-    nodes_.reserve(std::max<std::size_t>(count, 1));
+    std::size_t const growth = count - std::min(count, place_.size());
+    make_room(place_, count);
+    make_room(blocks_, count, growth / 2);
+    make_room(nodes_, std::max<std::size_t>(count, 1), growth / 4);
   }
 
   int add(Points const& points, Corners const& corners, int sibling) {

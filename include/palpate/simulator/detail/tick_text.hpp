@@ -42,9 +42,9 @@ inline void append_number(std::string& text, double value) {
 #endif
 }
 
-inline constexpr std::size_t tick_columns = 9;
+inline constexpr std::size_t tick_columns = 10;
 inline constexpr std::array<std::string_view, tick_columns> tick_names = {"time_s", "tip_x_m",   "tip_y_m",   "tip_z_m",  "depth_m",
-                                                                          "phase",  "force_x_N", "force_y_N", "force_z_N"};
+                                                                          "phase",  "force_x_N", "force_y_N", "force_z_N", "energy_J"};
 
 /// One row, without the end of the line.
 inline void append_tick(std::string& text, Tick const& tick) {
@@ -53,6 +53,7 @@ inline void append_tick(std::string& text, Tick const& tick) {
   append_number(text += ',', tick.depth);
   (text += ',') += to_string(tick.phase);
   for (double const component : tick.force) append_number(text += ',', component);
+  append_number(text += ',', tick.energy);
 }
 
 inline std::optional<CuttingPhase> phase_from(std::string_view text) noexcept {
@@ -69,7 +70,7 @@ inline Tick tick_from(CsvTable const& table, CsvTable::Row const& row) {
     table.fail_here(message("phase \"", row[5], "\" is unknown; it is \"", to_string(CuttingPhase::no_contact), "\", \"",
                             to_string(CuttingPhase::indenting), "\" or \"", to_string(CuttingPhase::moving), "\""));
   return {
-      .time = number(0), .tip = {number(1), number(2), number(3)}, .depth = number(4), .phase = *phase, .force = {number(6), number(7), number(8)}};
+      .time = number(0), .tip = {number(1), number(2), number(3)}, .depth = number(4), .phase = *phase, .force = {number(6), number(7), number(8)}, .energy = number(9)};
 }
 
 inline std::string joined(CsvTable::Row const& row) {

@@ -22,8 +22,15 @@
 namespace palpate::detail {
 
 inline constexpr std::string_view session_first_line = "# palpate session 1";
-inline constexpr std::string_view hand_header = ",hand_x_m,hand_y_m,hand_z_m,hand_vx_m_s,hand_vy_m_s,hand_vz_m_s,read,written";
+inline constexpr std::string_view hand_header = ",hand_x_m,hand_y_m,hand_z_m,hand_vx_m_s,hand_vy_m_s,hand_vz_m_s,buttons,read,written";
 inline constexpr std::array<std::string_view, 6> hand_names = {"hand_x_m", "hand_y_m", "hand_z_m", "hand_vx_m_s", "hand_vy_m_s", "hand_vz_m_s"};
+
+inline void append_known(std::string& text, DeviceValue const& value) {
+  if (value.known())
+    append_number(text, value);
+  else
+    text += "unknown";
+}
 
 inline std::string session_text(Session const& session) {
   std::string text(session_first_line);
@@ -35,6 +42,12 @@ inline std::string session_text(Session const& session) {
   append_number(text += "\n# device ", session.device.max_force);
   append_number(text += " N ", session.device.rate);
   text += session.device.reports_velocity ? " Hz, reports velocity" : " Hz, reports no velocity";
+  text += session.device.moves_a_hand ? "\n# motors hand " : "\n# motors simulated ";
+  (text += std::to_string(session.device.buttons)) += " buttons ";
+  append_known(text, session.device.continuous_force);
+  append_known(text += " N ", session.device.max_damping);
+  append_known(text += " N·s/m ", session.device.mass);
+  text += " kg";
   for (auto const& [key, value] : session.configuration.values()) (((text += "\n# configuration ") += key) += ' ') += value;
   for (SessionEvent const& event : session.events) {
     append_number(text += "\n# event ", event.time);
@@ -50,6 +63,7 @@ inline std::string session_text(Session const& session) {
       HandSample const& hand = session.hand[i];
       for (double const coordinate : hand.position) append_number(text += ',', coordinate);
       for (double const component : hand.velocity) append_number(text += ',', component);
+      (text += ',') += std::to_string(hand.buttons);
       ((text += ',') += to_string(hand.read)) += ',';
       text += to_string(hand.written);
     }
@@ -108,6 +122,19 @@ class SessionHead {
       session_.device.rate = number(next(content), "device's rate");
       if (content != "Hz, reports velocity" && content != "Hz, reports no velocity") fail_device();
       session_.device.reports_velocity = content == "Hz, reports velocity";
+    } else if (word == "motors") {
+      std::string_view const kind = next(content);
+      if (kind != "hand" && kind != "simulated") fail_motors();
+      session_.device.moves_a_hand = kind == "hand";
+      auto const buttons = whole(next(content), "number of buttons");
+      if (buttons > 32 || next(content) != "buttons") fail_motors();
+      session_.device.buttons = static_cast<int>(buttons);
+      session_.device.continuous_force = known(next(content), "continuous force");
+      if (next(content) != "N") fail_motors();
+      session_.device.max_damping = known(next(content), "device's damping");
+      if (next(content) != "N·s/m") fail_motors();
+      session_.device.mass = known(next(content), "device's mass");
+      if (content != "kg") fail_motors();
     } else if (word == "configuration") {
       std::string const key(next(content));
       if (session_.configuration.find(key)) fail(message("the key ", key, " is there twice; remove one"));
@@ -121,7 +148,7 @@ class SessionHead {
       if (!std::isfinite(time) || content.empty()) fail("an event is a finite time and a name");
       session_.events.push_back({time, std::string(content)});
     } else {
-      fail(message("\"", rest, "\" is no line of a session; it begins with note, version, seed, device, configuration, event or ticks"));
+      fail(message("\"", rest, "\" is no line of a session; it begins with note, version, seed, device, motors, configuration, event or ticks"));
     }
   }
 
@@ -136,6 +163,7 @@ class SessionHead {
     if (auto const value = to_number(text)) return *value;
     fail(message("the ", what, " is \"", text, "\"; write a number with a decimal point"));
   }
+  DeviceValue known(std::string_view text, std::string_view what) const { return text == "unknown" ? DeviceValue{} : DeviceValue(number(text, what)); }
   std::uint64_t whole(std::string_view text, std::string_view what) const {
     std::uint64_t value = 0;
     auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -144,12 +172,13 @@ class SessionHead {
     return value;
   }
   [[noreturn]] void fail_device() const { fail("a device is, for example, \"device 3.3 N 1000 Hz, reports velocity\""); }
+  [[noreturn]] void fail_motors() const { fail("motors are, for example, \"motors hand 2 buttons 0.88 N unknown N·s/m 0.045 kg\""); }
   [[noreturn]] void fail(std::string_view what) const { throw FileError(message(path_.string(), ", line ", line_, ": ", what)); }
 
-  static constexpr std::array<std::string_view, 4> once_ = {"version", "seed", "device", "ticks"};
+  static constexpr std::array<std::string_view, 5> once_ = {"version", "seed", "device", "motors", "ticks"};
   std::filesystem::path path_;
   Session session_;
-  std::array<bool, 4> seen_{};
+  std::array<bool, 5> seen_{};
   std::optional<std::uint64_t> ticks_;
   int line_ = 0;
   bool is_session_ = false;
@@ -167,11 +196,15 @@ inline HandSample hand_from(CsvTable const& table, CsvTable::Row const& row) {
     hand.position(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + i, hand_names[i]);
     hand.velocity(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + 3 + i, hand_names[3 + i]);
   }
-  for (std::size_t const column : {tick_columns + 6, tick_columns + 7}) {
+  std::string_view const buttons = row[tick_columns + 6];
+  auto const [end, error] = std::from_chars(buttons.data(), buttons.data() + buttons.size(), hand.buttons);
+  if (buttons.empty() || error != std::errc{} || end != buttons.data() + buttons.size())
+    table.fail_here(message("the buttons are \"", buttons, "\"; write a whole number, one bit a button"));
+  for (std::size_t const column : {tick_columns + 7, tick_columns + 8}) {
     auto const status = status_from(row[column]);
     if (!status)
       table.fail_here(message("the device's status \"", row[column], "\" is unknown; it is \"ok\", \"stale\", \"disconnected\" or \"fault\""));
-    (column == tick_columns + 6 ? hand.read : hand.written) = *status;
+    (column == tick_columns + 7 ? hand.read : hand.written) = *status;
   }
   return hand;
 }
@@ -196,7 +229,7 @@ inline Session session_from_csv(std::filesystem::path const& path) {
   bool const has_hand = header == std::string(Recording::csv_header) + std::string(hand_header);
   if (!has_hand && header != Recording::csv_header)
     table.fail_here(message("not the header of a session; it must be ", Recording::csv_header, ", and may go on with ", hand_header.substr(1)));
-  std::size_t const columns = tick_columns + (has_hand ? hand_names.size() + 2 : 0);
+  std::size_t const columns = tick_columns + (has_hand ? hand_names.size() + 3 : 0);
   while (table.next(row)) {
     if (row.size() != columns)
       table.fail_here(message("there are ", row.size(), " cells instead of ", columns, "; the file may be cut short: write it again"));

@@ -2,9 +2,10 @@
 #include "catch.hpp"
 
 #include "allocation_trap.hpp"
+#include "exchanges.hpp"
 
 #include <palpate/core/matrix.hpp>
-#include <palpate/simulator/triple_buffer.hpp>
+#include <palpate/core/triple_buffer.hpp>
 
 #include <array>
 #include <atomic>
@@ -13,6 +14,8 @@
 #include <utility>
 
 using namespace palpate;
+using palpate_test::exchanges;   // of the tests with threads, PALPATE_EXCHANGES
+using palpate_test::pause_of;
 
 namespace {
 
@@ -86,9 +89,9 @@ TEST_CASE("values with storage of their own are filled in place, without allocat
   CHECK(right);
 }
 
-TEST_CASE("between two threads no value is torn, old, or lost at the end", "[triple_buffer][threads]") {
+TEST_CASE("between two threads no value is torn, old, or lost at the end", "[triple_buffer][threads][exchanges]") {
   // Yardstick: numbers only grow, every payload matches its number, and the last one arrives.
-  constexpr std::uint64_t last = 60000;
+  std::uint64_t const last = exchanges(60000), pause = pause_of(last);
   TripleBuffer<Message> buffer(Message::of(0));
   std::thread writer([&] {
     for (std::uint64_t number = 1; number <= last; ++number) {
@@ -96,7 +99,7 @@ TEST_CASE("between two threads no value is torn, old, or lost at the end", "[tri
       back.number = number;
       back.words = Message::words_of(number);
       buffer.publish();
-      if (number % 64 == 0) std::this_thread::yield();
+      if (number % pause == 0) std::this_thread::yield();
     }
   });
   std::uint64_t previous = 0, torn = 0, backwards = 0, not_new = 0, fetched = 0;
@@ -118,25 +121,34 @@ TEST_CASE("between two threads no value is torn, old, or lost at the end", "[tri
   CHECK_FALSE(buffer.fetch());
 }
 
-TEST_CASE("what is fetched is at least as new as what was published before", "[triple_buffer][threads]") {
-  // Freshness: the writer announces a number after publishing it; a fetch after seeing the announcement must not be older.
-  constexpr std::uint64_t last = 60000;
+TEST_CASE("what is fetched is at least as new as what was published before", "[triple_buffer][threads][exchanges]") {
+  // Freshness: the writer announces a number after publishing it; a fetch after seeing the announcement must not be older, nor more than
+  // one ahead of what is announced after it: the generation that is published and not yet announced.
+  std::uint64_t const last = exchanges(60000), pause = pause_of(last);
   TripleBuffer<Message> buffer(Message::of(0));
   std::atomic<std::uint64_t> announced{0};
   std::thread writer([&] {
     for (std::uint64_t number = 1; number <= last; ++number) {
       buffer.write(Message::of(number));
       announced.store(number, std::memory_order_release);
-      if (number % 64 == 0) std::this_thread::yield();
+      if (number % pause == 0) std::this_thread::yield();
     }
   });
-  std::uint64_t stale = 0, seen = 0;
+  std::uint64_t stale = 0, ahead = 0, torn = 0, backwards = 0, seen = 0;
   while (seen < last) {
     std::uint64_t const least = announced.load(std::memory_order_acquire);
-    seen = buffer.read().number;
-    if (seen < least) ++stale;
+    Message const& message = buffer.read();
+    std::uint64_t const most = announced.load(std::memory_order_acquire) + 1;
+    if (message.number < least) ++stale;
+    if (message.number > most) ++ahead;
+    if (message.number < seen) ++backwards;
+    if (!message.whole()) ++torn;
+    seen = message.number;
     if (seen == least) std::this_thread::yield();
   }
   writer.join();
   CHECK(stale == 0);
+  CHECK(ahead == 0);
+  CHECK(backwards == 0);
+  CHECK(torn == 0);
 }

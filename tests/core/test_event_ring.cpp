@@ -2,9 +2,12 @@
 #include "catch.hpp"
 
 #include "allocation_trap.hpp"
+#include "exchanges.hpp"
 
-#include <palpate/simulator/event_ring.hpp>
+#include <palpate/core/event_ring.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <random>
@@ -12,6 +15,8 @@
 #include <utility>
 
 using namespace palpate;
+using palpate_test::exchanges;   // of the tests with threads, PALPATE_EXCHANGES
+using palpate_test::pause_of;
 
 static_assert(noexcept(std::declval<EventRing<int, 8>&>().push(1)));
 static_assert(noexcept(std::declval<EventRing<int, 8>&>().pop()));
@@ -70,18 +75,18 @@ TEST_CASE("pushing and popping do not allocate", "[event_ring][realtime]") {
   CHECK(sum == 500.0);
 }
 
-TEST_CASE("between two threads every event arrives once, in order, or is counted as dropped", "[event_ring][threads]") {
+TEST_CASE("between two threads every event arrives once, in order, or is counted as dropped", "[event_ring][threads][exchanges]") {
   struct Event {
     std::uint64_t number = 0;
     std::uint64_t check = 0;
   };
-  constexpr std::uint64_t last = 200000;
+  std::uint64_t const last = exchanges(200000), pause = pause_of(last);
   EventRing<Event, 64> ring;
   std::uint64_t retries = 0;   // the writer's until it is joined
   std::thread writer([&] {
     for (std::uint64_t number = 1; number < last; ++number) {
       ring.push({number, ~number * 3});
-      if (number % 128 == 0) std::this_thread::yield();
+      if (number % pause == 0) std::this_thread::yield();
     }
     while (!ring.push({last, ~last * 3})) {   // the last one has to arrive, so that the test ends
       ++retries;
@@ -105,23 +110,30 @@ TEST_CASE("between two threads every event arrives once, in order, or is counted
   CHECK_FALSE(ring.pop().has_value());
 }
 
-TEST_CASE("a writer that waits for room loses nothing", "[event_ring][threads]") {
-  constexpr int last = 100000;
-  EventRing<int, 8> ring;
+TEST_CASE("a writer that waits for room loses nothing", "[event_ring][threads][exchanges]") {
+  // Yardstick: each event against its place in the sequence, all of its words.
+  std::uint64_t const last = exchanges(100000);
+  auto const payload = [](std::uint64_t number) { return std::array<std::uint64_t, 4>{number, ~number, number * number, number ^ (number << 21)}; };
+  EventRing<std::array<std::uint64_t, 4>, 64> ring;
+  std::uint64_t retries = 0;   // the writer's until it is joined
   std::thread writer([&] {
-    for (int number = 1; number <= last; ++number)
-      while (!ring.push(number)) std::this_thread::yield();
+    for (std::uint64_t number = 1; number <= last; ++number)
+      for (; !ring.push(payload(number)); ++retries) std::this_thread::yield();
   });
-  int expected = 1, wrong = 0;
+  std::uint64_t expected = 1, wrong = 0, most_waiting = 0;
   while (expected <= last) {
     auto const event = ring.pop();
     if (!event) {
       std::this_thread::yield();
       continue;
     }
-    if (*event != expected) ++wrong;
+    if (*event != payload(expected)) ++wrong;
     ++expected;
+    most_waiting = std::max<std::uint64_t>(most_waiting, ring.size());
   }
   writer.join();
   CHECK(wrong == 0);
+  CHECK(most_waiting <= ring.capacity());
+  CHECK(ring.dropped() == retries);   // each push that found no room
+  CHECK(ring.size() == 0);
 }

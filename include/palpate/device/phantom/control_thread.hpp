@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/device/phantom/plain_locale.hpp>
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace palpate::detail::phantom {
+
+/// A thread for calls that may hang: the caller waits for them, but not for ever. One job at a time, all in the same thread, where numbers are
+/// written with a point (see PlainLocale).
+/// Invariant  The thread is never joined: one that hangs in a driver must not keep the program from ending.
+class ControlThread {
+ public:
+  using Job = std::function<void()>;
+
+  ControlThread() : shared_(std::make_shared<Shared>()) {
+    std::thread([shared = shared_] { work(*shared); }).detach();
+  }
+  ControlThread(ControlThread const&) = delete;
+  ControlThread& operator=(ControlThread const&) = delete;
+
+  /// Runs `job` and throws what it throws. False when it, or one before it, is still under way after so many seconds; if it ends later after all,
+  /// `undo` is run after it. What the two use has to live on.
+  bool run(double seconds, Job job, Job undo = {}) {
+    auto const until =
+        std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+    std::unique_lock lock(shared_->mutex);
+    if (!shared_->changed.wait_until(lock, until, [&] { return !shared_->job; })) return false;
+    shared_->job = std::move(job);
+    shared_->undo = nullptr;
+    shared_->failure = nullptr;
+    std::uint64_t const ticket = ++shared_->given;
+    shared_->changed.notify_all();
+    if (!shared_->changed.wait_until(lock, until, [&] { return shared_->done >= ticket; })) {
+      shared_->undo = undo ? std::move(undo) : Job([] {});
+      return false;
+    }
+    if (shared_->failure) std::rethrow_exception(std::exchange(shared_->failure, nullptr));
+    return true;
+  }
+
+  /// Runs `job` as soon as the thread is free, before anything that is asked for later; nobody waits for it or hears what it throws.
+  void post(Job job) {
+    std::lock_guard const lock(shared_->mutex);
+    shared_->posted.push_back(std::move(job));
+    shared_->changed.notify_all();
+  }
+
+ private:
+  struct Shared {
+    std::mutex mutex;
+    std::condition_variable changed;
+    Job job, undo;   // a job stays here until it is done
+    std::deque<Job> posted;
+    std::uint64_t given = 0, done = 0;
+    std::exception_ptr failure;
+  };
+
+  static void work(Shared& shared) {
+    PlainLocale const plain;
+    std::unique_lock lock(shared.mutex);
+    for (;;) {
+      shared.changed.wait(lock, [&] { return shared.job || !shared.posted.empty(); });
+      while (!shared.posted.empty()) {
+        Job const posted = std::move(shared.posted.front());
+        shared.posted.pop_front();
+        lock.unlock();
+        try {
+          posted();
+        } catch (...) {
+        }
+        lock.lock();
+      }
+      if (!shared.job) continue;
+      lock.unlock();
+      std::exception_ptr failure;
+      try {
+        shared.job();
+      } catch (...) {
+        failure = std::current_exception();
+      }
+      lock.lock();
+      if (shared.undo) {   // nobody waits for it any more
+        lock.unlock();
+        try {
+          shared.undo();
+        } catch (...) {
+        }
+        lock.lock();
+        shared.undo = nullptr;
+        failure = nullptr;
+      }
+      shared.failure = failure;
+      shared.done = shared.given;
+      shared.job = nullptr;
+      shared.changed.notify_all();
+    }
+  }
+
+  std::shared_ptr<Shared> shared_;
+};
+
+}  // namespace palpate::detail::phantom

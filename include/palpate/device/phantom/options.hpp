@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace palpate {
+
+/// What the vendor gives to those who deploy an application. The library ships none.
+struct PhantomLicence {
+  std::string vendor{}, application{}, password{};
+};
+
+struct PhantomOptions {
+  std::string device = {};    ///< its name in the vendor's setup program; empty: the default device
+  bool falls_back = true;     ///< a name that the driver does not know is followed by its defaults, as long as no other device is open
+  std::string library = {};   ///< file of libHD; empty: the environment's PALPATE_LIBHD, then the usual names and places
+  std::optional<PhantomLicence> licence = {};
+  double rate = 1000.0;       ///< Hz, of the driver's clock; what it takes depends on the device
+  double max_force = std::numeric_limits<double>::infinity();   ///< N; never above what the device reports
+
+  double ramp = 0.5;          ///< s, in which the force rises from zero after arming, calibration, an error of force, a jump or a gap
+  double silence = 0.1;       ///< s without a tick of the driver after which the device counts as gone
+  double held = 0.02;         ///< s, how long a force is held that is not written anew
+  double jump = 0.005;        ///< m in one tick, above which the force begins at zero again
+  double timeout = 10.0;      ///< s, for each call of the driver outside the servo
+
+  bool calibrated_only = true;      ///< without calibration there is no force, and arm() throws
+  bool calibrates_itself = true;    ///< what the driver can correct by itself is corrected when it asks for it, with the force off
+  bool in_reset_pose = false;       ///< for devices with encoders that are reset: the user holds the reset pose while open() runs
+  double calibration_patience = 0;  ///< s that arm() waits for the user to calibrate
+
+  void validate() const {
+    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
+      if (!good) throw InvalidArgument(detail::message("PhantomOptions: ", what, " is ", value, unit, "; ", advice));
+    };
+    auto const positive = [](double value) { return value > 0.0 && std::isfinite(value); };
+    auto const not_negative = [](double value) { return value >= 0.0 && std::isfinite(value); };
+    require(rate >= 1.0 && rate <= 1e5, ".rate", rate, " Hz", "the driver's usual one is 1000");
+    require(max_force >= 0.0, ".max_force", max_force, " N", "give zero or more");
+    require(not_negative(ramp), ".ramp", ramp, " s", "give zero or more");
+    require(positive(silence), ".silence", silence, " s", "give more than zero");
+    require(positive(held), ".held", held, " s", "give more than zero");
+    require(positive(jump), ".jump", jump, " m", "give more than zero");
+    require(positive(timeout), ".timeout", timeout, " s", "give more than zero");
+    require(not_negative(calibration_patience), ".calibration_patience", calibration_patience, " s", "give zero or more");
+  }
+};
+
+}  // namespace palpate

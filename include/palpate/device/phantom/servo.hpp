@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/event_ring.hpp>
+#include <palpate/core/triple_buffer.hpp>
+#include <palpate/device/concept.hpp>
+#include <palpate/device/limit.hpp>
+#include <palpate/device/phantom/abi.hpp>
+#include <palpate/device/phantom/convert.hpp>
+#include <palpate/device/phantom/faults.hpp>
+#include <palpate/device/phantom/options.hpp>
+#include <palpate/device/phantom/plain_locale.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <thread>
+#include <utility>
+
+namespace palpate {
+
+/// What happened in the driver's thread since the device was opened.
+struct PhantomCounts {
+  std::uint64_t ticks = 0;
+  std::uint64_t unreadable = 0;      ///< ticks whose state was not complete or not finite
+  std::uint64_t force_errors = 0;    ///< the driver switched the force off for a moment
+  std::uint64_t misuses = 0;         ///< the driver took a call as wrong
+  std::uint64_t unattended = 0;      ///< ticks without force because nobody had written one for a while
+  std::uint64_t jumps = 0, gaps = 0; ///< of the position and of the clock: the force began at zero again
+};
+
+namespace detail::phantom {
+
+/// One device in the driver's thread: takes its state, asks for the force or takes the one that waits, and sends it. Everything of the library that
+/// is called here is called between begin_frame and end_frame of this device.
+///   force written = ramp · limited(force wanted, largest force);   ramp: 0 → 1 within options.ramp while the motors are on
+/// Threads    `tick` and what it calls: the scheduler's. The public atomics: any. `commands` has one writer, `states`, `faults` and `ending` one
+///            reader each: the host.
+/// Cost       about fifteen calls of the library; noexcept, no allocation, no lock.
+class Servo {
+ public:
+  using Tick = void (*)(void*) noexcept;
+
+  Servo(PhantomOptions const& options, Handle handle, Capabilities const& capabilities, Number styles, Calibration at_first)
+      : calibrated(at_first), options_(options), handle_(handle), max_force_(capabilities.max_force), max_torque_(capabilities.max_torque),
+        per_tick_(options.ramp > 0.0 ? 1.0 / (options.ramp * options.rate) : 1.0), held_ticks_(std::max(1.0, std::ceil(options.held * options.rate))),
+        checked_every_(std::max(1u, static_cast<unsigned>(options.rate))),
+        style_((styles & calibration::automatic) != 0 ? calibration::automatic : (styles & calibration::inkwell) != 0 ? calibration::inkwell : 0) {}
+
+  // Between the host and the driver's thread.
+  std::atomic<bool> force_wanted{false}, force_on{false};
+  std::atomic<Calibration> calibrated;
+  std::atomic<bool> calibration_wanted{false};
+  std::atomic<DeviceStatus> status{DeviceStatus::ok};   // never ok again once it is not
+  std::atomic<Tick> self_clocked{nullptr};
+  void* context = nullptr;   // of self_clocked: set before it
+  std::atomic<bool> inside{false};
+  std::atomic<std::uint64_t> ticks{0}, unreadable{0}, force_errors{0}, misuses{0}, unattended{0}, jumps{0}, gaps{0};
+  TripleBuffer<DeviceState<double>> states;
+  TripleBuffer<Wrench<double>> commands;
+  EventRing<DeviceFault, 64> faults;   // that the session goes on after
+  EventRing<DeviceFault, 2> ending;    // the one that ended it: repeats of others leave it its place
+
+  // For a tick of the host's that runs in the driver's thread.
+  DeviceStatus latched(DeviceState<double>& state) const noexcept {
+    DeviceStatus const now = status.load(std::memory_order_relaxed);
+    if (!is_usable(now)) return now;
+    state = state_;
+    return fresh_ ? DeviceStatus::ok : DeviceStatus::stale;
+  }
+  void command(Wrench<double> const& wrench) noexcept {
+    wanted_ = wrench;
+    age_ = 0;
+  }
+
+  Handle handle() const noexcept { return handle_; }
+  bool calibrates_while_running() const noexcept { return style_ != 0; }
+
+  /// The scheduler was stopped, and the library's motors are off with it.
+  void interrupted() noexcept {
+    force_on.store(false);
+    ramp_ = 0.0;
+    calibrating_ = false;
+    known_ = false;
+  }
+
+  void tick(Functions const& hd, bool gap) noexcept {
+    ticks.fetch_add(1, std::memory_order_relaxed);
+    bool const alive = is_usable(status.load(std::memory_order_relaxed));
+    if (alive) {
+      hd.begin_frame(handle_);
+      latch(hd);
+      if (gap) begin_again(gaps);
+      care(hd);
+    }
+    obtain_command();
+    if (alive) {
+      send(hd);
+      hd.end_frame(handle_);
+    }
+  }
+
+  /// Calls visit(entry) for the errors that were taken from the stack within the tick, oldest first; then they are forgotten.
+  template <class Visit>
+  void take_early(Visit visit) noexcept {
+    for (std::size_t k = 0; k < early_count_; ++k) visit(early_[k]);
+    early_count_ = 0;
+  }
+
+  /// After the errors of the tick have come: the host may see it.
+  void publish(Functions const& hd) noexcept {
+    if (!bad_tick_) bad_ticks_ = 0;
+    if (bad_tick_ && ++bad_ticks_ == most_bad_ticks && is_usable(status.load(std::memory_order_relaxed))) {
+      ending.push({.status = DeviceStatus::fault, .native_code = 0, .what = "ten ticks without a sound state"});
+      fail(hd, DeviceStatus::fault);
+    }
+    bad_tick_ = false;
+    if (fresh_ && is_usable(status.load(std::memory_order_relaxed))) states.write(state_);
+  }
+
+  /// An entry of the library's error stack that is this device's.
+  void take(Functions const& hd, NativeError const& entry) noexcept {
+    FaultKind const kind = kind_of(entry.code);
+    DeviceStatus severity = DeviceStatus::ok;
+    switch (kind) {
+      case FaultKind::force:
+        begin_again(force_errors);
+        break;
+      case FaultKind::use:
+        misuses.fetch_add(1, std::memory_order_relaxed);
+        bad_tick_ = bad_tick_ || entry.code == error::bad_handle || entry.code >= error::bad_begin;
+        break;
+      case FaultKind::device: severity = DeviceStatus::fault; break;
+      case FaultKind::connection: severity = DeviceStatus::disconnected; break;
+    }
+    char const* const words = hd.error_text(entry.code);
+    if (!is_usable(status.load(std::memory_order_relaxed))) return;   // what ended the session is told, not what follows from it
+    DeviceFault const fault{.status = severity, .native_code = static_cast<int>(entry.code), .what = words != nullptr ? words : ""};
+    if (is_usable(severity)) {
+      faults.push(fault);
+    } else {
+      ending.push(fault);
+      fail(hd, severity);
+    }
+  }
+
+ private:
+  static constexpr unsigned most_bad_ticks = 10;
+  static constexpr unsigned most_attempts = 5;   // of the driver to calibrate, before the user has to help
+  static constexpr double long_ago = 1e9;   // ticks
+
+  void begin_again(std::atomic<std::uint64_t>& counter) noexcept {
+    counter.fetch_add(1, std::memory_order_relaxed);
+    ramp_ = 0.0;
+  }
+
+  /// Motors off, and no frame any more.
+  void fail(Functions const& hd, DeviceStatus severity) noexcept {
+    if (!is_usable(status.load(std::memory_order_relaxed))) return;
+    status.store(severity);
+    fresh_ = false;
+    hd.make_current(handle_);
+    hd.disable(capability::force);
+    force_on.store(false);
+  }
+
+  /// The last call gave nothing: does the driver not know what was asked for? Else it is asked again in the next tick.
+  bool refused(Functions const& hd) noexcept {
+    NativeError const entry = hd.next_error();
+    if (entry.code == error::none) return false;
+    early_[early_count_++] = entry;
+    return (entry.device == handle_ || entry.device == no_device) &&
+           (entry.code == error::unknown_name || entry.code == error::bad_value || entry.code == error::bad_type);
+  }
+
+  void latch(Functions const& hd) noexcept {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    NativeState native;
+    native.position.fill(nan), native.velocity.fill(nan), native.angular_velocity.fill(nan), native.transform.fill(nan);
+    hd.get_doubles(parameter::position, native.position.data());
+    hd.get_doubles(parameter::velocity, native.velocity.data());
+    if (has_transform_) {   // a device of three degrees of freedom may not know it
+      hd.get_doubles(parameter::transform, native.transform.data());
+      if (std::isnan(native.transform[0])) has_transform_ = !refused(hd);
+    }
+    if (has_turning_) {
+      hd.get_doubles(parameter::angular_velocity, native.angular_velocity.data());
+      if (std::isnan(native.angular_velocity[0])) has_turning_ = !refused(hd);
+    }
+    hd.get_integers(parameter::buttons, &native.buttons);
+    if (!order_) order_ = order_of(native);
+    Vector3<double> const before = state_.position;
+    fresh_ = convert(native, order_.value_or(TransformOrder::by_columns), state_);
+    if (!fresh_) {
+      unreadable.fetch_add(1, std::memory_order_relaxed);
+      ramp_ = 0.0;
+      bad_tick_ = true;
+      return;
+    }
+    if (known_ && (state_.position - before).norm() > options_.jump) begin_again(jumps);
+    known_ = true;
+  }
+
+  /// Calibration and the motors' switch.
+  void care(Functions const& hd) noexcept {
+    if (calibrating_) {   // the motors have been off since the last frame
+      calibration_wanted.store(false);
+      {
+        PlainLocale const plain;   // the driver may read and write files here
+        hd.update_calibration(style_);
+      }
+      calibrating_ = false;
+      until_check_ = 0;
+      until_attempt_ = std::max(1u, checked_every_ / 10);
+      ++attempts_;
+    }
+    if (until_check_ == 0) {
+      Number const found = hd.check_calibration();
+      if (found != calibration::needs_update) attempts_ = 0;
+      Calibration const now = found == calibration::good                                           ? Calibration::good
+                              : found == calibration::needs_update && attempts_ < most_attempts ? Calibration::needs_update
+                                                                                                : Calibration::needs_hand;
+      calibrated.store(now);
+      until_check_ = now == Calibration::good ? checked_every_ : std::max(1u, checked_every_ / 10);
+    }
+    --until_check_;
+    Calibration const now = calibrated.load(std::memory_order_relaxed);
+    if (until_attempt_ > 0) {
+      --until_attempt_;
+    } else if (style_ != 0) {
+      bool const by_host = calibration_wanted.exchange(false);
+      if (by_host) attempts_ = 0;
+      calibrating_ = by_host || (options_.calibrates_itself && now == Calibration::needs_update);
+    }
+    bool const on = force_wanted.load() && !calibrating_ && (now == Calibration::good || !options_.calibrated_only);
+    if (on == force_on.load(std::memory_order_relaxed)) return;
+    if (on)
+      hd.enable(capability::force);
+    else
+      hd.disable(capability::force);
+    ramp_ = 0.0;
+    force_on.store(on);
+  }
+
+  void obtain_command() noexcept {
+    age_ = std::min(age_ + 1.0, long_ago);
+    inside.store(true);   // sequentially consistent, as in `stop`: either it sees us inside or we see that there is no tick
+    Tick const hosts = self_clocked.load();
+    if (std::exchange(was_self_clocked_, hosts != nullptr) && hosts == nullptr) {   // the tick's last force ends with it
+      wanted_ = {};
+      age_ = long_ago;
+      ramp_ = 0.0;
+    }
+    bool const waits = commands.fetch();
+    if (hosts != nullptr) {   // a force from before start() is never given
+      wanted_ = {};
+      hosts(context);
+    } else if (waits) {
+      command(commands.front());
+    }
+    inside.store(false);
+  }
+
+  void send(Functions const& hd) noexcept {
+    Wrench<double> out;
+    if (age_ > held_ticks_) {
+      unattended.fetch_add(1, std::memory_order_relaxed);
+      ramp_ = 0.0;
+    } else if (force_on.load(std::memory_order_relaxed) && fresh_) {
+      ramp_ = std::min(1.0, ramp_ + per_tick_);
+      out.force = ramp_ * limited(wanted_.force, max_force_);
+      out.torque = ramp_ * limited(wanted_.torque, max_torque_);
+    }
+    hd.set_doubles(parameter::force, force_to_native(out.force).data());
+    if (max_torque_ > 0.0) hd.set_doubles(parameter::gimbal_torque, torque_to_native(out.torque).data());
+  }
+
+  PhantomOptions const options_;
+  Handle const handle_;
+  double const max_force_, max_torque_;
+  double const per_tick_;     // the ramp's rise
+  double const held_ticks_;
+  unsigned const checked_every_;   // ticks
+  Number const style_;        // of the calibration that is possible while the scheduler runs; 0: none
+
+  DeviceState<double> state_;
+  std::optional<TransformOrder> order_;
+  std::array<NativeError, 2> early_{};   // of transform and angular velocity
+  std::size_t early_count_ = 0;
+  Wrench<double> wanted_;
+  double age_ = long_ago;          // ticks since a force was written
+  double ramp_ = 0.0;
+  unsigned until_check_ = 0, until_attempt_ = 0;   // ticks
+  unsigned attempts_ = 0;     // to calibrate, since the host asked for it or the driver was content
+  unsigned bad_ticks_ = 0;
+  bool fresh_ = false, known_ = false, calibrating_ = false, bad_tick_ = false, has_transform_ = true, has_turning_ = true, was_self_clocked_ = false;
+};
+
+}  // namespace detail::phantom
+
+}  // namespace palpate

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/device/concept.hpp>
+#include <palpate/device/quantised.hpp>
+#include <palpate/device/simulated_hand.hpp>
+#include <palpate/device/touch_kinematics.hpp>
+#include <palpate/device/trajectory.hpp>
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+namespace palpate {
+
+struct SimulatedTouchOptions {
+  HandOptions hand = normal_hand();
+  HandTremorOptions tremor = {.amplitude = 0.0};
+  double rate = 1000.0;            ///< Hz
+  bool calibrated = true;          ///< false: joints are off by `encoder_error` until the pen was in the inkwell and `calibrate()` was called
+  double encoder_error = 0.1;      ///< rad, of each joint
+  double motor_time = 10.0;        ///< s, in which the motors come to 63 % of their temperature
+  double motor_trip = 1.2;         ///< of the temperature that 0.88 N come to: the device fails there, to save the motors
+};
+
+/// A Touch made of numbers, in a hand made of numbers: kinematics, joint stops, inkwell, buttons, limits and warm motors as of the real one.
+///   force      at most 3.3 N; none while it is not armed, not calibrated or failed
+///   motors     τ dΘ/dt = (F/0.88 N)² − Θ; at Θ > motor_trip it says `fault` until it is opened again: 3.3 N take 0.9 s to get there
+///   stops      the tip slides along the end of a joint's range
+///   calibrate  only at the inkwell, within 5 mm; `calibration()` says `needs_hand` elsewhere
+/// Units      SI, the device's frame. Time counts in reads; a closed or failed device goes on cooling while it is read.
+/// Source     3.3 N, 0.88 N, 0.055 mm, 0.26 N, 45 g, 160 × 120 × 70 mm: the maker's data sheet. Damping, motor time and trip are guesses; that the
+///            workspace is centred is one too.
+/// Cost       About 0.2 µs a tick; noexcept, no allocation.
+/// Limits     no gimbal and no orientation; one apparent mass and friction in all directions, whatever the arm's posture.
+template <RealScalar Scalar>
+class SimulatedTouch {
+ public:
+  explicit SimulatedTouch(Trajectory<Scalar> path, SimulatedTouchOptions const& options = {})
+      : options_(options),
+        hand_(std::move(path),
+              {.hand = options.hand,
+               .tremor = options.tremor,
+               .max_force = most_force,
+               .rate = options.rate,
+               .mass = 0.045,
+               .damping = 0.1,
+               .friction = 0.26,
+               .buttons = 2}),
+        calibrated_(options.calibrated) {
+    auto const require = [](bool good, char const* what, double value, char const* advice) {
+      if (!good || !std::isfinite(value)) throw InvalidArgument(detail::message("SimulatedTouch: ", what, " is ", value, "; ", advice));
+    };
+    require(options.motor_time > 0.0, ".motor_time", options.motor_time, "give seconds, above zero");
+    require(options.motor_trip > 1.0, ".motor_trip", options.motor_trip, "give more than 1, which the continuous force comes to");
+    require(std::abs(options.encoder_error) < 1.0, ".encoder_error", options.encoder_error, "give radians, below 1");
+    cools_ = -std::expm1(-1.0 / (options.motor_time * options.rate));
+  }
+  /// The hand rests in the middle of the workspace.
+  explicit SimulatedTouch(SimulatedTouchOptions const& options = {}) : SimulatedTouch(Trajectory<Scalar>::start(Vector3<Scalar>::Zero()), options) {}
+
+  Capabilities capabilities() const noexcept {
+    return {.max_force = datasheet(most_force),
+            .rate = options_.rate,
+            .reports_velocity = true,
+            .buttons = 2,
+            .moves_a_hand = false,
+            .continuous_force = datasheet(continuous_force),
+            .mass = datasheet(0.045),
+            .damping = guessed(0.1),
+            .friction = datasheet(0.26),
+            .resolution = datasheet(quantum),
+            .workspace = {.lower = {-0.08, -0.06, -0.035}, .upper = {0.08, 0.06, 0.035}, .provenance = Provenance::guessed}};
+  }
+  DeviceDescription description() const { return {.vendor = "palpate", .model = "simulated Touch", .serial = {}, .driver = "palpate"}; }
+
+  void open() noexcept { open_ = true, failed_ = false; }
+  void close() noexcept { open_ = armed_ = false; }
+  void arm() noexcept { armed_ = true; }
+  void disarm() noexcept { armed_ = false; }
+
+  Calibration calibration() noexcept {
+    if (calibrated_) return Calibration::good;
+    return in_inkwell() ? Calibration::needs_update : Calibration::needs_hand;
+  }
+  void calibrate() noexcept { calibrated_ = calibrated_ || in_inkwell(); }
+
+  char const* calibration_advice() const noexcept { return "put the pen into the inkwell and leave it there for a moment"; }
+
+  DeviceStatus read(DeviceState<Scalar>& state) noexcept {
+    if (!open_ || failed_ || !armed_ || !calibrated_) hand_.write({});
+    warm_ += cools_ * (hand_.last_wrench().force.template cast<double>().squaredNorm() / (continuous_force * continuous_force) - warm_);
+    if (open_ && !failed_ && warm_ > options_.motor_trip) {
+      failed_ = untold_ = true;
+      hand_.write({});
+    }
+    DeviceState<Scalar> now;
+    static_cast<void>(hand_.read(now));
+    stop_at_limits();
+    if (!open_) return DeviceStatus::disconnected;
+    if (failed_) return DeviceStatus::fault;
+    Motion<Scalar> const seen = as_encoded();
+    state.position = quantised(seen.position, quantum);
+    state.velocity = seen.velocity;
+    state.buttons = now.buttons;
+    return DeviceStatus::ok;
+  }
+  DeviceStatus write(Wrench<Scalar> const& wrench) noexcept {
+    bool const moves = open_ && armed_ && calibrated_ && !failed_;
+    static_cast<void>(hand_.write(moves ? wrench : Wrench<Scalar>{}));
+    return !open_ ? DeviceStatus::disconnected : failed_ ? DeviceStatus::fault : DeviceStatus::ok;
+  }
+  std::optional<DeviceFault> pop_fault() noexcept {
+    if (!std::exchange(untold_, false)) return std::nullopt;
+    return DeviceFault{.status = DeviceStatus::fault, .native_code = 0, .what = "the motors are too warm"};
+  }
+
+  void set_buttons(std::uint32_t pressed) noexcept { hand_.set_buttons(pressed & 3u); }
+  /// Where the joints are [rad], without the encoders' error.
+  Vector3<Scalar> joints() const noexcept { return kinematics_.nearest(hand_.position()); }
+  /// Of the motors, 1 where the continuous force takes them.
+  double temperature() const noexcept { return warm_; }
+  TouchKinematics<Scalar> const& kinematics() const noexcept { return kinematics_; }
+  SimulatedHand<Scalar>& hand() noexcept { return hand_; }
+  SimulatedHand<Scalar> const& hand() const noexcept { return hand_; }
+
+  static constexpr double most_force = 3.3;         ///< N
+  static constexpr double continuous_force = 0.88;  ///< N
+  static constexpr double quantum = 5.5e-5;         ///< m
+
+ private:
+  bool in_inkwell() const noexcept { return (hand_.position() - kinematics_.forward(kinematics_.inkwell())).norm() <= Scalar(0.005); }
+
+  /// Where a joint is at its end the tip stays there, and slides on.
+  void stop_at_limits() noexcept {
+    Vector3<Scalar> const joints = this->joints(), reached = kinematics_.forward(joints);
+    if ((reached - hand_.position()).norm() <= Scalar(1e-6)) return;   // well above the rounding of a float
+    Vector3<Scalar> rates = rates_at(joints);
+    for (int joint = 0; joint < 3; ++joint) {
+      if (joints[joint] <= kinematics_.lower[joint]) rates[joint] = std::max(rates[joint], Scalar(0));
+      if (joints[joint] >= kinematics_.upper[joint]) rates[joint] = std::min(rates[joint], Scalar(0));
+    }
+    constexpr Scalar near = Scalar(1e-5);   // rad
+    if (joints[1] - joints[2] >= kinematics_.most_fold - near) {
+      Scalar const folds = std::max(rates[1] - rates[2], Scalar(0));
+      rates[1] -= folds / 2, rates[2] += folds / 2;
+    }
+    Vector3<Scalar> const velocity = kinematics_.jacobian(joints) * rates;
+    hand_.place(reached, velocity.allFinite() ? velocity : Vector3<Scalar>::Zero());
+  }
+  Vector3<Scalar> rates_at(Vector3<Scalar> const& joints) const noexcept {
+    Matrix<Scalar, 3, 3> const inverse = kinematics_.jacobian(joints).inverse();
+    return inverse * hand_.velocity();
+  }
+  /// Where the tip is for encoders that are off.
+  Motion<Scalar> as_encoded() const noexcept {
+    if (calibrated_) return {hand_.position(), hand_.velocity()};
+    Vector3<Scalar> const joints = this->joints(), seen = joints + Vector3<Scalar>::Constant(static_cast<Scalar>(options_.encoder_error));
+    return {kinematics_.forward(seen), kinematics_.jacobian(seen) * rates_at(joints)};
+  }
+
+  SimulatedTouchOptions options_;
+  TouchKinematics<Scalar> kinematics_;
+  SimulatedHand<Scalar> hand_;
+  bool open_ = false, armed_ = false, calibrated_ = true, failed_ = false, untold_ = false;
+  double cools_ = 0.0;   // share of the way to the final temperature in a tick
+  double warm_ = 0.0;
+};
+
+static_assert(HapticDevice<SimulatedTouch<double>> && HapticDevice<SimulatedTouch<float>, float> && OpensAndCloses<SimulatedTouch<double>> &&
+              Armable<SimulatedTouch<double>> && Calibratable<SimulatedTouch<double>> && AdvisesCalibration<SimulatedTouch<double>> &&
+              ReportsFaults<SimulatedTouch<double>> &&
+              DescribesItself<SimulatedTouch<double>>);
+
+}  // namespace palpate

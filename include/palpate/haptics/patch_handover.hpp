@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/haptics/detail/turned.hpp>
+#include <palpate/haptics/surface_patch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace palpate {
+
+struct PatchHandoverOptions {
+  int ticks = 33;            ///< N, over which a new patch takes over: about as many as lie between two; 1: at once
+  double period = 0.001;     ///< s, of the servo
+  double moves_for = 0.0;    ///< s, so long after its arrival a patch moves on with its velocity; 0: it rests until the next one comes
+};
+
+/// Patches that come at the rate of the body, for a servo that is faster: each takes over from the one before over N ticks, with no step in the
+/// force. What is in use when a patch comes is kept as one patch F, anchored at the tip. In the i-th tick after, with t = i/N,
+///   distance = (1 − t) distance_F(tip) + t distance_new(tip);   curvature, stiffness and velocity likewise
+///   normal     F's, turned to the new one's by t of the angle between them
+/// and from i = N on the new one itself. A patch that comes before that takes over from what there is by then.
+/// New contact  Where nothing was, and the tip is in the tissue already, the stiffness rises from 0 over N ticks; a patch of stiffness 0 lets go
+///              in the same way. A normal turned over by more than 120° is another contact: the old one fades, then the new one rises, in N ticks
+///              together.
+/// Order        A sequence number not above the last one's is dropped. The same patch again changes nothing, to the bit.
+/// Source       the tangent plane as a local model \cite mark1996; its parameters interpolated between updates \cite mendoza2001.
+/// Invariant    N ≥ 1, period > 0, moves_for ≥ 0, all finite; checked at set-up.
+/// Cost         Two patches a tick; noexcept, no allocation: allowed in the servo tick.
+/// Limits       Hides how late a patch is, does not undo it: the force lags by N ticks more. The two may give the hand energy that the tissue never
+///              got, K (d₂² − d₁²)/2 for a surface that rises under the tip: `PassivityController` sees it when the tip leaves.
+template <RealScalar S>
+class PatchHandover {
+ public:
+  using Scalar = S;
+
+  explicit PatchHandover(PatchHandoverOptions const& options = {}) : ticks_(options.ticks), period_(S(options.period)) {
+    if (options.ticks < 1) throw InvalidArgument(detail::message("PatchHandover: .ticks is ", options.ticks, "; give 1 or more"));
+    if (!(options.period > 0.0) || !std::isfinite(options.period))
+      throw InvalidArgument(detail::message("PatchHandover: .period is ", options.period, " s; give that of the servo, 0.001 for most"));
+    if (!(options.moves_for >= 0.0) || !(options.moves_for / options.period < 1e6))
+      throw InvalidArgument(detail::message("PatchHandover: .moves_for is ", options.moves_for, " s; give 0 or about the time between two patches"));
+    moving_ticks_ = static_cast<int>(options.moves_for / options.period);
+    tick_ = ticks_;
+  }
+
+  /// Hands over to a patch that came, for a tip that is here now. False, and nothing changed, for one that is not newer or not valid, and for a tip
+  /// that is not finite.
+  bool take(SurfacePatch<S> const& patch, std::uint64_t sequence, Vector3<S> const& tip) noexcept {
+    if (!patch.valid() || !tip.allFinite()) {
+      ++refused_;
+      return false;
+    }
+    if (heard_ && sequence <= sequence_) {
+      ++dropped_;
+      return false;
+    }
+    bool const again = heard_ && patch == told_ && !(moving_ticks_ > 0 && patch.moves());
+    heard_ = true;
+    sequence_ = sequence;
+    if (!again) begin(patch, tip);
+    return true;
+  }
+
+  /// The surface as it is to be felt in this tick. Call it once a tick.
+  SurfacePatch<S> operator()(Vector3<S> const& tip) noexcept {
+    tick_ = std::min(tick_ + 1, ticks_);
+    if (age_ < moving_ticks_) {
+      ++age_;
+      if (to_.moves()) to_ = to_.moved(period_);
+      if (tick_ < ticks_ && from_.moves()) from_ = from_.moved(period_);
+    }
+    return at(tip);
+  }
+
+  /// What the last patch was when it came; whether the one before is still felt.
+  SurfacePatch<S> const& told() const noexcept { return told_; }
+  bool blends() const noexcept { return tick_ < ticks_; }
+  /// Patches that were late or came twice, and such as were not valid.
+  std::uint64_t dropped() const noexcept { return dropped_; }
+  std::uint64_t refused() const noexcept { return refused_; }
+
+  /// Forgets all patches and the sequence: nothing is there.
+  void reset() noexcept {
+    to_ = from_ = told_ = {};
+    tick_ = ticks_;
+    age_ = 0;
+    heard_ = another_ = false;
+  }
+
+ private:
+  static constexpr S opposite = S(-0.5);   // cosine of the angle from which on it is another contact
+
+  void begin(SurfacePatch<S> const& patch, Vector3<S> const& tip) noexcept {
+    SurfacePatch<S> const now = at(tip).anchored_at(tip);
+    told_ = to_ = patch;
+    if (!(patch.stiffness > S(0))) {   // it lets go where it is
+      to_ = now;
+      to_.stiffness = S(0);
+    }
+    from_ = now;
+    tick_ = 0;
+    age_ = 0;
+    if (!(now.stiffness > S(0))) {   // nothing was there
+      from_ = to_.anchored_at(tip);
+      from_.stiffness = S(0);
+      if (!(to_.distance(tip) < S(0))) tick_ = ticks_;
+    }
+    another_ = from_.normal.dot(to_.normal_at(tip)) < opposite;
+  }
+
+  SurfacePatch<S> at(Vector3<S> const& tip) const noexcept {
+    if (tick_ >= ticks_) return to_;
+    S const share = S(tick_) / S(ticks_);
+    if (another_) {
+      SurfacePatch<S> one = share < S(0.5) ? from_ : to_;
+      one.stiffness *= std::abs(S(1) - S(2) * share);
+      return one;
+    }
+    SurfacePatch<S> mixed = to_;
+    mixed.normal = detail::turned<S>(from_.normal_at(tip), to_.normal_at(tip), share);
+    mixed.point = tip - detail::between(from_.distance(tip), to_.distance(tip), share) * mixed.normal;
+    mixed.curvature = detail::between(from_.curvature, to_.curvature, share);
+    mixed.stiffness = detail::between(from_.stiffness, to_.stiffness, share);
+    mixed.velocity = detail::between(from_.velocity_at(mixed.point), to_.velocity_at(mixed.point), share);
+    mixed.angular_velocity = detail::between(from_.angular_velocity, to_.angular_velocity, share);
+    return mixed;
+  }
+
+  int ticks_ = 1, moving_ticks_ = 0;
+  S period_;
+  SurfacePatch<S> from_, to_;   // both where they are now
+  SurfacePatch<S> told_;        // as it came
+  int tick_ = 0;                // since the last patch, at most ticks_
+  int age_ = 0;                 // the same, at most moving_ticks_
+  bool another_ = false;        // the last patch is another contact
+  bool heard_ = false;
+  std::uint64_t sequence_ = 0, dropped_ = 0, refused_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/force/concept.hpp>
+#include <palpate/haptics/local_model.hpp>
+#include <palpate/haptics/overlay.hpp>
+#include <palpate/haptics/patch_handover.hpp>
+#include <palpate/haptics/plane_handover.hpp>
+#include <palpate/haptics/surface_proxy.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+
+namespace palpate {
+
+/// A force that answers to the tissue's surface as it is now, instead of a depth below the undisturbed one. Beyond the syntax: as of `ForceModel`; zero where the
+/// surface's stiffness is 0. `begin_session(servo rate, model rate)` tells it how many ticks lie between two models.
+template <class T, class Scalar>
+concept SurfaceForce = RealScalar<Scalar> && requires(T& model, LocalModel<Scalar> const& local, ToolMotion<Scalar> const& motion) {
+  { model.on_surface(local, motion) } noexcept -> detail::Vector3Of<Scalar>;
+  { model.surface_kind() } -> std::same_as<SurfaceKind>;
+  model.begin_session(1000.0, 500.0);
+};
+
+struct ProxyForceOptions {
+  SurfaceKind surface = SurfaceKind::ball;
+  double most_stiffness = 500.0;    ///< N/m; the contact's own where that is softer. See `passive_wall` for what a device holds
+  double static_friction = 0.0;     ///< μ_s
+  double dynamic_friction = 0.0;    ///< μ_d, not above μ_s
+  int handover = 0;                 ///< ticks in which a new model takes over; 0: as many as lie between two, 1: at once
+};
+
+/// The hand is held by a spring to a proxy, the tool as it would be if the tissue could not be entered: tight coupling at the servo's own rate.
+///   surface   plane or ball, handed over from model to model by PatchHandover, or up to three facets, by PlaneHandover
+///   proxy     SurfaceProxy, with its cone of friction, carried along with the surface under it
+///   F = K (proxy − tip),   K = min(contact stiffness, most_stiffness)
+/// The contact pushes the tissue with its own stiffness: where K is that, the hand feels just what the tissue feels, at rest.
+/// Units      N, N/m, m.
+/// Source     \cite zilles1995, \cite ruspini1997; local models \cite mendoza2001.
+/// Invariant  options as of `SurfaceProxy` and the hand-overs; checked at set-up.
+/// Cost       noexcept, no allocation: allowed in the servo tick.
+/// Limits     Nothing while the tool cuts. A hand-over over N ticks is N/2 ticks late on the average.
+template <RealScalar S>
+class ProxyForce {
+ public:
+  using Scalar = S;
+
+  explicit ProxyForce(ProxyForceOptions const& options = {})
+      : options_(checked(options)), proxy_({.stiffness = options.most_stiffness, .static_friction = options.static_friction, .dynamic_friction = options.dynamic_friction}) {
+    begin_session(1000.0, 1000.0);
+  }
+
+  SurfaceKind surface_kind() const noexcept { return options_.surface; }
+
+  void begin_session(double servo_rate, double model_rate) {
+    model_ticks_ = std::max(1, static_cast<int>(std::ceil(servo_rate / model_rate)));
+    int const between = options_.handover > 0 ? options_.handover : std::clamp(static_cast<int>(std::ceil(servo_rate / model_rate - 1e-9)), 1, 1000000);
+    patches_ = PatchHandover<S>({.ticks = between, .period = 1.0 / servo_rate});
+    planes_ = PlaneHandover<S>({.ticks = between});
+    proxy_.reset();
+    sequence_ = 0;
+  }
+
+  Vector3<S> on_surface(LocalModel<S> const& local, ToolMotion<S> const& motion) noexcept {
+    SurfaceModel<S> const& surface = local.surface;
+    S const stiffness = std::min(surface.stiffness(), S(options_.most_stiffness));
+    bool const facets = options_.surface == SurfaceKind::facets;
+    if (surface.sequence != sequence_) {
+      sequence_ = surface.sequence;
+      age_ = 0;
+      SurfacePatch<S> patch = surface.patch;
+      patch.stiffness = stiffness;
+      patches_.take(patch, sequence_, motion.tip);
+      if (facets) planes_.take(surface.planes, stiffness, sequence_, motion.tip);
+    }
+    SurfacePatch<S> const patch = patches_(motion.tip);
+    if (age_ < 2 * model_ticks_) ++age_;
+    if (patch.moves() && age_ < 2 * model_ticks_) proxy_.carry(motion.seconds * patch.velocity_at(proxy_.position()));
+    if (facets) {
+      PlaneSet<S> const planes = planes_(motion.tip);
+      return proxy_(planes, motion.tip, planes_.stiffness());
+    }
+    PlaneSet<S> tangent;
+    SurfacePatch<S> const here = patch.anchored_at(motion.tip);
+    if (here.stiffness > S(0)) tangent.try_add({here.normal, here.normal.dot(here.point)});
+    return proxy_(tangent, motion.tip, here.stiffness);
+  }
+
+  /// Where the tool would be; the tip itself in free space.
+  SurfaceProxy<S> const& proxy() const noexcept { return proxy_; }
+  void reset() noexcept {
+    patches_.reset();
+    planes_.reset();
+    proxy_.reset();
+    sequence_ = 0;
+  }
+
+ private:
+  static ProxyForceOptions const& checked(ProxyForceOptions const& options) {
+    if (options.surface == SurfaceKind::none) throw InvalidArgument("ProxyForce: .surface is none; give plane, ball or facets");
+    if (options.handover < 0)
+      throw InvalidArgument(detail::message("ProxyForce: .handover is ", options.handover, "; give a number of ticks, or 0 for as many as lie between two models"));
+    return options;
+  }
+
+  ProxyForceOptions options_;
+  PatchHandover<S> patches_{};
+  PlaneHandover<S> planes_{};
+  SurfaceProxy<S> proxy_;
+  std::uint64_t sequence_ = 0;
+  int model_ticks_ = 1, age_ = 0;   // between two models; since the last: a model that is late does not move on
+};
+
+static_assert(SurfaceForce<ProxyForce<double>, double> && SurfaceForce<ProxyForce<float>, float>);
+
+}  // namespace palpate

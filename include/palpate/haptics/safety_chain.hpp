@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+#include <palpate/device/lifecycle.hpp>
+#include <palpate/device/limit.hpp>
+#include <palpate/haptics/passivity.hpp>
+#include <palpate/haptics/safety_options.hpp>
+#include <palpate/haptics/slew_limit.hpp>
+#include <palpate/haptics/thermal_limit.hpp>
+#include <palpate/haptics/workspace_mapping.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+namespace palpate {
+
+/// What the safety chain did of its own accord; told once when it begins, not in every tick.
+enum class SafetyEvent {
+  armed,              ///< the hand feels from now on
+  dead_man_released,  ///< no button is held any more
+  tick_gap,           ///< two ticks were far apart: the force comes back on a ramp
+  long_gap,           ///< they were so far apart that the chain disarmed
+  position_jump,      ///< as after a calibration: the force comes back on a ramp
+  overspeed,          ///< the chain disarmed
+  not_calibrated,     ///< the chain disarmed
+  model_stale,        ///< the local model is too old: the force fades
+  model_fresh,        ///< it is not any more: the force comes back
+  body_unsound,       ///< the body diverged: the chain disarmed
+  not_finite,         ///< a force or position that is no number: zero in this tick
+  fault               ///< no force until the device is opened again
+};
+
+constexpr char const* to_string(SafetyEvent event) noexcept {
+  switch (event) {
+    case SafetyEvent::armed: return "armed";
+    case SafetyEvent::dead_man_released: return "dead-man button released";
+    case SafetyEvent::tick_gap: return "gap between ticks";
+    case SafetyEvent::long_gap: return "long gap between ticks";
+    case SafetyEvent::position_jump: return "jump of the position";
+    case SafetyEvent::overspeed: return "overspeed";
+    case SafetyEvent::not_calibrated: return "not calibrated";
+    case SafetyEvent::model_stale: return "local model stale";
+    case SafetyEvent::model_fresh: return "local model fresh";
+    case SafetyEvent::body_unsound: return "body diverged";
+    case SafetyEvent::not_finite: return "not a number";
+    case SafetyEvent::fault: return "fault";
+  }
+  return "unknown";
+}
+
+/// How often a stage of the chain had something to do.
+struct SafetyCounts {
+  std::uint64_t not_finite = 0;   ///< forces that were not finite and became zero
+  std::uint64_t damped = 0;       ///< forces that the passivity controller added to
+  std::uint64_t limited = 0;      ///< forces shortened to the maximum
+  std::uint64_t slewed = 0;       ///< forces that would have changed too fast
+  std::uint64_t cooled = 0;       ///< forces shortened because the motors are warm
+  std::uint64_t ramped = 0;       ///< ticks with a share of the force, on a ramp or a fade
+  std::uint64_t disarmed = 0;     ///< ticks in which a force was wanted and none was written
+};
+
+/// What the chain is told of a tick when the device was read.
+template <RealScalar S>
+struct SafetyReading {
+  bool works = true;     ///< the device reported no fault
+  bool usable = true;    ///< and gave a finite position
+  bool fresh = true;     ///< which is new: a device may say that it has no new sample
+  Vector3<S> position = Vector3<S>::Zero();   ///< in the device's frame
+  double seconds = 0.001;                     ///< since the last tick
+  std::uint32_t buttons = 0;
+  Calibration calibration = Calibration::good;
+};
+
+/// What it is told of the force that is wanted.
+template <RealScalar S>
+struct WantedForce {
+  Vector3<S> force = Vector3<S>::Zero();   ///< on the hand, world frame
+  double elastic = 0.0;                    ///< J, that the rendered model holds at most
+  bool inside = false;                     ///< the tip is in the tissue: nothing arms there
+  bool known = true;                       ///< the tissue has answered once
+  bool sound = true;                       ///< the body has not diverged
+  double age = 0.0;                        ///< s, of the local model
+  bool quiet = false;                      ///< the host wants the hand to feel nothing now: a clutch
+};
+
+/// Between every force and a device: nothing is written but what comes out of here.
+///   finite check → passivity → mapping to the device → magnitude → slew → thermal → ramp
+/// Arms       where nothing stands against it and the wanted force has been small for some ticks: a tool that begins in the tissue stays disarmed until
+///            is in front of it. Disarms where a button is not held, at overspeed, after a long gap, without calibration, when the body diverges; a fault
+///            ends it until the next session.
+/// Stages     those of DeviceLifecycle. Zero is written in the tick in which one is left that may render, without slew; nothing else passes the slew limit.
+/// Units      SI; forces in the world's frame come in, in the device's frame they go out.
+/// Source     the order and the numbers: practice of haptic libraries; the passivity controller \cite hannaford2002.
+/// Invariant  |out| ≤ max_force; |out − the last out| ≤ slew · period, unless out is zero; out is finite.
+/// Cost       O(1), noexcept, no allocation: allowed in the servo tick.
+template <RealScalar S>
+class SafetyChain {
+ public:
+  using Scalar = S;
+
+  /// A session begins: disarmed, with limits for the device that is open now. Throws `InvalidArgument` as `limits_for`. A simulated device goes on where
+  /// the last session ended; a hand was let go in between.
+  void begin(SafetyOptions const& options, Capabilities const& device, double model_rate, WorkspaceMapping<S> const& mapping = {}) {
+    SafetyLimits const before = limits_;
+    limits_ = limits_for(options, device, model_rate);
+    double const felt = static_cast<double>(mapping.felt_stiffness(S(1)));   // κ s: a damping of the scene is felt so much stronger
+    double const work = static_cast<double>(mapping.force_scale() / mapping.world_from_device().scale());   // κ/s: the hand's joules in one of the scene
+    if (limits_.protects_a_hand || before.period != limits_.period || before.reservoir != limits_.reservoir || before.damping != limits_.damping || felt != felt_) {
+      earlier_energy_ += work_ * passivity_.energy();
+      passivity_ = PassivityController<S>(
+          {.period = limits_.period, .max_damping = limits_.damping / felt, .device_damping = limits_.device_damping / felt, .reservoir = limits_.reservoir / work});
+    }
+    felt_ = felt, work_ = work;
+    if (limits_.thermal_time > 0.0 && (before.continuous_force != limits_.continuous_force || before.thermal_time != limits_.thermal_time))   // else they are as warm as they were
+      thermal_.emplace(ThermalOptions{.continuous_force = limits_.continuous_force, .time = limits_.thermal_time});
+    if (!(limits_.thermal_time > 0.0)) thermal_.reset();
+    stage_ = {};
+    static_cast<void>(stage_.handle(DeviceEvent::opened));
+    gain_ = 0.0;
+    small_ticks_ = not_finite_in_a_row_ = 0;
+    has_position_ = has_sample_ = held_before_ = stale_ = unsound_ = interrupted_ = false;
+    since_sample_ = 0.0;
+    out_.setZero();
+    event_count_ = 0;
+  }
+
+  /// The device was read. After it `interrupted()` says whether what was known of the hand's motion still holds.
+  void read(SafetyReading<S> const& reading) noexcept {
+    seconds_ = reading.seconds >= 0.0 ? reading.seconds : std::numeric_limits<double>::infinity();   // a time that is none is a gap
+    if (thermal_ && std::isfinite(seconds_)) thermal_->add(static_cast<double>(out_.norm()), seconds_);
+    interrupted_ = false;
+    since_sample_ += seconds_;
+    usable_ = reading.works && reading.usable;
+    safe_ = usable_;
+    if (!reading.works) fault();
+    if (reading.works && !reading.usable) count_not_finite();
+    check_buttons(reading.buttons);
+    if (reading.calibration != Calibration::good) {
+      if (stage_.stage() != DeviceStage::calibrating) disarm(DeviceEvent::calibration_lost, SafetyEvent::not_calibrated);
+      safe_ = false;
+    } else if (stage_.stage() == DeviceStage::calibrating) {
+      static_cast<void>(stage_.handle(DeviceEvent::calibrated));
+    }
+    check_gap();
+    if (usable_) check_motion(reading.position, reading.fresh);
+    if (!has_sample_) safe_ = false;
+    if (interrupted_ && limits_.protects_a_hand) passivity_.skip_way();   // nobody pushed the tip there
+  }
+
+  /// The force to write, in the device's frame, for the one that is wanted.
+  Vector3<S> operator()(WantedForce<S> const& wanted, WorkspaceMapping<S> const& mapping) noexcept {
+    check_model(wanted);
+    Vector3<S> force = Vector3<S>::Zero();
+    if (usable_ && wanted.sound && wanted.known) {
+      if (wanted.force.allFinite())
+        force = wanted.force, not_finite_in_a_row_ = 0;
+      else
+        count_not_finite(), ++counts_.not_finite, safe_ = false;
+    }
+    double const asked = static_cast<double>(mapping.force_to_device(force).stableNorm());   // damping may not make it look small
+    if (usable_) force = made_passive(wanted, force, mapping.velocity_to_world(position_));   // the hand's own way, also while a clutch holds the tip
+    force = mapping.force_to_device(force);
+    force = limited_to_maximum(force);
+    if (wanted.inside && limits_.protects_a_hand) safe_ = false;
+    arm(asked);
+    advance_ramp(wanted.quiet);
+    Vector3<S> out = Vector3<S>::Zero();
+    if (usable_ && stage_.may_render() && wanted.sound && not_finite_in_a_row_ == 0 && gain_ > 0.0)
+      out = ramped(force);
+    else if (!force.isZero(0))
+      ++counts_.disarmed;
+    out_ = out;
+    passivity_.sent(mapping.force_to_world(out));
+    return out;
+  }
+
+  /// The device could not be written to.
+  void write_failed() noexcept { fault(); }
+
+  /// True in a tick after a gap or a jump: a velocity from the positions before and after would be none.
+  bool interrupted() const noexcept { return interrupted_; }
+  DeviceStage stage() const noexcept { return stage_.stage(); }
+  bool faulted() const noexcept { return stage_.stage() == DeviceStage::faulted; }
+  /// 0 to 1, the share of the force that was written.
+  double gain() const noexcept { return gain_; }
+  SafetyLimits const& limits() const noexcept { return limits_; }
+  SafetyCounts const& counts() const noexcept { return counts_; }
+  PassivityController<S> const& passivity() const noexcept { return passivity_; }
+  /// J, that the hand gave in all sessions.
+  double energy() const noexcept { return earlier_energy_ + work_ * passivity_.energy(); }
+  /// 0 cold, 1 as warm as the continuous force makes the motors; 0 where it is not known.
+  double warmth() const noexcept { return thermal_ ? thermal_->warmth() : 0.0; }
+
+  /// What has happened since it was asked last, oldest first; none when there is nothing more. Keeps 16; a tick brings no more than 6.
+  std::optional<SafetyEvent> pop_event() noexcept {
+    if (event_count_ == 0) return std::nullopt;
+    SafetyEvent const first = events_[0];
+    std::copy(events_.begin() + 1, events_.begin() + static_cast<std::ptrdiff_t>(event_count_), events_.begin());
+    --event_count_;
+    return first;
+  }
+
+ private:
+  void tell(SafetyEvent event) noexcept {
+    if (event_count_ < events_.size()) events_[event_count_++] = event;
+  }
+
+  void fault() noexcept {
+    usable_ = safe_ = false;
+    if (faulted()) return;
+    static_cast<void>(stage_.handle(DeviceEvent::fault));
+    gain_ = 0.0;
+    tell(SafetyEvent::fault);
+  }
+  /// Motors off in this tick; `event` is told where they were on.
+  void disarm(DeviceEvent why, SafetyEvent event) noexcept {
+    bool const rendered = stage_.may_render();
+    static_cast<void>(stage_.handle(why));
+    safe_ = false;
+    small_ticks_ = 0;
+    gain_ = 0.0;
+    if (rendered) tell(event);
+  }
+  /// Begins the force anew, on a ramp.
+  void interrupt(SafetyEvent event) noexcept {
+    interrupted_ = true;
+    if (stage_.may_render()) tell(event);
+    static_cast<void>(stage_.handle(DeviceEvent::interrupted));
+    stale_ = false;
+    gain_ = 0.0;
+    small_ticks_ = 0;
+  }
+
+  void count_not_finite() noexcept {
+    if (not_finite_in_a_row_ == 0 && stage_.may_render()) tell(SafetyEvent::not_finite);
+    if (not_finite_in_a_row_ >= limits_.most_not_finite) fault();
+    if (not_finite_in_a_row_ < std::numeric_limits<int>::max()) ++not_finite_in_a_row_;
+  }
+
+  void check_buttons(std::uint32_t buttons) noexcept {
+    if (limits_.dead_man == 0 || faulted()) return;
+    bool const held = (buttons & limits_.dead_man) != 0;
+    if (!held) {
+      if (held_before_) disarm(DeviceEvent::disarm, SafetyEvent::dead_man_released);
+      safe_ = false;
+    }
+    held_before_ = held;
+  }
+
+  void check_gap() noexcept {
+    if (!has_position_ || faulted()) return;
+    if (seconds_ > limits_.long_gap) {
+      interrupted_ = true;
+      disarm(DeviceEvent::disarm, SafetyEvent::long_gap);
+    } else if (seconds_ > limits_.gap) {
+      interrupt(SafetyEvent::tick_gap);
+    }
+  }
+
+  /// A sample that is not new says nothing of the speed; the next one counts the time since the last that was.
+  void check_motion(Vector3<S> const& position, bool fresh) noexcept {
+    if (has_position_ && !interrupted_ && fresh) {
+      double const way = static_cast<double>((position - position_).stableNorm()), ticks = std::max(1.0, since_sample_ / limits_.period);
+      if (way > limits_.jump * ticks)
+        interrupt(SafetyEvent::position_jump);
+      else if (way > limits_.overspeed * std::max(since_sample_, limits_.period))
+        disarm(DeviceEvent::disarm, SafetyEvent::overspeed);
+    }
+    position_ = position;
+    has_position_ = true;
+    if (fresh) has_sample_ = true, since_sample_ = 0.0;
+  }
+
+  void check_model(WantedForce<S> const& wanted) noexcept {
+    if (!wanted.known) safe_ = false;
+    if (!wanted.sound) {
+      if (!unsound_) disarm(DeviceEvent::disarm, SafetyEvent::body_unsound);
+      safe_ = false;
+    }
+    unsound_ = !wanted.sound;
+    bool const stale = wanted.age > limits_.stale_after;
+    if (stale) safe_ = false;
+    if (stale != stale_ && (stage_.stage() == DeviceStage::running || stage_.stage() == DeviceStage::stale)) {
+      static_cast<void>(stage_.handle(stale ? DeviceEvent::data_late : DeviceEvent::data_fresh));
+      tell(stale ? SafetyEvent::model_stale : SafetyEvent::model_fresh);
+      recovers_ = !stale;
+    }
+    stale_ = stale;
+  }
+
+  Vector3<S> made_passive(WantedForce<S> const& wanted, Vector3<S> const& force, Vector3<S> const& place) noexcept {
+    auto const damped = passivity_.damped();
+    Vector3<S> const result = passivity_(place, force, wanted.elastic);
+    counts_.damped += passivity_.damped() - damped;
+    return result;
+  }
+
+  Vector3<S> limited_to_maximum(Vector3<S> const& force) noexcept {
+    S const most = static_cast<S>(limits_.max_force);
+    if (force.stableNorm() > most) ++counts_.limited;
+    return limited(force, most);
+  }
+
+  void arm(double wanted) noexcept {
+    if (stage_.stage() != DeviceStage::open || !safe_) {
+      small_ticks_ = 0;
+      return;
+    }
+    small_ticks_ = wanted <= limits_.arm_force ? small_ticks_ + 1 : 0;
+    if (small_ticks_ < limits_.arm_ticks) return;
+    static_cast<void>(stage_.handle(DeviceEvent::arm));
+    static_cast<void>(stage_.handle(DeviceEvent::ramped));   // the force is small: it needs no ramp
+    gain_ = 1.0;
+    recovers_ = false;
+    tell(SafetyEvent::armed);
+  }
+
+  void advance_ramp(bool quiet) noexcept {
+    if (!stage_.may_render() || interrupted_) return;
+    bool const down = stale_ || quiet;
+    double const time = down ? limits_.fade : recovers_ ? limits_.recover : limits_.ramp;
+    double const passed = down ? seconds_ : std::min(seconds_, limits_.period), step = time > passed ? passed / time : 1.0;   // a late tick does not bring the force back faster
+    if (down) {
+      gain_ = std::max(0.0, gain_ - step);
+      return;
+    }
+    gain_ = std::min(1.0, gain_ + step);
+    if (gain_ < 1.0) return;
+    recovers_ = false;
+    if (stage_.stage() == DeviceStage::arming) static_cast<void>(stage_.handle(DeviceEvent::ramped));
+  }
+
+  /// Slew, thermal limit and ramp. The slew limit holds for what is written, so it is told beforehand by how much the later stages are about to shrink
+  /// the ball of forces that may be written.
+  Vector3<S> ramped(Vector3<S> const& force) noexcept {
+    double const warm = thermal_ ? thermal_->limit(limits_.max_force) : limits_.max_force;
+    double const most = limits_.slew * limits_.period, reach = gain_ * warm, outside = static_cast<double>(out_.norm()) - reach;
+    S const share = static_cast<S>(gain_);
+    Vector3<S> next = share * force;
+    if (std::isfinite(most)) {
+      Vector3<S> const slow = slewed(out_, next, static_cast<S>(std::max(0.0, most - std::max(0.0, outside))));
+      if (slow != next) ++counts_.slewed;
+      next = slow;
+    }
+    if (gain_ < 1.0) ++counts_.ramped;
+    if (!std::isfinite(reach) || !(next.norm() > static_cast<S>(reach))) return next;
+    if (gain_ == 1.0) ++counts_.cooled;
+    return limited(next, static_cast<S>(reach));
+  }
+
+  SafetyLimits limits_{};
+  DeviceLifecycle stage_{};
+  PassivityController<S> passivity_{};
+  std::optional<ThermalLimit> thermal_{};
+  SafetyCounts counts_{};
+  double gain_ = 0.0, seconds_ = 0.0, since_sample_ = 0.0, earlier_energy_ = 0.0;
+  double felt_ = 1.0, work_ = 1.0;   // κ s and κ/s of the mapping
+  Vector3<S> out_ = Vector3<S>::Zero(), position_ = Vector3<S>::Zero();
+  int small_ticks_ = 0, not_finite_in_a_row_ = 0;
+  bool usable_ = false, safe_ = false, has_position_ = false, has_sample_ = false, held_before_ = false, stale_ = false, unsound_ = false, interrupted_ = false, recovers_ = false;
+  std::array<SafetyEvent, 16> events_{};
+  std::size_t event_count_ = 0;
+};
+
+}  // namespace palpate

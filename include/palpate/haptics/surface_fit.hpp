@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/haptics/patch_update.hpp>
+#include <palpate/haptics/shaded_normal.hpp>
+#include <palpate/haptics/surface_patch.hpp>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace palpate {
+
+/// The tangent plane of a body's surface at a point of a triangle, as the body is now, with its smooth normal and its velocity. Its stiffness
+/// is 0.
+template <class Body>
+SurfacePatch<typename Body::Scalar> tangent_plane(Body const& body, int triangle, Vector3<typename Body::Scalar> const& barycentric) noexcept {
+  using S = typename Body::Scalar;
+  auto const c = body.tissue().surface().corners(triangle);
+  SurfacePatch<S> patch;
+  for (std::size_t k = 0; k < 3; ++k) {
+    S const w = barycentric[static_cast<Eigen::Index>(k)];
+    patch.point += w * body.positions().col(c[k]);
+    if constexpr (requires { body.velocities(); }) patch.velocity += w * body.velocities().col(c[k]);
+  }
+  patch.normal = shaded_normal(body, triangle, barycentric);
+  return patch;
+}
+
+struct SurfaceFitOptions {
+  int rings = 1;             ///< so many edges away from the touched triangle vertices count; 1 or 2 for most
+  bool curved = true;        ///< fit a ball; false: a plane
+  double stiffness = 500.0;  ///< N/m, of the patch; set `patch().stiffness` where the body knows better
+  double damping = 1e-6;     ///< Λ, see `PatchUpdate`
+};
+
+/// The surface around a touched point as a patch: a plane or a ball fitted to the vertices near it, with the velocity of both, and kept up with
+/// the body by the pseudo-inverse while the same vertices are near.
+///   fit      minimises Σ distance(x_i)² over the vertices up to `rings` edges away, from the tangent plane on, by steps of Gauss and Newton
+///   follow   Δθ = J⁺ Δd with Δd the ways of the same vertices since
+/// Units      m, m/s, rad/s, N/m; world frame.
+/// Invariant  0 ≤ rings ≤ 4, stiffness, damping > 0, finite; checked at set-up. Of a finite body the patch is always valid: where no fit is found,
+///            the tangent plane.
+/// Cost       O(vertices near), at most 64, whatever the size of the body; noexcept, no allocation.
+/// Limits     A ball of as few vertices as a triangle's corners has no curvature of its own. It is not more curved than 2 over the way to the
+///            farthest of them. After a cut, or another topology, fit anew: the vertices are known by their number.
+template <RealScalar S>
+class SurfaceFit {
+ public:
+  using Scalar = S;
+  static constexpr int capacity = 64;
+
+  explicit SurfaceFit(SurfaceFitOptions const& options = {}) : options_(options) {
+    if (options.rings < 0 || options.rings > 4)
+      throw InvalidArgument(detail::message("SurfaceFit: .rings is ", options.rings, "; give 0 to 4, 1 for most"));
+    if (!(options.stiffness > 0.0) || !std::isfinite(options.stiffness))
+      throw InvalidArgument(detail::message("SurfaceFit: .stiffness is ", options.stiffness, " N/m; give a finite number above zero"));
+    if (!(options.damping > 0.0) || !std::isfinite(options.damping))
+      throw InvalidArgument(detail::message("SurfaceFit: .damping is ", options.damping, "; give a small number above zero, 1e-6 for most"));
+  }
+
+  /// Fits the surface around a point of a triangle.
+  template <class Body>
+  SurfacePatch<S> const& fit(Body const& body, int triangle, Vector3<S> const& barycentric) noexcept {
+    triangle_ = triangle;
+    barycentric_ = barycentric;
+    gather(body);
+    patch_ = tangent_plane(body, triangle, barycentric);
+    if (patch_.normal.isZero(S(0))) patch_.normal = Vector3<S>::UnitZ();
+    S const extent = reach_from(patch_.point), steepest = extent > S(0) ? S(2) / extent : S(0);
+    SurfacePatch<S> best = patch_;
+    residual_ = misses(patch_);
+    for (int step = 0; step < steps; ++step) {
+      PatchUpdate<S> update(patch_, options_.curved, options_.damping);
+      for (int k = 0; k < count_; ++k) update.add(last_[at(k)], patch_.distance(last_[at(k)]));
+      patch_ = update.solve().applied_to(patch_);
+      patch_.curvature = std::clamp(patch_.curvature, -steepest, steepest);
+      if (S const misses_now = misses(patch_); misses_now < residual_ && patch_.valid()) best = patch_, residual_ = misses_now;
+    }
+    patch_ = best;
+    settle(body, extent);
+    return patch_;
+  }
+
+  /// Lets the patch follow the vertices since the last call.
+  template <class Body>
+  SurfacePatch<S> const& follow(Body const& body) noexcept {
+    PatchUpdate<S> update(patch_, options_.curved, options_.damping);
+    for (int k = 0; k < count_; ++k) {
+      if (vertex_[at(k)] >= body.positions().cols()) continue;
+      Vector3<S> const now = body.positions().col(vertex_[at(k)]);
+      update.add(last_[at(k)], Vector3<S>(now - last_[at(k)]));
+      last_[at(k)] = now;
+    }
+    if (SurfacePatch<S> const next = update.solve().applied_to(patch_); next.valid()) patch_ = next;
+    residual_ = misses(patch_);
+    if (triangle_ >= 0 && triangle_ < body.tissue().surface().triangle_count()) settle(body, patch_.reach);
+    return patch_;
+  }
+
+  /// It may be told a stiffness; `fit` sets it to that of the options, `follow` lets it be.
+  SurfacePatch<S>& patch() noexcept { return patch_; }
+  SurfacePatch<S> const& patch() const noexcept { return patch_; }
+  /// m, root mean square of how far the vertices are off the patch; how many they are.
+  S residual() const noexcept { return residual_; }
+  int vertices() const noexcept { return count_; }
+
+ private:
+  static constexpr int steps = 6;
+  static std::size_t at(int k) noexcept { return static_cast<std::size_t>(k); }
+
+  template <class Body>
+  void gather(Body const& body) noexcept {
+    auto const& surface = body.tissue().surface();
+    count_ = 0;
+    for (int const v : surface.corners(triangle_)) note(body, v);
+    int from = 0;
+    for (int ring = 0; ring < options_.rings; ++ring)
+      for (int const to = count_; from < to; ++from)
+        for (int const t : surface.triangles_at(vertex_[at(from)]))
+          for (int const v : surface.corners(t)) note(body, v);
+  }
+  template <class Body>
+  void note(Body const& body, int v) noexcept {
+    if (count_ == capacity || std::find(vertex_.begin(), vertex_.begin() + count_, v) != vertex_.begin() + count_) return;
+    vertex_[at(count_)] = v;
+    last_[at(count_)] = body.positions().col(v);
+    ++count_;
+  }
+
+  S reach_from(Vector3<S> const& p) const noexcept {
+    S most = S(0);
+    for (int k = 0; k < count_; ++k) most = std::max(most, (last_[at(k)] - p).norm());
+    return most;
+  }
+  S misses(SurfacePatch<S> const& patch) const noexcept {
+    S sum = S(0);
+    for (int k = 0; k < count_; ++k) {
+      S const miss = patch.distance(last_[at(k)]);
+      sum += miss * miss;
+    }
+    return count_ > 0 ? std::sqrt(sum / S(count_)) : S(0);
+  }
+
+  /// Brings the patch to the touched point and gives it the surface's velocity there; its turn is fitted to the velocities of the vertices.
+  template <class Body>
+  void settle(Body const& body, S reach) noexcept {
+    auto const c = body.tissue().surface().corners(triangle_);
+    Vector3<S> point = Vector3<S>::Zero(), velocity = Vector3<S>::Zero(), turn = Vector3<S>::Zero();
+    for (std::size_t k = 0; k < 3; ++k) point += barycentric_[static_cast<Eigen::Index>(k)] * body.positions().col(c[k]);
+    patch_ = patch_.anchored_at(point);
+    if constexpr (requires { body.velocities(); }) {
+      PatchUpdate<S> rate(patch_, options_.curved, options_.damping);
+      for (std::size_t k = 0; k < 3; ++k) velocity += barycentric_[static_cast<Eigen::Index>(k)] * body.velocities().col(c[k]);
+      for (int k = 0; k < count_; ++k)
+        if (vertex_[at(k)] < body.velocities().cols()) rate.add(last_[at(k)], Vector3<S>(body.velocities().col(vertex_[at(k)]) - velocity));
+      turn = patch_.normal.cross(rate.solve().tilt);
+    }
+    patch_.velocity = velocity;
+    patch_.angular_velocity = turn;
+    patch_.reach = reach;
+    if (!(patch_.stiffness > S(0))) patch_.stiffness = S(options_.stiffness);
+  }
+
+  SurfaceFitOptions options_;
+  SurfacePatch<S> patch_;
+  int triangle_ = -1;
+  Vector3<S> barycentric_ = Vector3<S>::Zero();
+  std::array<int, capacity> vertex_{};
+  std::array<Vector3<S>, capacity> last_{};   // where they were
+  int count_ = 0;
+  S residual_ = S(0);
+};
+
+}  // namespace palpate

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/phase.hpp>
+#include <palpate/haptics/facet_planes.hpp>
+#include <palpate/haptics/surface_fit.hpp>
+#include <palpate/haptics/surface_model.hpp>
+
+#include <cmath>
+#include <cstddef>
+
+namespace palpate {
+
+struct SurfaceSensorOptions {
+  int rings = 1;              ///< so many edges around the touched triangle the surface is fitted to
+  double approach = 0.005;    ///< m in front of the surface, from which on it is sent
+};
+
+/// Makes the surface model of a body around a tool, once a tick of the body: where the tool touches or comes near, a plane, a ball or the facets there.
+/// While the touched triangle stays and nothing is cut, plane and ball follow the vertices by the pseudo-inverse; else they are fitted anew.
+/// Cost       O(vertices near), whatever the size of the body; in front of the surface a search of the body's tree as well. No allocation.
+/// Limits     While a tool cuts there is no surface that it could not enter: the model says that nothing is there.
+template <RealScalar Scalar>
+class SurfaceSensor {
+ public:
+  explicit SurfaceSensor(SurfaceKind kind = SurfaceKind::none, SurfaceSensorOptions const& options = {})
+      : kind_(kind), approach_(static_cast<Scalar>(options.approach)), fit_({.rings = options.rings, .curved = kind == SurfaceKind::ball}) {
+    if (!(options.approach >= 0.0) || !std::isfinite(options.approach))
+      throw InvalidArgument(detail::message("SurfaceSensor: .approach is ", options.approach, " m; give a finite number, zero or more"));
+  }
+
+  SurfaceKind kind() const noexcept { return kind_; }
+
+  /// The surface near a tip, for a tool that is in this phase with this contact; `stiffness` [N/m] is that of the contact.
+  template <class Body, class Contact>
+  SurfaceModel<Scalar> const& look(Body& body, Contact const& contact, CuttingPhase phase, Vector3<Scalar> const& tip, Scalar radius, Scalar stiffness) {
+    if (kind_ == SurfaceKind::none) return model_;
+    ++model_.sequence;
+    model_.patch.stiffness = 0;
+    model_.planes.clear();
+    if (phase == CuttingPhase::moving || !tip.allFinite()) return model_;
+    if (phase == CuttingPhase::indenting && contact.touching && !contact.off_surface)
+      see(body, contact.triangle, contact.barycentric, tip, radius, stiffness);
+    else if (phase == CuttingPhase::no_contact && approach_ > Scalar(0))
+      approach(body, tip, radius, stiffness);
+    return model_;
+  }
+
+ private:
+  template <class Body>
+  void approach(Body& body, Vector3<Scalar> const& tip, Scalar radius, Scalar stiffness) {
+    auto const nearest = body.nearest_point(tip);
+    if (!nearest.found() || !((nearest.point - tip).norm() <= approach_ + radius)) return;
+    see(body, nearest.triangle, nearest.barycentric, tip, radius, stiffness);
+    if (!(model_.patch.distance(tip) > Scalar(0))) model_.patch.stiffness = 0, model_.planes.clear();   // behind it: it has to come from outside
+  }
+
+  template <class Body>
+  void see(Body const& body, int triangle, Vector3<Scalar> const& barycentric, Vector3<Scalar> const& tip, Scalar radius, Scalar stiffness) {
+    bool const same = triangle == triangle_ && body.topology_revision() == revision_ && barycentric == barycentric_;
+    if (same)
+      fit_.follow(body);
+    else
+      fit_.fit(body, triangle, barycentric);
+    triangle_ = triangle, barycentric_ = barycentric, revision_ = body.topology_revision();
+    model_.patch = fit_.patch();
+    auto const corners = body.tissue().surface().corners(triangle);
+    model_.patch.point.setZero();   // a fit levels out the dent that the tool makes: at the touched point itself the surface is where it is
+    for (std::size_t k = 0; k < 3; ++k) model_.patch.point += barycentric[static_cast<Eigen::Index>(k)] * body.positions().col(corners[k]);
+    model_.patch = model_.patch.offset_by(radius);
+    model_.patch.stiffness = stiffness;
+    if (kind_ == SurfaceKind::facets) model_.planes = facet_planes(body, triangle, tip, radius);
+  }
+
+  SurfaceKind kind_;
+  Scalar approach_;
+  SurfaceFit<Scalar> fit_;
+  SurfaceModel<Scalar> model_{};
+  int triangle_ = -1;
+  Vector3<Scalar> barycentric_ = Vector3<Scalar>::Zero();
+  std::size_t revision_ = 0;
+};
+
+}  // namespace palpate

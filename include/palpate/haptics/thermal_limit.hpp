@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+
+struct ThermalOptions {
+  double continuous_force = 0.88;   ///< N, that the motors stand for ever
+  double time = 10.0;               ///< s, in which they warm up
+};
+
+/// How much force motors stand that warm up with its square.
+///   heat ← heat + (F² − heat) dt/time,   heat ≤ F_c² stays cool for ever
+///   limit = F_c + (F_max − F_c) · clamp((F_c² − heat)/(0.2 F_c²), 0, 1)
+/// So the continuous force passes for ever, and a larger one until the motors have had four fifths of what they stand; from there to the continuous
+/// force the limit goes down without a step.
+/// Units      N, s; heat in N².
+/// Source     a first-order model of a motor's winding; the time is the host's to know.
+/// Invariant  continuous force and time above zero, finite; checked at set-up.
+/// Cost       noexcept, no allocation: allowed in the servo tick.
+/// Limits     One winding for all motors; the temperature of the room and a motor held by hand are not known to it.
+class ThermalLimit {
+ public:
+  explicit ThermalLimit(ThermalOptions const& options = {}) : continuous_(options.continuous_force), time_(options.time) {
+    if (!(continuous_ > 0.0) || !std::isfinite(continuous_))
+      throw InvalidArgument(detail::message("ThermalLimit: .continuous_force is ", continuous_, " N; give a finite number above zero, from the device's papers"));
+    if (!(time_ > 0.0) || !std::isfinite(time_))
+      throw InvalidArgument(detail::message("ThermalLimit: .time is ", time_, " s; give a finite number above zero"));
+  }
+
+  /// N, the most that may be written now, on a device of this maximum.
+  double limit(double max_force) const noexcept {
+    if (!(max_force > continuous_)) return max_force;
+    double const square = continuous_ * continuous_, left = std::clamp((square - heat_) / (0.2 * square), 0.0, 1.0);
+    if (left >= 1.0 || (left > 0.0 && !std::isfinite(max_force))) return max_force;
+    return left > 0.0 ? continuous_ + (max_force - continuous_) * left : continuous_;
+  }
+  /// A force was written for so long.
+  void add(double force, double seconds) noexcept {
+    double const square = force * force;
+    if (!std::isfinite(square) || !(seconds > 0.0)) return;
+    heat_ += (square - heat_) * -std::expm1(-seconds / time_);
+  }
+  /// 0 cold, 1 as warm as the continuous force makes it.
+  double warmth() const noexcept { return heat_ / (continuous_ * continuous_); }
+  void reset() noexcept { heat_ = 0.0; }
+
+ private:
+  double continuous_;
+  double time_;
+  double heat_ = 0.0;
+};
+
+}  // namespace palpate

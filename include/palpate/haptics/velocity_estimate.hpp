@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/force/concept.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+
+namespace palpate {
+
+/// The velocity of a tip [m/s] from its positions [m], one a servo tick. Beyond the syntax: no allocation; the first position gives zero; a
+/// position that is no number gives zero and begins anew, as `reset()` does.
+template <class T, class Scalar>
+concept VelocityEstimator = RealScalar<Scalar> && requires(T& estimator, Vector3<Scalar> const& position) {
+  { estimator(position) } noexcept -> detail::Vector3Of<Scalar>;
+  { estimator.reset() } noexcept;
+};
+
+struct VelocityOptions {
+  double period = 0.001;   ///< T [s], between two positions
+};
+
+struct AdaptiveVelocityOptions {
+  double period = 0.001;     ///< T [s], between two positions
+  double quantum = 55e-6;    ///< Δ [m], of rounded positions, else twice the largest error: so far they may lie off a line through two of them
+};
+
+namespace detail {
+
+inline void require_velocity(char const* who, char const* what, double value, char const* unit, char const* advice) {
+  if (!(value > 0.0) || !std::isfinite(value)) throw InvalidArgument(message(who, ": ", what, " is ", value, unit, "; ", advice));
+}
+
+/// The last positions, the newest first.
+template <RealScalar S, int Capacity>
+class LastPositions {
+ public:
+  void push(Vector3<S> const& position) noexcept {
+    newest_ = newest_ == 0 ? Capacity - 1 : newest_ - 1;
+    at_[static_cast<std::size_t>(newest_)] = position;
+    count_ = std::min(count_ + 1, Capacity);
+  }
+  Vector3<S> const& operator[](int ago) const noexcept {
+    int const i = newest_ + ago;
+    return at_[static_cast<std::size_t>(i < Capacity ? i : i - Capacity)];
+  }
+  int count() const noexcept { return count_; }
+  void clear() noexcept { count_ = 0; }
+
+  /// By how much they move in a tick: slope of the straight line that fits the newest `count` ones best, by least squares.
+  ///   Σ (n − 1 − 2 i) x_i · 6 / (n (n² − 1)),   i ticks ago, n positions
+  Vector3<S> slope(int count) const noexcept {
+    if (count < 2) return Vector3<S>::Zero();
+    Vector3<S> sum = Vector3<S>::Zero();
+    for (int i = 0; 2 * i < count - 1; ++i) sum += S(count - 1 - 2 * i) * ((*this)[i] - (*this)[count - 1 - i]);
+    return S(6) / (S(count) * (S(count) * S(count) - S(1))) * sum;
+  }
+
+ private:
+  std::array<Vector3<S>, static_cast<std::size_t>(Capacity)> at_{};
+  int newest_ = 0, count_ = 0;
+};
+
+}  // namespace detail
+
+/// The way over the last `Span` ticks by their time.
+///   v = (x − x₋ₛ) / (Span · T)
+/// Units      SI.
+/// Invariant  Exact at constant velocity, Span T/2 late at constant acceleration. An error of up to ±e of each position makes up to 2 e/(Span T),
+///            and no estimate from as many ticks is sure to be nearer: steps of 55 µm make 55 mm/s over one tick, 3.7 mm/s over 15.
+/// Cost       noexcept, no allocation: allowed in the servo tick. While there are fewer positions, over those.
+template <RealScalar S, int Span = 1>
+class BackwardDifference {
+  static_assert(Span >= 1, "palpate::BackwardDifference: give a span of one tick or more.");
+
+ public:
+  using Scalar = S;
+
+  explicit BackwardDifference(VelocityOptions const& options = {}) : period_(options.period) {
+    detail::require_velocity("BackwardDifference", ".period", options.period, " s", "give that of the servo, 0.001 for most");
+  }
+
+  Vector3<S> operator()(Vector3<S> const& position) noexcept {
+    if (!position.allFinite()) {
+      reset();
+      return Vector3<S>::Zero();
+    }
+    last_.push(position);
+    int const span = last_.count() - 1;
+    return span > 0 ? Vector3<S>((last_[0] - last_[span]) / S(span * period_)) : Vector3<S>(Vector3<S>::Zero());
+  }
+  void reset() noexcept { last_.clear(); }
+
+ private:
+  double period_;
+  detail::LastPositions<S, Span + 1> last_;
+};
+
+/// The slope of the straight line that fits the last `Samples` positions best.
+///   v = Σ (n − 1 − 2 i) x_i · 6 / (n (n² − 1) T),   i ticks ago, n = Samples
+/// Units      SI.
+/// Source     \cite savitzky1964, of degree one.
+/// Invariant  Exact at constant velocity, (n − 1) T/2 late at constant acceleration. Errors of ±e of each position make up to 3 e n/((n² − 1) T),
+///            or 3 e/(n T) where n is odd; independent ones of deviation σ make σ √12/(T √(n (n² − 1))), from n = 4 on less than a difference over
+///            the same time does.
+/// Cost       n/2 products; noexcept, no allocation: allowed in the servo tick. While there are fewer positions, from those.
+template <RealScalar S, int Samples = 16>
+class WindowedVelocity {
+  static_assert(Samples >= 2, "palpate::WindowedVelocity: a line needs two positions or more.");
+
+ public:
+  using Scalar = S;
+
+  explicit WindowedVelocity(VelocityOptions const& options = {}) : period_(options.period) {
+    detail::require_velocity("WindowedVelocity", ".period", options.period, " s", "give that of the servo, 0.001 for most");
+  }
+
+  Vector3<S> operator()(Vector3<S> const& position) noexcept {
+    if (!position.allFinite()) {
+      reset();
+      return Vector3<S>::Zero();
+    }
+    last_.push(position);
+    return last_.slope(last_.count()) / S(period_);
+  }
+  void reset() noexcept { last_.clear(); }
+
+ private:
+  double period_;
+  detail::LastPositions<S, Samples> last_;
+};
+
+/// The slope over as many of the last positions as lie on one straight line, but for their error: the window is long at rest and at constant
+/// velocity, where noise would be felt, and short where the velocity changes, where lateness would be.
+///   the largest n < Samples with   |x_i − (x_0 + (x_n − x_0) i/n)| ≤ Δ on each axis,   0 < i < n;   v = slope of the best fit of x_0 … x_n
+/// Units      SI.
+/// Source     \cite janabi2000, with one window for all axes, so that the direction is right. There Δ bounds the error; twice it does here, so that
+///            errors alone never shorten the window.
+/// Invariant  Δ, T > 0, finite; checked at set-up. Errors of ±Δ/2 leave the window whole at constant velocity. At an acceleration a it is
+///            about √(8 Δ/a) long, and v half of that late.
+/// Cost       Up to Samples²/2 comparisons where the whole window fits, 0.4 µs for 16; noexcept, no allocation: allowed in the servo tick.
+template <RealScalar S, int Samples = 16>
+class AdaptiveWindowVelocity {
+  static_assert(Samples >= 2, "palpate::AdaptiveWindowVelocity: a line needs two positions or more.");
+
+ public:
+  using Scalar = S;
+
+  explicit AdaptiveWindowVelocity(AdaptiveVelocityOptions const& options = {}) : options_(options) {
+    detail::require_velocity("AdaptiveWindowVelocity", ".period", options.period, " s", "give that of the servo, 0.001 for most");
+    detail::require_velocity("AdaptiveWindowVelocity", ".quantum", options.quantum, " m", "give the device's resolution, 55e-6 for many");
+  }
+
+  Vector3<S> operator()(Vector3<S> const& position) noexcept {
+    if (!position.allFinite()) {
+      reset();
+      return Vector3<S>::Zero();
+    }
+    last_.push(position);
+    window_ = std::min(last_.count() - 1, 1);
+    while (window_ + 1 < last_.count() && is_straight(window_ + 1)) ++window_;
+    return last_.slope(window_ + 1) / S(options_.period);
+  }
+
+  /// Over how many ticks the last estimate went: from 1 to Samples − 1, 0 before there was one.
+  int window() const noexcept { return window_; }
+  void reset() noexcept {
+    last_.clear();
+    window_ = 0;
+  }
+
+ private:
+  bool is_straight(int n) const noexcept {
+    S const most = S(options_.quantum) * S(1.001);   // positions are rounded themselves
+    Vector3<S> const step = (last_[n] - last_[0]) / S(n);
+    for (int i = 1; i < n; ++i)
+      if (!((last_[i] - last_[0] - S(i) * step).cwiseAbs().maxCoeff() <= most)) return false;
+    return true;
+  }
+
+  AdaptiveVelocityOptions options_;
+  detail::LastPositions<S, Samples> last_;
+  int window_ = 0;
+};
+
+static_assert(VelocityEstimator<BackwardDifference<double>, double> && VelocityEstimator<WindowedVelocity<double>, double> &&
+              VelocityEstimator<AdaptiveWindowVelocity<float>, float>);
+
+}  // namespace palpate

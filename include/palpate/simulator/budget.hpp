@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/simulator/simulator_statistics.hpp>
+
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+namespace palpate {
+
+/// What comes to its limit first when everything takes longer, in proportion.
+struct Bottleneck {
+  std::string_view what = {};   ///< empty: nothing was counted against a period
+  double share = 0.0;           ///< of its period, at p99
+};
+
+namespace detail {
+
+inline double microseconds(std::chrono::nanoseconds duration) noexcept { return 1e-3 * static_cast<double>(duration.count()); }
+
+/// Three digits: "3.12", "1040", "0.312".
+inline std::string rounded(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, value >= 1000.0 ? "%.0f" : "%.3g", value);
+  return buffer;
+}
+inline std::string microseconds_text(std::chrono::nanoseconds duration) { return rounded(microseconds(duration)) + " µs"; }
+
+/// duration / period; 0 where there is no period.
+inline double share_of(std::chrono::nanoseconds duration, std::chrono::nanoseconds period) noexcept {
+  return period.count() > 0 ? static_cast<double>(duration.count()) / static_cast<double>(period.count()) : 0.0;
+}
+
+inline void append_loop(std::string& text, std::string_view name, TickStatistics const& loop, std::string const& more) {
+  if (loop.ticks() == 0) {
+    text += message(name, ": no tick yet\n");
+    return;
+  }
+  auto const& compute = loop.compute();
+  text += message(name, ": tick ", microseconds_text(compute.p50()), " (p99 ", microseconds_text(compute.p99()), ")");
+  if (auto const target = loop.target(); target.count() > 0)
+    text += message(" of ", microseconds_text(target), " at ", rounded(1e9 / static_cast<double>(target.count())), " Hz: ",
+                    rounded(100.0 * share_of(compute.p50(), target)), " % (p99 ", rounded(100.0 * share_of(compute.p99(), target)), " %)");
+  text += more + "; " + message(loop.overruns(), " overruns, ", loop.skipped(), " skipped in ", loop.ticks(), " ticks\n");
+  if (loop.period().count() == 0) return;
+  text += message("  period ", microseconds_text(loop.period().p50()), " (p99 ", microseconds_text(loop.period().p99()), ", longest ",
+                  microseconds_text(loop.period().max()), "), woken ", microseconds_text(loop.latency().p50()), " late (p99 ",
+                  microseconds_text(loop.latency().p99()), ")\n");
+}
+
+}  // namespace detail
+
+/// The largest of
+///   servo's computing   p99 of its computing time / its period
+///   servo's wake-up     p99 of how late it begins / its period          (in real time)
+///   body's computing    p99 of its computing time / its period
+/// each against the period that its loop aims at. In lock-step servo and body share one thread and one period: there it is the larger of the two.
+inline Bottleneck bottleneck(SimulatorStatistics const& statistics) noexcept {
+  Bottleneck first;
+  auto const consider = [&](std::string_view what, DurationHistogram const& times, std::chrono::nanoseconds period) {
+    double const share = detail::share_of(times.p99(), period);
+    if (share > first.share) first = {what, share};
+  };
+  consider("the servo's computing", statistics.servo.compute(), statistics.servo.target());
+  consider("the servo's wake-up", statistics.servo.latency(), statistics.servo.target());
+  consider("the body's computing", statistics.body.compute(), statistics.body.target());
+  return first;
+}
+
+/// Where the time of a tick goes, as text: for a log or a window beside the simulation.
+///   servo: tick 3.12 µs (p99 5.2 µs) of 1000 µs at 1000 Hz: 0.312 % (p99 0.52 %); 0 overruns, 0 skipped in 1500 ticks
+///     period 1000 µs (p99 1040 µs, longest 1130 µs), woken 37 µs late (p99 82 µs)
+///   body: tick 180 µs (p99 260 µs) of 2000 µs at 500 Hz: 9 % (p99 13 %), 1.8 steps a tick; 0 overruns, 0 skipped in 750 ticks
+///     period 2000 µs (p99 2050 µs, longest 2200 µs), woken 60 µs late (p99 110 µs)
+///   next bottleneck: the body's computing, 13 % of its period at p99; it may take 7.69 times as long
+/// Share      computing time / period aimed at, at the median and at p99. Steps a tick are a mean. Times of a quantile are within 1/32.
+/// For        `simulator.statistics()` after a run, `simulator.live_statistics()` during one. Not for the servo: it allocates.
+inline std::string budget_text(SimulatorStatistics const& statistics) {
+  std::string text;
+  BodyCounts const& body = statistics.body_counts;
+  detail::append_loop(text, "servo", statistics.servo, "");
+  detail::append_loop(text, "body", statistics.body,
+                      body.ticks == 0 ? ""
+                                      : detail::message(", ", detail::rounded(static_cast<double>(body.steps) / static_cast<double>(body.ticks)),
+                                                        " steps a tick"));
+  Bottleneck const first = bottleneck(statistics);
+  if (first.what.empty()) return text;
+  text += detail::message("next bottleneck: ", first.what, ", ", detail::rounded(100.0 * first.share), " % of its period at p99; ");
+  text += first.share <= 1.0 ? detail::message("it may take ", detail::rounded(1.0 / first.share), " times as long\n")
+                             : detail::message("that is ", detail::rounded(first.share), " times what there is\n");
+  return text;
+}
+
+}  // namespace palpate

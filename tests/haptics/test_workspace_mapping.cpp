@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "allocation_trap.hpp"
+#include "catch.hpp"
+
+#include <palpate/core/random.hpp>
+#include <palpate/haptics/workspace_mapping.hpp>
+
+#include <cmath>
+#include <limits>
+
+using namespace palpate;
+
+namespace {
+
+template <class S>
+WorkspaceMapping<S> any_mapping(Random& random) {
+  Eigen::Quaternion<S> const turn(random.normal<S>(), random.normal<S>(), random.normal<S>(), random.normal<S>());
+  return WorkspaceMapping<S>(Similarity<S>::make(std::exp(random.normal<S>()), turn, {random.normal<S>(), random.normal<S>(), random.normal<S>()}));
+}
+
+template <class S>
+Vector3<S> any_arrow(Random& random) {
+  return {random.normal<S>(), random.normal<S>(), random.normal<S>()};
+}
+
+}  // namespace
+
+// Closed forms: power on both sides, and the stiffness that the hand feels from a spring fixed in the scene.
+TEMPLATE_TEST_CASE("the hand does the work that the scene takes, and feels its stiffness times the square of the scale", "[haptics][workspace_mapping]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  Random random(Seed{11});
+  S const tolerance = std::numeric_limits<S>::epsilon() * S(100);
+  for (int trial = 0; trial < 200; ++trial) {
+    auto const exact = any_mapping<S>(random);
+    S const kappa = std::exp(random.normal<S>());
+    WorkspaceMapping<S> const scaled(exact.world_from_device(), kappa);
+    Vector3<S> const v = any_arrow<S>(random), force = any_arrow<S>(random);
+    S const s = exact.world_from_device().scale(), power = force.dot(exact.velocity_to_world(v)), size = s * force.norm() * v.norm();
+    CHECK(std::abs(exact.force_to_device(force).dot(v) - power) <= tolerance * size);
+    CHECK(std::abs(scaled.force_to_device(force).dot(v) - kappa / s * power) <= tolerance * kappa / s * size);
+    CHECK((scaled.force_to_world(scaled.force_to_device(force)) - force).norm() <= tolerance * force.norm());
+    S const k = S(300);   // N/m, a spring in the scene
+    Vector3<S> const moved = v * S(0.1);
+    Vector3<S> const felt = scaled.force_to_device(k * scaled.velocity_to_world(moved));
+    CHECK(std::abs(felt.norm() - scaled.felt_stiffness(k) * moved.norm()) <= tolerance * felt.norm());
+    CHECK(std::abs(scaled.scene_stiffness(scaled.felt_stiffness(k)) - k) <= tolerance * k);
+  }
+}
+
+TEMPLATE_TEST_CASE("the clutch moves neither tip nor force", "[haptics][workspace_mapping]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  Random random(Seed{12});
+  auto mapping = any_mapping<S>(random);
+  S const scale = mapping.world_from_device().scale();
+  Vector3<S> hand = any_arrow<S>(random), force = any_arrow<S>(random);
+  for (int again = 0; again < 20; ++again) {
+    Vector3<S> const tip = mapping.to_world(hand), felt = mapping.force_to_device(force);
+    mapping.open_clutch(hand);
+    CHECK(mapping.clutch_open());
+    CHECK(mapping.held() == tip);
+    hand += any_arrow<S>(random);
+    mapping.open_clutch(hand);   // again: it is open already
+    CHECK(mapping.held() == tip);
+    mapping.close_clutch(hand);
+    CHECK_FALSE(mapping.clutch_open());
+    S const size = tip.norm() + scale * hand.norm() + mapping.world_from_device().translation().norm();
+    CHECK((mapping.to_world(hand) - tip).norm() <= S(8) * std::numeric_limits<S>::epsilon() * size);
+    CHECK(mapping.force_to_device(force) == felt);
+  }
+}
+
+TEST_CASE("the whole of a scene's box can be reached, and one of its sides takes all of the workspace", "[haptics][workspace_mapping]") {
+  DeviceWorkspace const touch{.lower = {-0.08, -0.06, -0.035}, .upper = {0.08, 0.06, 0.035}, .provenance = Provenance::datasheet};
+  Vector3<double> const lower{-0.1, 0.2, 0.0}, upper{0.1, 0.5, 0.1};
+  Eigen::Quaterniond const turn(Eigen::AngleAxisd(1.5707963267948966, Eigen::Vector3d::UnitX()));   // the device's y is the world's z
+  auto const mapping = WorkspaceMapping<double>::fit_box(touch, lower, upper, turn);
+  // By hand: reach 0.16 × 0.07 × 0.12 m, wanted 0.2 × 0.3 × 0.1: 1.25, 4.2857, 0.8333.
+  CHECK(mapping.world_from_device().scale() == Approx(0.3 / 0.07).epsilon(1e-12));
+  CHECK((mapping.to_world(touch.centre()) - (lower + upper) / 2).norm() < 1e-15);
+  CHECK(mapping.to_world({0, 0, 0.035}).y() == Approx(0.2).epsilon(1e-12));
+  for (int corner = 0; corner < 8; ++corner) {
+    Vector3<double> const wanted{corner & 1 ? upper.x() : lower.x(), corner & 2 ? upper.y() : lower.y(), corner & 4 ? upper.z() : lower.z()};
+    Vector3<double> const at = mapping.world_from_device().inverse().point(wanted);
+    CHECK(((at - touch.lower).array() >= -1e-12).all());
+    CHECK(((touch.upper - at).array() >= -1e-12).all());
+  }
+  CHECK_THROWS_AS(WorkspaceMapping<double>::fit_box({}, lower, upper), InvalidArgument);
+  CHECK_THROWS_AS(WorkspaceMapping<double>::fit_box(touch, upper, lower), InvalidArgument);
+  CHECK_THROWS_AS(WorkspaceMapping<double>({}, 0.0), InvalidArgument);
+}
+
+TEST_CASE("frames between device and world multiply in their order", "[haptics][workspace_mapping]") {
+  Random random(Seed{13});
+  FrameChain<double> const chain{any_mapping<double>(random).world_from_device(), any_mapping<double>(random).world_from_device(), any_mapping<double>(random).world_from_device()};
+  Vector3<double> const p = any_arrow<double>(random);
+  Vector3<double> const step_by_step = chain.world_from_view.point(chain.view_from_touch.point(chain.touch_from_workspace.point(p)));
+  CHECK((chain.world_from_workspace().point(p) - step_by_step).norm() < 1e-13 * (1 + step_by_step.norm()));
+}
+
+TEST_CASE("mapping a tick allocates nothing", "[haptics][workspace_mapping]") {
+  REQUIRE(palpate_test::trap_works());
+  Random random(Seed{14});
+  auto mapping = any_mapping<double>(random);
+  Vector3<double> p = any_arrow<double>(random), sum = Vector3<double>::Zero();
+  palpate_test::AllocationCount const allocations;
+  for (int k = 0; k < 100; ++k) {
+    mapping.open_clutch(p);
+    p *= 0.99;
+    mapping.close_clutch(p);
+    sum += mapping.force_to_device(mapping.to_world(p));
+  }
+  long const count = allocations.count();
+  CHECK(count == 0);
+  CHECK(sum.allFinite());
+}

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// Yardstick: statistics made by hand, whose medians, p99 and shares are known.
+#include "catch.hpp"
+
+#include <palpate/simulator/budget.hpp>
+
+#include <chrono>
+
+using namespace palpate;
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+
+namespace {
+
+/// 98 ticks of one kind and two of another, on the grid of `period`; times that are exact in a histogram.
+struct Kind {
+  nanoseconds late, compute;
+};
+
+TickStatistics ticked(nanoseconds period, Kind often, Kind rare) {
+  TickStatistics statistics(period);
+  TickTiming::TimePoint due{};
+  for (int i = 0; i < 100; ++i) {
+    Kind const& kind = i % 50 == 49 ? rare : often;
+    due += period;
+    statistics.add({due, due + kind.late, due + kind.late + kind.compute});
+  }
+  return statistics;
+}
+
+}  // namespace
+
+TEST_CASE("a budget says how much of each period is used and what comes to its limit first", "[simulator][budget]") {
+  SimulatorStatistics statistics;
+  statistics.servo = ticked(1ms, {37500ns, 3us}, {37500ns, 5150ns});
+  statistics.body = ticked(2ms, {60us, 180us}, {60us, 264us});
+  statistics.body_counts.ticks = 100;
+  statistics.body_counts.steps = 180;
+  Bottleneck const first = bottleneck(statistics);
+  CHECK(first.what == "the body's computing");
+  CHECK(first.share == Approx(264.0 / 2000.0).epsilon(1e-12));
+  CHECK(budget_text(statistics) ==
+        "servo: tick 3 µs (p99 5.15 µs) of 1000 µs at 1000 Hz: 0.3 % (p99 0.515 %); 0 overruns, 0 skipped in 100 ticks\n"
+        "  period 1000 µs (p99 1000 µs, longest 1000 µs), woken 37.5 µs late (p99 37.5 µs)\n"
+        "body: tick 180 µs (p99 264 µs) of 2000 µs at 500 Hz: 9 % (p99 13.2 %), 1.8 steps a tick; 0 overruns, 0 skipped in 100 ticks\n"
+        "  period 2000 µs (p99 2000 µs, longest 2000 µs), woken 60 µs late (p99 60 µs)\n"
+        "next bottleneck: the body's computing, 13.2 % of its period at p99; it may take 7.58 times as long\n");
+}
+
+TEST_CASE("a wake-up or the servo itself can be the bottleneck, and more than a period does not fit", "[simulator][budget]") {
+  SimulatorStatistics statistics;
+  statistics.servo = ticked(1ms, {37us, 3us}, {400us, 3us});
+  statistics.body = ticked(2ms, {60us, 180us}, {60us, 264us});
+  CHECK(bottleneck(statistics).what == "the servo's wake-up");
+  CHECK(bottleneck(statistics).share == Approx(0.4).epsilon(1.0 / 32));
+  statistics.servo = ticked(1ms, {37us, 900us}, {37us, 2ms});
+  CHECK(bottleneck(statistics).what == "the servo's computing");
+  CHECK(bottleneck(statistics).share == Approx(2.0).epsilon(1.0 / 32));
+  CHECK(statistics.servo.overruns() == 2);
+  CHECK(budget_text(statistics).find(" times what there is\n") != std::string::npos);
+  CHECK(budget_text(statistics).find("; 2 overruns, ") != std::string::npos);
+}
+
+TEST_CASE("in lock-step there are no periods and no wake-ups, before the first tick there is nothing", "[simulator][budget]") {
+  SimulatorStatistics statistics;
+  CHECK(bottleneck(statistics).what.empty());
+  CHECK(budget_text(statistics) == "servo: no tick yet\nbody: no tick yet\n");
+  statistics.servo = TickStatistics(1ms);
+  statistics.body = TickStatistics(1ms);
+  for (int i = 0; i < 10; ++i) {
+    statistics.servo.add(2us);
+    statistics.body.add(40us);
+  }
+  CHECK(budget_text(statistics) ==
+        "servo: tick 2 µs (p99 2 µs) of 1000 µs at 1000 Hz: 0.2 % (p99 0.2 %); 0 overruns, 0 skipped in 10 ticks\n"
+        "body: tick 40 µs (p99 40 µs) of 1000 µs at 1000 Hz: 4 % (p99 4 %); 0 overruns, 0 skipped in 10 ticks\n"
+        "next bottleneck: the body's computing, 4 % of its period at p99; it may take 25 times as long\n");
+  TickStatistics untimed;   // a loop without a period aimed at
+  untimed.add(40us);
+  statistics.servo = statistics.body = untimed;
+  CHECK(bottleneck(statistics).what.empty());
+  CHECK(budget_text(statistics).find("of 0") == std::string::npos);
+}

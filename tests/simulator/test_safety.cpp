@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+// The safety chain in a whole simulator: what goes wrong with a device while the tool is in the air, presses, cuts. Yardstick: what a hand has to feel then,
+// nothing, and the limits that were asked for.
+#include "catch.hpp"
+
+#include "simulator/puppet.hpp"
+#include "simulator/scene.hpp"
+
+#include <palpate/cutting/progressive_cutter.hpp>
+#include <palpate/device/faulty_device.hpp>
+#include <palpate/device/scripted_device.hpp>
+#include <palpate/force/tissue_reaction.hpp>
+#include <palpate/region/zone_of_influence.hpp>
+#include <palpate/simulator/simulator.hpp>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+/// A force that is there in every phase: 100 N/m of depth.
+struct DepthSpring {
+  template <RealScalar S>
+  Vector3<S> operator()(ToolContact<S> const& contact) const noexcept {
+    return contact.phase == CuttingPhase::no_contact ? Vector3<S>(Vector3<S>::Zero()) : Vector3<S>(S(100) * contact.depth * contact.normal);
+  }
+};
+
+/// A scripted hand with a button that it holds.
+class HoldingHand {
+ public:
+  explicit HoldingHand(Trajectory<double> path) : hand_(std::move(path)) {}
+  Capabilities capabilities() const noexcept {
+    Capabilities all = hand_.capabilities();
+    all.buttons = 1;
+    return all;
+  }
+  DeviceStatus read(DeviceState<double>& state) noexcept {
+    state.buttons = 1;
+    return hand_.read(state);
+  }
+  DeviceStatus write(Wrench<double> const& wrench) noexcept { return hand_.write(wrench); }
+
+ private:
+  ScriptedDevice<double> hand_;
+};
+
+auto faulty_session(PlannedFault const& fault) {
+  return Simulator(FaultyDevice<HoldingHand>(HoldingHand(palpate_test::stroke<double>()), {fault}), palpate_test::skin<double>(ZoneOfInfluence{.rings = 3}),
+                   ProgressiveCutter<double>({.puncture_depth = 0.006, .snap = 5e-4}), DepthSpring{}, {.servo = {.safety = {.protects_a_hand = true, .max_force = 3.3, .damping = 0.0}}});
+}
+
+struct InjectedFault {
+  std::string name;
+  PlannedFault fault;
+  bool for_good;   // no force until the next session
+  SafetyEvent told;
+};
+
+InjectedFault const injected[] = {
+    {"disconnected", {.kind = FaultKind::disconnected, .ticks = 0}, true, SafetyEvent::fault},
+    {"a fault of its own", {.kind = FaultKind::fault, .ticks = 0}, true, SafetyEvent::fault},
+    {"writes fail", {.kind = FaultKind::write_fails, .ticks = 0}, true, SafetyEvent::fault},
+    {"positions are no numbers", {.kind = FaultKind::position_not_finite, .ticks = 0}, true, SafetyEvent::not_finite},
+    {"the button chatters", {.kind = FaultKind::button_chatter, .ticks = 1}, false, SafetyEvent::dead_man_released},
+    {"a jump", {.kind = FaultKind::jump, .ticks = 1, .shift = {0, 0.02, 0}}, false, SafetyEvent::position_jump},
+};
+
+struct StageOfStroke {
+  std::string name;
+  std::uint64_t tick;
+  CuttingPhase phase;
+};
+
+StageOfStroke const stages_of_stroke[] = {{"in the air", 100, CuttingPhase::no_contact}, {"pressing", 600, CuttingPhase::indenting}, {"cutting", 1500, CuttingPhase::moving}};
+
+}  // namespace
+
+TEST_CASE("whatever goes wrong with a device, in the air, pressing and cutting, ends in zero within two ticks", "[simulator][safety]") {
+  for (InjectedFault const& what : injected)
+    for (StageOfStroke const& stage : stages_of_stroke) {
+      INFO(what.name << " " << stage.name);
+      PlannedFault fault = what.fault;
+      fault.tick = stage.tick;
+      auto simulator = faulty_session(fault);
+      Recording const recording = simulator.run(1.9);
+      auto const& ticks = recording.ticks();
+      CHECK(ticks[stage.tick - 1].phase == stage.phase);
+      if (stage.phase != CuttingPhase::no_contact) CHECK(ticks[stage.tick - 1].force.norm() > 0.1);
+      CHECK(ticks[stage.tick + 1].force.isZero(0));
+      std::vector<SafetyEvent> told;
+      while (auto const event = simulator.events().pop()) told.push_back(event->what);
+      REQUIRE(told.size() >= 2);
+      CHECK(told[0] == SafetyEvent::armed);
+      CHECK(told[1] == what.told);
+      bool const felt_again = std::any_of(ticks.begin() + static_cast<std::ptrdiff_t>(stage.tick) + 2, ticks.end(), [](Tick const& tick) { return !tick.force.isZero(0); });
+      bool const comes_back = !what.for_good && (stage.phase == CuttingPhase::no_contact || what.told == SafetyEvent::position_jump);   // a ramp does, arming inside does not
+      CHECK(felt_again == comes_back);
+      if (what.for_good) CHECK(simulator.safety().faulted());
+
+      simulator.device().heal();   // every state can be restarted
+      simulator.run(0.6);
+      CHECK_FALSE(simulator.safety().faulted());
+    }
+}
+
+TEST_CASE("a hand that is protected feels no more than a newton by default, and what the host raises it to", "[simulator][safety]") {
+  auto const largest = [](SafetyOptions const& safety) {
+    Simulator simulator(HoldingHand(palpate_test::stroke<double>(0.020)), palpate_test::skin<double>(ZoneOfInfluence{.rings = 3}), ProgressiveCutter<double>({.puncture_depth = 1.0}), DepthSpring{},
+                        {.servo = {.safety = safety}});
+    return simulator.run(1.5).largest_force();
+  };
+  CHECK(largest({.protects_a_hand = true, .damping = 0.0}) == Approx(1.0).epsilon(1e-12));
+  CHECK(largest({.protects_a_hand = true, .max_force = 1.5, .damping = 0.0}) == Approx(1.5).epsilon(1e-12));
+  CHECK(largest({}) == Approx(2.0).epsilon(1e-3));   // 100 N/m at 20 mm: a scripted hand is not protected
+}
+
+// By hand: the device is turned by a quarter about z and half as large as the scene.
+TEST_CASE("a hand works through its workspace, and a clutch moves neither tip nor tissue", "[simulator][safety]") {
+  palpate_test::Strings<double> strings;
+  strings.capabilities.buttons = 2;
+  Eigen::Quaterniond const turn(Eigen::AngleAxisd(1.5707963267948966, Eigen::Vector3d::UnitZ()));
+  ServoOptions const options{.mapping = WorkspaceMapping<double>(Similarity<double>::make(2.0, turn, {0.05, 0.05, 0.0})), .clutch = 2u};
+  ServoLoop<palpate_test::Puppet<double>, DepthSpring, double> servo(palpate_test::Puppet<double>(strings), DepthSpring{}, options);
+  servo.begin_session();
+  LocalModel<double> model;
+  model.phase = CuttingPhase::indenting;
+  model.home_point = {0.05, 0.05, 0.0};
+  model.normal = Vector3<double>(1, 0, 1).normalized();
+  auto const tick = [&](Vector3<double> const& position, std::uint32_t buttons) {
+    strings.next.position = position;
+    strings.next.buttons = buttons;
+    servo.read(0.001);
+    return servo.respond(model, 0.0);
+  };
+  Tick felt = tick({0.001, 0, -0.005}, 0);
+  CHECK((felt.tip - Vector3<double>(0.05, 0.052, -0.010)).norm() < 1e-15);   // x of the device is y of the scene
+  CHECK(felt.force.norm() == Approx(100 * 0.010 / std::sqrt(2.0)));
+  CHECK((strings.felt.force - 2 * (turn.conjugate() * felt.force)).norm() < 1e-12);
+  CHECK(strings.felt.force.y() < 0.0);   // the scene's x is the device's −y
+  Vector3<double> const tip = felt.tip;
+  Vector3<double> hand{0.001, 0, -0.005};
+  tick(hand, 2);
+  for (int k = 0; k < 200; ++k) {
+    hand += Vector3<double>(1e-5, 2e-5, 5e-5);
+    felt = tick(hand, 2);
+    REQUIRE(felt.tip == tip);
+    REQUIRE(servo.velocity().isZero(0));
+  }
+  CHECK(felt.force.isZero(0));   // faded while the clutch was open
+  felt = tick(hand, 0);
+  CHECK((felt.tip - tip).norm() < 1e-15);
+  CHECK(felt.force.norm() < 0.02);   // and comes back on a ramp
+  for (int k = 0; k < 150; ++k) felt = tick(hand, 0);
+  CHECK(felt.force.norm() == Approx(100 * 0.010 / std::sqrt(2.0)));
+}
+
+TEST_CASE("a device without new samples is heard for a tenth of a second, then fades", "[simulator][safety]") {
+  palpate_test::Strings<double> strings;
+  ServoLoop<palpate_test::Puppet<double>, DepthSpring, double> servo(palpate_test::Puppet<double>(strings), DepthSpring{}, {.safety = {.protects_a_hand = true, .damping = 0.0}});
+  servo.begin_session();
+  LocalModel<double> model;
+  model.phase = CuttingPhase::indenting;
+  auto const tick = [&](double z, DeviceStatus status) {
+    strings.next.position.z() = z;
+    strings.reads = status;
+    servo.read(0.001);
+    return servo.respond(model, 0.0).force.norm();
+  };
+  for (int k = 0; k < 20; ++k) tick(0.001, DeviceStatus::ok);
+  double before = 0.0;
+  for (int k = 0; k <= 90; ++k) before = tick(0.001 - 1e-4 * k, DeviceStatus::ok);
+  CHECK(before == Approx(0.8));
+  for (int k = 1; k <= 250; ++k) {
+    double const now = tick(-0.008, DeviceStatus::stale);
+    REQUIRE(now <= before * (1 + 1e-12));
+    if (k < 100) REQUIRE(now == Approx(0.8));
+    before = now;
+  }
+  CHECK(before == 0.0);
+}
