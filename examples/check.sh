@@ -21,3 +21,36 @@ run() {
   code=$?
   [ "$code" -eq "$expected" ] || fail "$name: exit code $code instead of $expected: $(cat "$name.err")"
 }
+
+# draws PREFIX NAME...: runs the program for a folder of pictures; each PREFIX_NAME has to be there, small and named, and no other. Leaves out and err.
+draws() {
+  prefix=$1
+  shift
+  "$program" pictures/here >out 2>err
+  code=$?
+  if grep -q 'no pictures can be drawn' err; then
+    echo "skipped: $(cat err)"
+    exit 77
+  fi
+  [ "$code" -eq 0 ] || fail "exit code $code: $(cat err)"
+  for name; do
+    file=pictures/here/${prefix}_$name.png
+    [ "$(head -c 4 "$file" | tail -c 3)" = PNG ] || fail "$file is no picture"
+    [ "$(wc -c <"$file")" -lt 61440 ] || fail "$file is larger than 60 kB"
+    grep -q "^${prefix}_$name\$" out || fail "$name: not named: $(cat out)"
+  done
+  [ "$(find pictures -name '*.png' | wc -l)" -eq $# ] || fail "not $# pictures: $(ls pictures/here)"
+  [ "$(find . -name '*.part*' | wc -l)" -eq 0 ] || fail "temporary files left"
+}
+
+# says PATTERN: what was drawn last was printed with this.
+says() { grep -q -e "$1" out || fail "no \"$1\" in: $(cat out)"; }
+
+# wants_one_folder NAME: anything else is refused with the usage.
+wants_one_folder() {
+  for wrong in "" "--what" "one two"; do
+    # shellcheck disable=SC2086
+    "$program" $wrong >wrong.out 2>wrong.err
+    [ $? -eq 2 ] && grep -q "usage: $1 FOLDER" wrong.err || fail "\"$wrong\": $(cat wrong.err)"
+  done
+}

@@ -21,6 +21,7 @@ struct Options {
   std::string up = "auto";
   int resolution = 2000;
   std::filesystem::path tool;   // empty: a stroke across the upper side
+  std::string device = "script";   // or an address: hd:, hd:<name>, sim:touch?hand=light
   std::optional<double> seconds;
 
   // Tissue.

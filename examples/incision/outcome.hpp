@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace incision {
@@ -33,6 +34,8 @@ struct Outcome {
   std::optional<double> release;   // s, when the tool left the wound
   double cut_length = 0.0;         // m, of all cuts, in the undeformed shape
   std::optional<double> gap;       // m, largest distance between the lips, two seconds after the release
+  std::string device, device_faults;   // empty for the scripted hand
+  bool realtime = false;
   double wall_seconds = 0.0;       // of the simulation alone
   palpate::TickStatistics servo, body;
   std::uint64_t body_steps = 0, diverged = 0;

@@ -7,11 +7,13 @@
 #include <palpate/core/error.hpp>
 #include <palpate/vtk/chart.hpp>
 #include <palpate/vtk/picture.hpp>
+#include <palpate/vtk/plot.hpp>
 #include <palpate/vtk/series.hpp>
 #include <palpate/vtk/virtual_display.hpp>
 
 #include <cstddef>
 #include <cstdio>
+#include <span>
 #include <system_error>
 
 namespace incision {
@@ -63,6 +65,13 @@ void write_charts(fs::path const& folder, palpate::Recording const& recording) {
   for (palpate::Tick const& tick : recording.ticks()) samples.push_back({tick.time, tick.depth, tick.force.norm(), tick.phase});
   palpate::write_force_time_chart(folder / "force_time.png", samples);
   palpate::write_force_depth_chart(folder / "force_depth.png", samples);
+
+  palpate::PlotSeries energy{.label = "given by the hand", .marks = false};
+  for (palpate::Tick const& tick : recording.ticks()) {
+    energy.x.push_back(tick.time);
+    energy.y.push_back(1e3 * tick.energy);
+  }
+  palpate::write_plot(folder / "energy_time.png", std::span(&energy, 1), {.title = "Energy that the hand gave", .x = {.title = "time (s)"}, .y = {.title = "energy (mJ)"}});
 }
 
 }  // namespace
@@ -111,7 +120,7 @@ std::vector<std::string> write_outputs(Options const& options, Organ const& orga
   }
   write_pictures(options.out, organ, hand, outcome.frames);
   write_charts(options.out, outcome.recording);
-  written.insert(written.end(), {"before.png", "pressed.png", "cutting.png", "after.png", "force_time.png", "force_depth.png"});
+  written.insert(written.end(), {"before.png", "pressed.png", "cutting.png", "after.png", "force_time.png", "force_depth.png", "energy_time.png"});
   return written;
 }
 

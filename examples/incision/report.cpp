@@ -52,7 +52,9 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
        organ.link_damping, organ.home_stiffness, organ.home_damping, 100.0 * options.prestrain, organ.underside.size());
   line(text, "session       %.2f s of simulated time in %.2f s: %.1f times real time", simulated, outcome.wall_seconds,
        simulated / outcome.wall_seconds);
-  if (options.realtime)
+  if (!outcome.device.empty()) line(text, "device        %s", outcome.device.c_str());
+  if (!outcome.device_faults.empty()) line(text, "note          the device reported: %s", outcome.device_faults.c_str());
+  if (outcome.realtime)
     line(text, "rates         servo %.1f Hz (%llu late, %llu skipped), body %.1f Hz", outcome.servo.rate(),
          static_cast<unsigned long long>(outcome.servo.overruns()), static_cast<unsigned long long>(outcome.servo.skipped()),
          outcome.body.rate());

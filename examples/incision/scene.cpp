@@ -157,7 +157,8 @@ Hand prepare_hand(Options const& options, Organ const& organ, TriangleMesh<doubl
     auto path = palpate::read_trajectory<double>(options.tool);
     hand = Hand{.path = path, .middle = Vector::Zero(), .normal = organ.up, .along = Vector::UnitX()};
   }
-  hand->seconds = options.seconds.value_or(hand->path.duration() + afterwards);
+  constexpr double with_device = 10.0;   // s
+  hand->seconds = options.seconds.value_or(options.device == "script" ? hand->path.duration() + afterwards : with_device);
   if (!(hand->seconds <= longest_run))
     throw palpate::InvalidArgument(message(options.tool.string(), ": the path takes ", hand->path.duration(), " s; a run is at most ", longest_run,
                                            " s, ", afterwards, " s of it for the wound to open; make it shorter, or say with --seconds how much of it to run"));

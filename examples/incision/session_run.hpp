@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "hand_device.hpp"
 #include "hand_force.hpp"
 #include "progress.hpp"
 #include "session.hpp"
@@ -121,18 +122,23 @@ Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integra
   body.reserve(body.size() + 4000, static_cast<int>(organ.mesh.triangles.cols()) + 8000);
   hand = prepare_hand(options, organ, body.mesh());
 
-  palpate::Simulator simulator(palpate::ScriptedDevice<double>(hand.path), std::move(body),
+  Device device = make_device(options, hand);
+  bool const realtime = options.realtime || keeps_time(device);
+  palpate::Simulator simulator(std::move(device), std::move(body),
                                palpate::ProgressiveCutter<double>({.puncture_depth = organ.puncture_depth}),
-                               HandForce(options, hand.along));
+                               HandForce(options, hand.along), {.servo = {.mapping = mapping_of(options, hand)}});
   Outcome outcome;
   outcome.particles_before = simulator.body().size();
   outcome.triangles_before = static_cast<int>(simulator.body().triangles().cols());
-  if (options.realtime)
+  outcome.realtime = realtime;
+  if (realtime)
     run_realtime(simulator, hand, outcome);
   else
     run_lockstep(simulator, hand, outcome);
   if (outcome.frames.empty()) outcome.frames.push_back(frame_of(simulator, palpate::Tick{.tip = hand.path.begin()}));
 
+  outcome.device = description_of(simulator.device());
+  outcome.device_faults = faults_of(simulator.device());
   auto const statistics = simulator.statistics();
   outcome.cut = simulator.cutter().report();
   outcome.particles_after = simulator.body().size();

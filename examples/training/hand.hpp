@@ -33,7 +33,7 @@ class Hand {
   Hand(Path path, Flaws const& flaws)
       : path_(std::move(path)), offset_(flaws.offset), tremor_({.amplitude = flaws.tremor, .seed = flaws.seed.value}), position_(path_.at(0.0).position) {}
 
-  palpate::Capabilities capabilities() const { return {.max_force = 3.3, .rate = 1000.0, .reports_velocity = true}; }   // N, Hz
+  palpate::Capabilities capabilities() const { return {.max_force = 3.3, .rate = 1000.0, .reports_velocity = true, .moves_a_hand = false}; }   // N, Hz
 
   palpate::DeviceStatus read(palpate::DeviceState<double>& state) noexcept {
     if (tick_ > 0) {   // since the last tick, under the force written then

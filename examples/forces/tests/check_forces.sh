@@ -5,26 +5,9 @@
 program=$1
 . "${0%/*}/../../check.sh"
 
-"$program" pictures/here >out 2>err
-code=$?
-if grep -q 'no pictures can be drawn' err; then
-  echo "skipped: $(cat err)"
-  exit 77
-fi
-[ "$code" -eq 0 ] || fail "exit code $code: $(cat err)"
-count=0
-for name in contact hunt_crossley puncture liver_loop guard blade speed_network organ_depth organ_speed noise_spectrum noise_time needle; do
-  file=pictures/here/forces_$name.png
-  [ "$(head -c 4 "$file" | tail -c 3)" = PNG ] || fail "$file is no picture"
-  [ "$(wc -c <"$file")" -lt 61440 ] || fail "$file is larger than 60 kB"
-  grep -q "^forces_$name\$" out || fail "$name: not named: $(cat out)"
-  count=$((count + 1))
-done
-[ "$(find pictures -name '*.png' | wc -l)" -eq "$count" ] || fail "not $count pictures: $(ls pictures/here)"
-[ "$(find . -name '*.part*' | wc -l)" -eq 0 ] || fail "temporary files left"
+draws forces contact hunt_crossley puncture liver_loop guard blade speed_network organ_depth organ_speed noise_spectrum noise_time needle
 
 # Numbers against what they are by hand.
-says() { grep -q -e "$1" out || fail "no \"$1\" in: $(cat out)"; }
 says 'spring .* 3.000 N at 18 mm'                      # the published datum
 says 'widest 0.301 N at 20.2'                          # of the published loop
 says 'default  *3.000 N at the puncture'
@@ -34,11 +17,7 @@ says 'damper 0.400 N, capped 0.220 N, friction 0.072 N'   # 2000 d v, 11 v, 180 
 says 'slice-push 1 .* force factor 0.500'              # 1/(1 + 1)
 awk '/white .* mN/ { exit !($3 > 31.3 && $3 < 31.9) }' out || fail "the noise is not 10^(-30/20) of 1 N: $(grep white out)"
 
-for wrong in "" "--what" "one two"; do
-  # shellcheck disable=SC2086
-  "$program" $wrong >wrong.out 2>wrong.err
-  [ $? -eq 2 ] && grep -q 'usage: forces FOLDER' wrong.err || fail "\"$wrong\": $(cat wrong.err)"
-done
+wants_one_folder forces
 echo "a file" >file
 for place in file file/below /proc/forces; do
   "$program" "$place" >wrong.out 2>wrong.err

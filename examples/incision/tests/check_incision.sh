@@ -1,8 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # Runs the main job small and checks what it writes, says and returns, with good and with bad input.
-#   sh check_incision.sh path/to/incision
+#   sh check_incision.sh path/to/incision [path/to/fake/libHD.so]
 program=$1
+fake_libhd=${2-}
 . "${0%/*}/../../check.sh"
 
 # refused NAME TEXT ARGUMENTS...: exit code 2, one line with TEXT on standard error, nothing left behind
@@ -48,7 +49,7 @@ run default 0 --resolution 800 --out default
 for file in session.csv tissue.pvd tissue/tissue_0000.vtp; do
   [ -s "default/$file" ] || fail "default: no $file"
 done
-[ "$(head -n 1 default/session.csv)" = "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N" ] ||
+[ "$(head -n 1 default/session.csv)" = "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J" ] ||
   fail "default: header of session.csv"
 for phase in "no contact" indenting moving; do
   grep -q ",$phase," default/session.csv || fail "default: session.csv is never \"$phase\""
@@ -56,7 +57,7 @@ done
 if grep -q 'no pictures' default.err; then
   echo "note: $(cat default.err)"
 else
-  for file in before pressed cutting after force_time force_depth; do
+  for file in before pressed cutting after force_time force_depth energy_time; do
     [ "$(head -c 4 "default/$file.png" | tail -c 3)" = PNG ] || fail "default: $file.png is no picture"
   done
 fi
@@ -76,6 +77,36 @@ run zone 0 --resolution 600 --zone 3 --integrator rk4 --coupling tight --out zon
 run mesh 0 --mesh good.obj --unit cm --out mesh --no-pictures
 grep -q '^incision' mesh.err && fail "mesh: said something about a good mesh: $(cat mesh.err)"
 run realtime 0 --resolution 600 --realtime --seconds 1 --out realtime --no-pictures
+
+# --- a device, or what stands in for its library ----------------------------------------------------------------------
+if [ -n "$fake_libhd" ]; then
+  export PALPATE_LIBHD="$fake_libhd"
+  for k in 1 2; do run "device$k" 0 --device hd: --resolution 800 --out "device$k" --no-pictures; done
+  grep -q '^device  *Touch, not a real one' device1.out || fail "device: $(cat device1.out)"
+  awk '/^cut / { exit !($2 > 20 && $2 < 60) }' device1.out || fail "device: the hand does not cut: $(cat device1.out)"
+  cmp -s device1/session.csv device2/session.csv || fail "two runs on a device with a virtual clock differ in session.csv"
+  run device_realtime 0 --device hd: --realtime --resolution 600 --seconds 1 --out device_realtime --no-pictures
+  PALPATE_FAKE_LIBHD_CLOCK=real
+  export PALPATE_FAKE_LIBHD_CLOCK
+  run device_clock 0 --device hd: --resolution 600 --seconds 1 --out device_clock --no-pictures
+  unset PALPATE_FAKE_LIBHD_CLOCK
+  grep -q '^rates  *servo .* Hz (' device_clock.out || fail "device_clock: not in real time: $(cat device_clock.out)"
+  unset PALPATE_LIBHD
+fi
+PALPATE_LIBHD=/nowhere/libHD.so
+export PALPATE_LIBHD
+refused no_libhd "libHD could not be loaded: /nowhere/libHD.so: cannot open" --device hd:
+unset PALPATE_LIBHD
+# Down into the organ and out again, along the surface's normal, by a hand of numbers that gives way.
+printf 'time_s,x_m,y_m,z_m\n0,0,0.02,0\n0.5,0,-0.01,0\n1,0,0.02,0\n' >poke.csv
+run hand 0 --device "sim:hand?hand=firm&path=poke.csv" --resolution 600 --seconds 1 --out hand --no-pictures
+grep -q ",indenting," hand/session.csv || fail "hand: it never presses: $(cat hand.out)"
+run touch 0 --device "sim:touch?hand=firm&path=poke.csv" --resolution 600 --seconds 1 --out touch --no-pictures
+grep -q '^device  *simulated Touch' touch.out || fail "touch: $(cat touch.out)"
+refused no_name "nothing is called omni; there are hd:NAME, null:, replay:FILE, script:FILE.csv, sim:hand, sim:touch" --device omni:
+refused no_colon "has no colon" --device omni
+refused no_option "sim:hand has no option speed" --device "sim:hand?speed=3"
+refused no_replay "nowhere.bin" --device replay:nowhere.bin
 
 # --- meshes that are repaired, with a word about it -------------------------------------------------------------------
 { cat good.obj; echo "v 9 9 9"; } >unused.obj
@@ -157,7 +188,7 @@ for out in file/below /proc/incision-out; do
   [ "$(wc -l <folder.err)" -eq 1 ] || fail "folder $out: not one line: $(cat folder.err)"
   grep -q "output folder" folder.err || fail "folder $out: $(cat folder.err)"
 done
-for wrong in "--unit inch" "--integrator magic" "--resolution 3" "--prestrain 2" "--no-such-option" "--seconds nan" "--seed -1" "--mass nan"; do
+for wrong in "--unit inch" "--integrator magic" "--resolution 3" "--prestrain 2" "--no-such-option" "--seconds nan" "--seed -1" "--mass nan" "--device omni" "--device hd: --tool x.csv"; do
   # shellcheck disable=SC2086
   run option 2 $wrong
   [ "$(wc -l <option.err)" -eq 1 ] || fail "option $wrong: not one line: $(cat option.err)"

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// A window in which the mouse palpates and cuts a liver.
+#include "engine.hpp"
+#include "options.hpp"
+#include "script.hpp"
+#include "window.hpp"
+
+#include <palpate/core/error.hpp>
+#include <palpate/training/session_io.hpp>
+#include <palpate/vtk/virtual_display.hpp>
+
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+#include <vector>
+
+namespace {
+
+void run(viewer::Options const& options) {
+  using namespace viewer;
+  bool const scripted = !options.script.empty();
+  std::vector<Step> script;
+  if (scripted) {
+    script = read_script(options.script);
+    std::error_code problem;
+    std::filesystem::create_directories(options.out, problem);
+    if (problem) throw palpate::FileError("can not make the folder " + options.out.string() + ": " + problem.message() +
+                                          "; choose another with --out");
+  }
+  std::optional<palpate::Session> session;
+  if (!options.replay.empty()) session = palpate::read_session(options.replay);
+
+  std::optional<palpate::VirtualDisplay> display;
+  if (scripted) display.emplace();
+  if (scripted ? !display->ready() : !palpate::display_available())
+    throw palpate::FileError(scripted ? display->problem() : "there is no display for a window; log in with one, or see --script");
+
+  Engine engine(options.setup, options.out, options.realtime);
+  if (session) engine.play(std::move(*session));
+  {
+    Window window(engine, options.width, options.height, options.realtime);
+    if (options.realtime) engine.start();
+    if (scripted)
+      play(script, engine, window, options.out, options.realtime);
+    else
+      window.run(options.seconds);
+    engine.stop();
+  }
+  engine.finish();
+  for (auto const& file : engine.written()) std::printf("recorded %s\n", file.string().c_str());
+  Live const live = engine.live();
+  auto const count = [](std::uint64_t ticks) { return static_cast<unsigned long long>(ticks); };
+  std::printf("ran %.2f s, servo p99 %.0f us, late ticks %llu of %llu%s%s\n", live.time, 1e6 * live.servo.p99, count(live.servo.late),
+              count(live.servo.ticks), live.note.empty() ? "" : "; ", live.note.c_str());
+}
+
+}  // namespace
+
+/// Exit codes: 0 done; 2 the input or the output folder can not be used, or there is no display, said in one line on standard error; 1 anything else.
+int main(int argc, char** argv) {
+  try {
+    viewer::Parsed const parsed = viewer::parse_options(argc, argv);
+    if (parsed.exit_code) return *parsed.exit_code;
+    run(parsed.options);
+    return 0;
+  } catch (palpate::Error const& error) {
+    std::fprintf(stderr, "viewer: %s\n", error.what());
+    return 2;
+  } catch (std::exception const& error) {
+    std::fprintf(stderr, "viewer: stopped: %s\n", error.what());
+    return 1;
+  }
+}

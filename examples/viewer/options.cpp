@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "options.hpp"
+
+#include <palpate/core/version.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <map>
+#include <string>
+
+namespace viewer {
+
+Parsed parse_options(int argc, char** argv) {
+  Parsed parsed;
+  Options& o = parsed.options;
+  std::map<std::string, TissueName> const tissues{{"soft", TissueName::soft}, {"firm", TissueName::firm}};
+  std::map<std::string, IntegratorName> const integrators{{"leapfrog", IntegratorName::leapfrog}, {"backward-euler", IntegratorName::backward_euler}};
+  std::map<std::string, Coupling> const couplings{{"loose", Coupling::loose}, {"tight", Coupling::tight}, {"proxy", Coupling::proxy}};
+  std::map<std::string, Blade> const blades{{"none", Blade::none}, {"progressive", Blade::progressive}, {"separating", Blade::separating}};
+  std::string tissue = "soft", integrator = "leapfrog", coupling = "loose", blade = "progressive";
+  bool lock_step = false, realtime = false;
+
+  CLI::App app{
+      "A window with a liver: the mouse is the hand. Move to go over the organ, hold the left button to press, drag to cut, turn the wheel\n"
+      "to go deeper, h shows the keys. The forces are drawn, not felt: a mouse has no motors."};
+  app.set_version_flag("--version", std::string("viewer (palpate ") + PALPATE_VERSION_STRING + ")");
+  app.get_formatter()->column_width(34);
+  app.footer("Exit codes: 0 done; 2 the input or the output folder can not be used, or there is no display, said in one line; 1 anything else.");
+
+  auto const start = "To begin with (keys switch all but the first)";
+  app.add_option("--resolution", o.setup.vertices, "vertices of the liver")->check(CLI::Range(500, 20000))->capture_default_str()->group(start);
+  app.add_option("--tissue", tissue, "soft or firm")->check(CLI::IsMember(tissues))->capture_default_str()->group(start);
+  app.add_option("--integrator", integrator, "leapfrog or backward-euler")->check(CLI::IsMember(integrators))->capture_default_str()->group(start);
+  app.add_option("--coupling", coupling, "loose: force curves; tight: the tissue's own reaction; proxy: a spring to the surface, with friction")
+      ->check(CLI::IsMember(couplings))->capture_default_str()->group(start);
+  app.add_option("--cutter", blade, "none, progressive or separating")->check(CLI::IsMember(blades))->capture_default_str()->group(start);
+
+  auto const running = "Running";
+  auto* const real = app.add_flag("--realtime", realtime, "two threads by the clock; the default without --script")->group(running);
+  app.add_flag("--lock-step", lock_step, "a virtual clock, the same bytes each time; the default with --script")->excludes(real)->group(running);
+  app.add_option("--seconds", o.seconds, "ends by itself after so many simulated seconds; 0: when the window is closed")
+      ->check(CLI::Range(0.0, 36000.0))->group(running);
+  app.add_option("--replay", o.replay, "plays a recording first, on an organ set up as it says")->group(running);
+  app.add_option("--script", o.script, "plays a mouse from a file, writes its pictures and report.txt, and ends; see the README")->group(running);
+  app.add_option("--out", o.out, "folder for recordings, pictures and the report")->capture_default_str()->group(running);
+  app.add_option("--width", o.width, "of the window, pixels")->check(CLI::Range(960, 3840))->capture_default_str()->group(running);
+  app.add_option("--height", o.height, "of the window, pixels")->check(CLI::Range(680, 2160))->capture_default_str()->group(running);
+
+  try {
+    app.parse(argc, argv);
+    o.setup.tissue = tissues.at(tissue);
+    o.setup.integrator = integrators.at(integrator);
+    o.setup.coupling = couplings.at(coupling);
+    o.setup.blade = blades.at(blade);
+    o.realtime = realtime || (!lock_step && o.script.empty());
+  } catch (CLI::ParseError const& error) {
+    bool const asked = error.get_exit_code() == 0;   // --help, --version
+    if (asked)
+      app.exit(error);
+    else
+      std::fprintf(stderr, "viewer: %s (see viewer --help)\n", error.what());
+    parsed.exit_code = asked ? 0 : 2;
+  }
+  return parsed;
+}
+
+}  // namespace viewer

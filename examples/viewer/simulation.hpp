@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "hand.hpp"
+#include "setup.hpp"
+
+#include <palpate/core/event_ring.hpp>
+#include <palpate/simulator/recording.hpp>
+#include <palpate/simulator/snapshot.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+namespace viewer {
+
+struct ServoTimes {
+  double p99 = 0.0;   // s, of computing
+  std::uint64_t ticks = 0, late = 0;
+};
+
+/// A simulator behind one interface, so that the window need not know its type. Policies are chosen at compile time: here only the integrator makes
+/// another type. Tissues differ in values, cutters and couplings in a flag (AnyCutter, HandForce): two simulators instead of 36.
+/// Threads    the first group from any, meanwhile too, one reader at a time; the others from one thread, between runs.
+class Simulation {
+ public:
+  virtual ~Simulation() = default;
+
+  /// Ends the run that goes on; one that is just beginning may not hear it.
+  virtual void stop() noexcept = 0;
+  /// The ticks of a run in real time, as they happen.
+  virtual palpate::EventRing<palpate::Tick, 1024>& live_ticks() noexcept = 0;
+  /// From the tip to the proxy [m], of the last tick with contact.
+  virtual Vector way_out() const noexcept = 0;
+  virtual ServoTimes servo_times() const = 0;
+  /// The body for the thread that draws.
+  virtual palpate::SnapshotChannel<double>& snapshots() noexcept = 0;
+  /// The organ as it lies there, untouched.
+  virtual Mesh const& home() const noexcept = 0;
+
+  virtual palpate::Recording run(double seconds, bool realtime) = 0;
+  virtual double time() const noexcept = 0;   // s, of all its runs
+  virtual ViewerHand& hand() noexcept = 0;
+  virtual Setup const& setup() const noexcept = 0;
+  virtual bool is_uncut() const noexcept = 0;
+  virtual std::size_t revision() const noexcept = 0;   // of the body's triangles
+
+  virtual void choose(Coupling coupling) = 0;
+  virtual void choose(Blade blade) = 0;
+
+  /// Remembers the body, where it was cut since it was remembered last and nothing touches it.
+  virtual void remember() = 0;
+  /// Takes the last cut back; false when there is none.
+  virtual bool undo() = 0;
+  /// All cuts.
+  virtual void undo_all() = 0;
+
+  /// The same body, as it is now, in a simulator that has just begun: what is recorded from there on can be repeated to the byte.
+  virtual std::shared_ptr<Simulation> begun_anew() = 0;
+};
+
+/// Makes the organ and its simulator. The hand follows what is written to `targets`.
+std::shared_ptr<Simulation> make_simulation(Setup const& setup, std::shared_ptr<HandTargets> targets);
+
+/// The two that there are, each compiled in a file of its own.
+std::shared_ptr<Simulation> make_leapfrog(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
+std::shared_ptr<Simulation> make_backward_euler(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
+
+}  // namespace viewer

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+#include "simulation_of.hpp"
+
+#include <palpate/integrator/backward_euler.hpp>
+
+namespace viewer {
+
+std::shared_ptr<Simulation> make_backward_euler(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets) {
+  return make_with(palpate::BackwardEuler{.tolerance = 1e-3, .most_iterations = 12}, setup, organ, std::move(targets));
+}
+
+}  // namespace viewer

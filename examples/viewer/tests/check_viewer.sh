@@ -1,0 +1,60 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# Plays a scripted mouse in the viewer, compares its pictures with what the simulator says, and tries bad input.
+#   sh check_viewer.sh path/to/viewer path/to/check_shots path/to/tests
+program=$1
+check_shots=$2
+tests=$3
+. "${0%/*}/../../check.sh"
+
+# refused NAME TEXT ARGUMENTS...: exit code 2, one line with TEXT on standard error
+refused() {
+  text=$2
+  name=$1
+  shift 2
+  run "$name" 2 "$@"
+  [ "$(wc -l <"$name.err")" -eq 1 ] && grep -q -e "$text" "$name.err" || fail "$name: not one line with \"$text\": $(cat "$name.err")"
+}
+
+"$program" --script "$tests/stroke.script" --resolution 1200 --out first >first.out 2>first.err
+code=$?
+cat first.out
+if [ "$code" -eq 2 ] && grep -q 'no X display' first.err; then
+  echo "SKIPPED: $(cat first.err)"
+  exit 77
+fi
+[ "$code" -eq 0 ] || fail "exit code $code: $(cat first.err)"
+"$check_shots" first || fail "the pictures and the report differ"
+[ -s first/recording_1.session ] || fail "there is no recording"
+
+# A hand recorded from the first tick on, on an organ that is made anew by another process, gives the same bytes.
+printf 'key r\nmove 380 420 0.2\nwait 0.3\nleft down\nwait 0.3\nwheel 6\nmove 460 410 0.6\nleft up\nwait 0.3\nkey r\nwait 0.1\n' >record.script
+printf 'wait 3\nshot replayed\n' >replay.script
+run record 0 --script record.script --resolution 500 --out record
+run replay 0 --script replay.script --replay record/recording_1.session --resolution 600 --out replay
+grep -q '^note replayed: the same bytes' replay/report.txt || fail "replay: $(grep '^note' replay/report.txt)"
+grep -q '^uncut 0' replay/report.txt || fail "replay: nothing was cut"
+
+# A few moments with the other integrator and tissue, and by the clock.
+printf 'key t\nkey i\nmove 380 420\nwait 0.4\nleft down\nwait 0.4\nshot firm\n' >firm.script
+run firm 0 --script firm.script --resolution 500 --out firm
+grep -q '^phase indenting' firm/report.txt || fail "firm: $(cat firm/report.txt)"
+run realtime 0 --script firm.script --realtime --resolution 500 --out realtime
+
+# By the clock, in one run until a key ends it: each of two cuts was remembered when the tool left it, and is taken back by itself.
+printf 'move 380 420 0.4\nleft down\nwait 0.4\nwheel 6\nwait 0.8\nmove 460 410 1\nleft up\nwait 1\n' >cuts.script
+printf 'move 260 440 0.5\nwait 0.3\nleft down\nwait 1\nmove 330 460 1\nleft up\nwait 1\nshot both\n' >>cuts.script
+printf 'key u\nwait 1\nshot one\nkey u\nwait 1\nshot none\nkey u\nwait 1\nshot no_more\n' >>cuts.script
+run cuts 0 --script cuts.script --realtime --resolution 500 --out cuts
+[ "$(sed -n 's/^uncut //p' cuts/report.txt | tr -d '\n')" = 0011 ] || fail "cuts taken back: $(grep -e '^uncut' -e '^note' cuts/report.txt)"
+
+refused missing "does not exist" --script missing.script
+printf 'move 10\n' >bad.script
+refused bad "line 1" --script bad.script
+refused no_recording "no such file" --replay missing.session
+refused option "resolution" --resolution 3
+: >file
+refused folder "choose another" --script replay.script --out file/below
+
+[ "$failed" -eq 0 ] && echo "viewer: all checks passed"
+exit "$failed"

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include "window.hpp"
+
+#include <palpate/vtk/detail/off_screen.hpp>
+
+#include <vtkAutoInit.h>
+#include <vtkCamera.h>
+#include <vtkContextScene.h>
+#include <vtkInteractorStyle.h>
+#include <vtkObjectFactory.h>
+
+VTK_MODULE_INIT(vtkInteractionStyle)
+VTK_MODULE_INIT(vtkRenderingUI)   // the interactor of this system's windows
+
+namespace viewer {
+
+namespace {
+
+constexpr int frame_milliseconds = 16;
+
+/// Passes events on; none of VTK's own keys and gestures.
+class Gestures : public vtkInteractorStyle {
+ public:
+  vtkTypeMacro(Gestures, vtkInteractorStyle);
+  static Gestures* New();
+  Gestures(Gestures const&) = delete;
+  Gestures& operator=(Gestures const&) = delete;
+
+  Window* window = nullptr;
+
+  void OnMouseMove() override { window->on_move(x(), y()); }
+  void OnLeftButtonDown() override { window->on_left(true, x(), y()); }
+  void OnLeftButtonUp() override { window->on_left(false, x(), y()); }
+  void OnRightButtonDown() override { window->on_right(true); }
+  void OnRightButtonUp() override { window->on_right(false); }
+  void OnMouseWheelForward() override { window->on_wheel(1); }
+  void OnMouseWheelBackward() override { window->on_wheel(-1); }
+  void OnKeyPress() override {
+    if (char const* const key = Interactor->GetKeySym()) window->on_key(key);
+  }
+  void OnChar() override {}
+  void OnTimer() override { window->on_timer(); }
+
+ protected:
+  Gestures() = default;
+  ~Gestures() override = default;
+
+ private:
+  int x() const { return Interactor->GetEventPosition()[0]; }
+  int y() const { return Interactor->GetEventPosition()[1]; }
+};
+vtkStandardNewMacro(Gestures)
+
+}  // namespace
+
+Window::Window(Engine& engine, int width, int height, bool realtime) : engine_(engine), realtime_(realtime) {
+  window_->SetWindowName("palpate");
+  window_->SetSize(width, height);
+  window_->SetMultiSamples(8);
+  window_->SetNumberOfLayers(3);
+  scene_.add_to(window_);
+  flat_->SetLayer(2);
+  flat_->InteractiveOff();
+  flat_->AddActor(words_);
+  window_->AddRenderer(flat_);
+  words_->GetScene()->AddItem(panel_);
+  charts_.add_to(words_->GetScene());
+  interactor_->SetRenderWindow(window_);
+  vtkNew<Gestures> gestures;
+  gestures->window = this;
+  interactor_->SetInteractorStyle(gestures);
+  update();
+  scene_.look_at(shown_->home());
+  window_->Render();
+  interactor_->Initialize();
+}
+
+Window::~Window() { interactor_->SetInteractorStyle(nullptr); }
+
+void Window::arrange() {
+  int const* const size = window_->GetSize();
+  layout_ = layout_for(size[0], size[1]);
+  scene_.place(0.0, 0.0, layout_.scene.width / size[0], 1.0);
+  charts_.place(layout_);
+  panel_->place(layout_);
+}
+
+void Window::update() {
+  arrange();
+  live_ = engine_.live();
+  bool const other = engine_.simulation() != shown_;
+  if (other) {
+    shown_ = engine_.simulation();
+    pointer_.set_organ(shown_->home());
+  }
+  bool const fresh = shown_->snapshots().fetch();
+  palpate::BodySnapshot<double> const& body = shown_->snapshots().latest();
+  live_.is_uncut = live_.began_uncut && body.topology_revision == live_.began_with;
+  live_.triangles = static_cast<int>(body.triangles.cols());
+  if (fresh || other) scene_.show_body(body, live_.is_uncut);
+  scene_.show(live_.now, live_.setup.blade, pointer_.place());
+  scene_.renderer()->ResetCameraClippingRange();
+  charts_.show(live_);
+  panel_->show(live_, pointer_.depth(), realtime_);
+}
+
+void Window::write_picture(std::filesystem::path const& file) {
+  update();
+  palpate::detail::write_png(file, window_);
+}
+
+void Window::run(double seconds) {
+  seconds_left_ = seconds;
+  interactor_->CreateRepeatingTimer(frame_milliseconds);
+  interactor_->Start();
+}
+
+void Window::on_timer() {
+  if (!realtime_) engine_.advance(0.001 * frame_milliseconds);
+  update();
+  window_->Render();
+  if (seconds_left_ > 0.0 && live_.time >= seconds_left_) interactor_->TerminateApp();
+}
+
+void Window::aim(int x, int y) {
+  vtkRenderer* const renderer = scene_.renderer();
+  auto const world = [&](double depth) {
+    renderer->SetDisplayPoint(x, y, depth);
+    renderer->DisplayToWorld();
+    double const* const p = renderer->GetWorldPoint();
+    return Vector(p[0] / p[3], p[1] / p[3], p[2] / p[3]);
+  };
+  Vector const eye(renderer->GetActiveCamera()->GetPosition()), ahead(renderer->GetActiveCamera()->GetDirectionOfProjection());
+  pointer_.aim({eye, (world(1.0) - eye).normalized()}, ahead);
+  engine_.targets().write(pointer_.target());
+}
+
+void Window::on_move(int x, int y) {
+  if (turns_) {
+    scene_.turn(-0.4 * (x - last_x_), -0.4 * (y - last_y_));
+  } else if (pointer_.is_pressed() || layout_.scene.contains(x, y)) {
+    aim(x, y);
+  }
+  last_x_ = x;
+  last_y_ = y;
+}
+
+void Window::on_left(bool down, int x, int y) {
+  constexpr std::array<Command, all_buttons.size()> commands{Command::record, Command::replay, Command::undo, Command::undo_all};
+  for (std::size_t k = 0; down && k < all_buttons.size(); ++k)
+    if (layout_.buttons[k].contains(x, y)) engine_.post(commands[k]);
+  if (down && !layout_.scene.contains(x, y)) return;
+  pointer_.press(down);
+  engine_.targets().write(pointer_.target());
+}
+
+void Window::on_wheel(int notches) {
+  pointer_.turn_wheel(notches);
+  engine_.targets().write(pointer_.target());
+}
+
+void Window::on_key(std::string const& key) {
+  if (key == "t") engine_.post(Command::tissue);
+  if (key == "i") engine_.post(Command::integrator);
+  if (key == "c") engine_.post(Command::coupling);
+  if (key == "k") engine_.post(Command::blade);
+  if (key == "r") engine_.post(Command::record);
+  if (key == "p") engine_.post(Command::replay);
+  if (key == "u") engine_.post(Command::undo);
+  if (key == "space") engine_.post(Command::undo_all);
+  if (key == "h") panel_->toggle_help();
+  if (key == "plus" || key == "equal" || key == "KP_Add") scene_.come_nearer(1.1);
+  if (key == "minus" || key == "KP_Subtract") scene_.come_nearer(1.0 / 1.1);
+  if (key == "q" || key == "Escape") interactor_->TerminateApp();
+}
+
+}  // namespace viewer
