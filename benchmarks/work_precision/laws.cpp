@@ -10,7 +10,7 @@ namespace work_precision {
 
 namespace {
 
-constexpr double frequency = 4;   // 1/s, of the particle of the impulse scenes
+constexpr double impulse_frequency = 4;   // 1/s, of the particle of the impulse scenes
 
 struct Known {
   char const* integrator;
@@ -77,7 +77,7 @@ int check_laws(Rows const& rows) {
       laws.expect("its energy is measured", one.integrator, unknown, 0, 0);
       continue;
     }
-    double const z = frequency * energy->step;
+    double const z = impulse_frequency * energy->step;
     Row const* const path = laws.find("energy_path", "impulse_undamped", one.integrator);   // its first point: the mean of some steps
     if (one.growth == nullptr) {
       laws.expect("energy does not drift", one.integrator, energy->energy_drift, 0, 0.02);
@@ -92,12 +92,12 @@ int check_laws(Rows const& rows) {
   }
   // Leapfrog keeps v² (1 − z²/4) + ω² x², so that the energy lies between 1 − z²/4 and 1 of what it was at x = 0.
   if (Row const* const energy = laws.find("energy", "impulse_undamped", "LeapfrogVerlet"))
-    laws.expect("energy swings by (hω)²/4", "LeapfrogVerlet", energy->energy_swing, std::pow(frequency * energy->step, 2) / 4, 0.01);
+    laws.expect("energy swings by (hω)²/4", "LeapfrogVerlet", energy->energy_swing, std::pow(impulse_frequency * energy->step, 2) / 4, 0.01);
   for (char const* name : {"SymplecticEuler", "StoermerVerlet", "LeapfrogVerlet", "VelocityVerlet"})
     if (Row const* const limit = laws.find("stability", "impulse_undamped", name))
-      laws.expect("measured limit is hω = 2", name, frequency * limit->measured_limit, 2, 0.04);
+      laws.expect("measured limit is hω = 2", name, impulse_frequency * limit->measured_limit, 2, 0.04);
   if (Row const* const limit = laws.find("stability", "impulse_undamped", "RungeKutta4"))
-    laws.expect("measured limit is hω = √8", "RungeKutta4", frequency * limit->measured_limit, std::sqrt(8.0), 0.06);
+    laws.expect("measured limit is hω = √8", "RungeKutta4", impulse_frequency * limit->measured_limit, std::sqrt(8.0), 0.06);
   std::printf(laws.broken() == 0 ? "all laws hold\n" : "%d laws are broken\n", laws.broken());
   return laws.broken() == 0 ? 0 : 1;
 }
