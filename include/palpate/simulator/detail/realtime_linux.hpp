@@ -211,14 +211,14 @@ class LockedMemory {
   bool holds_ = false;
 };
 
-/// Writes to every page of the next `bytes` of the stack; returns how many frames that took.
-#if defined(__GNUC__)
-[[gnu::noinline]]
-#endif
-inline int touch_stack(std::size_t bytes) noexcept {
+/// Where the thread's stack is now. A variable's address would not tell: the address sanitizer puts variables elsewhere.
+inline std::uintptr_t here_on_the_stack() noexcept { return reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)); }
+
+/// Writes to every page of the stack down to `end`.
+[[gnu::noinline]] inline int touch_stack(std::uintptr_t end) noexcept {
   std::array<unsigned char volatile, 4096> page;
   page[0] = 1;
-  int const below = bytes > page.size() ? touch_stack(bytes - page.size()) : 0;
+  int const below = here_on_the_stack() > end ? touch_stack(end) : 0;
   page[page.size() - 1] = 1;   // after the call, so that each frame keeps its page
   return below + page[0];
 }
@@ -231,7 +231,7 @@ inline long page_faults() noexcept {
 inline void prefault_stack(std::size_t bytes, RealtimeItem& item) noexcept {
   item.asked = true;
   constexpr std::size_t margin = 64 * 1024;
-  char const here = 0;
+  std::uintptr_t const here = here_on_the_stack();
   ::pthread_attr_t attributes;
   void* lowest = nullptr;
   std::size_t size = 0;
@@ -240,15 +240,15 @@ inline void prefault_stack(std::size_t bytes, RealtimeItem& item) noexcept {
     known = ::pthread_attr_getstack(&attributes, &lowest, &size) == 0;
     ::pthread_attr_destroy(&attributes);
   }
-  std::size_t const left = reinterpret_cast<std::uintptr_t>(&here) - reinterpret_cast<std::uintptr_t>(lowest);
+  std::uintptr_t const left = here - reinterpret_cast<std::uintptr_t>(lowest);
   if (!known || left < bytes + margin) {
     item.reason = "the thread's stack is not that large";
     return;
   }
-  touch_stack(bytes);
+  touch_stack(here - bytes);
   for (int times = 0; times < 3 && !item.granted; ++times) {   // the second time every page is there, unless the kernel just moves one
     long const before = page_faults();
-    touch_stack(bytes);
+    touch_stack(here - bytes);
     item.granted = before >= 0 && page_faults() == before;
   }
   item.found = static_cast<long long>(bytes / 1024);
