@@ -3,6 +3,7 @@
 
 #include <concepts>
 #include <cstdio>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -42,20 +43,37 @@ class FileError : public Error {
 
 namespace detail {
 
-inline std::string to_text(std::string_view text) { return std::string(text); }
-inline std::string to_text(std::integral auto number) { return std::to_string(number); }
-inline std::string to_text(std::floating_point auto number) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.9g", static_cast<double>(number));
-  return buffer;
+/// A part of a message: a text, or a number as text.
+class MessagePart {
+ public:
+  explicit MessagePart(std::string_view text) noexcept : text_(text) {}
+  explicit MessagePart(std::signed_integral auto number) noexcept { print("%lld", static_cast<long long>(number)); }
+  explicit MessagePart(std::unsigned_integral auto number) noexcept { print("%llu", static_cast<unsigned long long>(number)); }
+  explicit MessagePart(std::floating_point auto number) noexcept { print("%.9g", static_cast<double>(number)); }
+
+  std::string_view text() const noexcept { return text_.data() != nullptr ? text_ : std::string_view(number_); }
+
+ private:
+  template <class Number>
+  void print(char const* format, Number number) noexcept { std::snprintf(number_, sizeof number_, format, number); }
+
+  std::string_view text_;
+  char number_[32] = "";
+};
+
+inline std::string joined(std::initializer_list<MessagePart> parts) {
+  std::string text;
+  for (MessagePart const& part : parts) text.append(part.text());
+  return text;
 }
 
-/// The parts, one after the other: `message("particle ", 12, " is outside 0 … ", 9)`.
+inline std::string to_text(auto const& part) { return std::string(MessagePart(part).text()); }
+
+/// The parts, one after the other: `message("particle ", 12, " is outside 0 … ", 9)`. One function writes every message, so that the
+/// hundreds of places with one stay cheap to compile.
 template <class... Parts>
 std::string message(Parts const&... parts) {
-  std::string text;
-  (text.append(to_text(parts)), ...);
-  return text;
+  return joined({MessagePart(parts)...});
 }
 
 /// Throws `OutOfRange` unless 0 ≤ index < size. `what` names the kind: "particle", "triangle".
