@@ -7,6 +7,7 @@
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/room.hpp>
+#include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/tissue/concept.hpp>
@@ -35,6 +36,13 @@ class BodyShape {
   // --- what it is ---------------------------------------------------------------------------------------------------
   Tissue const& tissue() const noexcept { return tissue_; }
   int size() const noexcept { return state_.size(); }
+  Scalar mean_edge() const noexcept { return mean_edge_; }   // m, of the undeformed, uncut surface
+  bool is_held(int i) const {
+    check(i);
+    return holds(i);
+  }
+  /// How often the body was restored: triangles and particles that were remembered before may not exist any more.
+  std::size_t restorations() const noexcept { return restorations_; }
   auto positions() const noexcept { return state_.position.view(); }
   auto velocities() const noexcept { return state_.velocity.view(); }
   auto triangles() const noexcept { return tissue_.surface().triangles(); }
@@ -349,9 +357,13 @@ class BodyShape {
     for (int i = 0; i < tissue_.size(); ++i) state_.position[i] = state_.home[i] = tissue_.rest_position(i);
     set_normals();
     build_tree();
+    mean_edge_ = mean_edge_length(rest_mesh());
   }
 
   void check(int particle) const { detail::check_index("particle", particle, size()); }
+
+  bool holds(int i) const noexcept { return state_.held[static_cast<std::size_t>(i)] != 0; }
+  bool is_free(int i) const noexcept { return !tissue_.nailed(i) && !holds(i) && !is_temporary(i); }
 
   void set_normals() {
     state_.normal.view() = vertex_normals(TriangleMesh<Scalar>{state_.home.view(), triangles()});
@@ -390,6 +402,8 @@ class BodyShape {
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
   std::size_t topology_revision_ = 0;
+  std::size_t restorations_ = 0;
+  Scalar mean_edge_ = 0;   // m
   Vector home_low_ = Vector::Zero(), home_high_ = Vector::Zero();   // m, of the undisturbed body
   bool home_box_is_known_ = false;
   int reserved_triangles_ = 0;

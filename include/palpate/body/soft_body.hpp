@@ -1,35 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/body/applied_forces.hpp>
-#include <palpate/body/balance.hpp>
-#include <palpate/body/body_shape.hpp>
+#include <palpate/body/body_motion.hpp>
 #include <palpate/body/body_system.hpp>
-#include <palpate/body/divergence.hpp>
-#include <palpate/body/moving_set.hpp>
 #include <palpate/body/stability.hpp>
 #include <palpate/body/step_report.hpp>
 #include <palpate/body/substeps.hpp>
-#include <palpate/body/truncation.hpp>
 #include <palpate/core/error.hpp>
-#include <palpate/core/execution.hpp>
 #include <palpate/core/serial.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
-#include <palpate/mesh/measures.hpp>
-#include <palpate/region/concept.hpp>
 #include <palpate/region/whole_body.hpp>
-#include <palpate/statics/dynamic_relaxation.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <limits>
-#include <span>
-#include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 namespace palpate {
 
@@ -48,155 +30,42 @@ namespace palpate {
 /// Cost       step: O(moving particles). It allocates only when the moving set outgrows what was reserved.
 /// Threads    one thread at a time; queries refit the search tree when the body has moved.
 template <class TissueType, class IntegratorType, class RegionType, class ExecutionType = Serial>
-class SoftBody : public BodyShape<TissueType> {
-  using Shape = BodyShape<TissueType>;
+class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
+  using Motion = BodyMotion<TissueType, RegionType, ExecutionType>;
   static_assert(TissueModel<TissueType>, "SoftBody: the first policy is no TissueModel; see palpate/tissue/concept.hpp, or use MassSpring<double>.");
   static_assert(Integrator<IntegratorType>, "SoftBody: the second policy is no Integrator: it needs step(system, h) const; LeapfrogVerlet{} is one.");
   static_assert(!ImplicitIntegrator<IntegratorType> || LinearisedSystem<BodySystem<TissueType>>,
                 "SoftBody: this integrator is implicit and needs the tangent stiffness of the tissue: take MassSpring with a law that has "
                 "tangent_stiffness(elongation, rest_length), or an explicit integrator such as LeapfrogVerlet.");
-  static_assert(Execution<ExecutionType>, "SoftBody: the fourth policy is no Execution; Serial{} and OnCores(2) are.");
-  static_assert(Region<RegionType>, "SoftBody: the third policy is no Region; WholeBody{} and ZoneOfInfluence{.rings = 2} are.");
 
  public:
   using Tissue = TissueType;
   using Scalar = typename Tissue::Scalar;
   using Vector = Vector3<Scalar>;
-  using Shape::positions, Shape::velocities, Shape::size, Shape::tissue, Shape::triangles;
 
   /// With pre-tension in the tissue the body is settled first: it starts in equilibrium.
   /// Without an integrator and a region: LeapfrogVerlet{} and WholeBody{}.
   explicit SoftBody(Tissue matter, IntegratorType integrator = {}, RegionType region = {}, ExecutionType execution = {})
-      : Shape(std::move(matter)), integrator_(std::move(integrator)), system_(std::move(execution)), moving_(std::move(region)) {
-    Vector const diagonal = positions().rowwise().maxCoeff() - positions().rowwise().minCoeff();
-    bound_ = 1000 * diagonal.norm();
-    offset_ = positions().cwiseAbs().maxCoeff();
-    mean_edge_ = mean_edge_length(this->rest_mesh());
-    moving_.set_scale(mean_edge_, offset_);
-    reserve(size(), tissue_.surface().triangle_count());
-    home_revision_ = revision();
-    if constexpr (requires { tissue_.link_prestrain(); })
-      if (tissue_.link_prestrain() > 0) settle();
-  }
-
-  Scalar time() const noexcept { return time_; }
-  Scalar mean_edge() const noexcept { return mean_edge_; }   // m, of the undeformed, uncut surface
-  Scalar total_mass() const noexcept {
-    Scalar sum = 0;
-    for (int i = 0; i < size(); ++i) sum += tissue_.mass(i);
-    return sum;
-  }
-  Vector momentum() const noexcept {   // kg m/s
-    Vector sum = Vector::Zero();
-    for (int i = 0; i < size(); ++i) sum += tissue_.mass(i) * state_.velocity[i];
-    return sum;
-  }
-  Scalar kinetic_energy() const noexcept {   // J
-    Scalar sum = 0;
-    for (int i = 0; i < size(); ++i) sum += tissue_.mass(i) / 2 * state_.velocity[i].squaredNorm();
-    return sum;
-  }
-  Scalar potential_energy() const   // J, of the tissue; gravity is not counted
-    requires HasPotentialEnergy<Tissue>
-  {
-    return tissue_.potential_energy(positions());
-  }
-
-  // --- what acts on it ----------------------------------------------------------------------------------------------
-  /// Adds a force [N] on a particle: constant over the next step, consumed by it. On a nailed or held particle it moves nothing
-  /// and counts in reaction().
-  void apply_force(int i, Vector const& force) {
-    this->check(i);
-    require_finite("the force on particle", i, force);
-    this->for_each_carrier(i, [&](int carrier, Scalar weight) { forces_.add(state_, carrier, Vector(weight * force)); });
-  }
-
-  /// A uniform acceleration of every particle [m/s²]. Wakes the whole body; settle() finds the new equilibrium at once.
-  void set_gravity(Vector const& gravity) {
-    require_finite("gravity", -1, gravity);
-    gravity_ = gravity;
-    system_.forget();
-    moving_.wake();
-  }
-  Vector gravity() const noexcept { return gravity_; }
-
-  void nail(int i) {
-    this->check(i);
-    tissue_.nail(i);
-    state_.velocity[i].setZero();
-    moving_.forget();
-  }
-  /// Holds a particle where it is; drag() then moves it, release() lets it go with the velocity it was dragged with.
-  void hold(int i) {
-    this->check(i);
-    if (this->is_temporary(i)) throw InvalidArgument(detail::message("particle ", i, " belongs to a cut in progress and can not be held"));
-    char& held = state_.held[static_cast<std::size_t>(i)];
-    if (held == 0) {
-      held = 1;
-      held_.push_back(i);
-      state_.velocity[i].setZero();
-      state_.remembered[i].setZero();
-      moving_.forget();
-    }
-  }
-  void drag(int i, Vector const& position, Vector const& velocity = Vector::Zero()) {
-    this->check(i);
-    require_finite("the position for particle", i, position);
-    require_finite("the velocity for particle", i, velocity);
-    hold(i);
-    state_.position[i] = position;
-    state_.velocity[i] = velocity;
-    system_.forget();
-    tree_is_fitted_ = false;
-  }
-  void release(int i) {
-    this->check(i);
-    if (!holds(i)) return;
-    state_.held[static_cast<std::size_t>(i)] = 0;
-    std::erase(held_, i);
-    moving_.add(i);   // it moves until it has relaxed
-  }
-  bool is_held(int i) const {
-    this->check(i);
-    return holds(i);
-  }
-
-  /// The force [N] that a nail or hand exerts on a particle to keep it in place: −(springs + weight + force of the last step).
-  Vector reaction(int i) const {
-    this->check(i);
-    return -(tissue_.internal_force(i, positions(), velocities()) + tissue_.mass(i) * gravity_ + state_.load[i]);
-  }
+      : Motion(std::move(matter), std::move(region), std::move(execution)), integrator_(std::move(integrator)) {}
 
   /// The acceleration [m/s²] that springs, gravity and the forces applied so far will give a particle in the next step of h seconds,
   /// as the integrator will see it; zero for one that is nailed or held. What a contact has to work against.
   Vector predicted_acceleration(int i, Scalar h) const {
     this->check(i);
-    if (!is_free(i)) return Vector::Zero();
+    if (!this->is_free(i)) return Vector::Zero();
     Scalar drift = 0;
     if constexpr (StatesWhereForcesAct<IntegratorType>) drift = static_cast<Scalar>(IntegratorType::forces_at) * h;
-    return gravity_ + (tissue_.internal_force(i, Drifted{state_, drift}, velocities()) + state_.applied[i]) / tissue_.mass(i);
-  }
-
-  /// Room for this many particles and triangles: up to there neither stepping nor cutting allocates.
-  void reserve(int particle_count, int triangle_count) {
-    Shape::reserve(particle_count, triangle_count);
-    int links = 3 * triangle_count + particle_count;
-    if constexpr (requires { tissue_.links().size(); }) links = std::max(links, tissue_.links().size());   // a volume has more
-    system_.reserve(particle_count, links);
-    moving_.reserve(particle_count);
-    forces_.reserve(particle_count);
-    modal_estimate_.reserve(particle_count);
-    held_.reserve(2 * static_cast<std::size_t>(particle_count));
+    return this->acceleration_after(i, drift);
   }
 
   // --- how it moves -------------------------------------------------------------------------------------------------
   /// Advances by h seconds, 0 ≤ h. The step is taken as asked, also above stable_step(); the report tells. After an edit of the tissue the
   /// first step finds the stable step anew, unless the host has asked for it.
   StepReport<Scalar> step(Scalar h) {
-    require_duration("a step", h);
-    if (!stable_step_is_known_ || stable_for_ != revision()) stable_step();
+    this->require_duration("a step", h);
+    if (!this->knows_modes()) stable_step();
     StepReport<Scalar> const report = take_step(h);
-    forces_.consume(state_);
+    this->consume_forces();
     return report;
   }
 
@@ -206,9 +75,9 @@ class SoftBody : public BodyShape<TissueType> {
   /// split into `substeps.most` and the report says above_stable_step. What has to happen between the steps, like correct(), needs a loop
   /// of one's own: split_duration() says how many.
   StepReport<Scalar> advance(Scalar duration, Substeps const& substeps = {}) {
-    require_duration("a duration", duration);
+    this->require_duration("a duration", duration);
     if (substeps.most < 1) throw InvalidArgument(detail::message("at most ", substeps.most, " substeps; it must be at least 1"));
-    if (!stable_step_is_known_ || stable_for_ != revision()) stable_step();
+    if (!this->knows_modes()) stable_step();
     EqualSteps<Scalar> const steps = split_duration(duration, known_stable_step_, substeps.most);
     StepReport<Scalar> report;
     for (int k = 1; k <= steps.count && report; ++k) {
@@ -216,277 +85,52 @@ class SoftBody : public BodyShape<TissueType> {
       report.steps = k;
     }
     if (report && known_stable_step_ > 0) report.status = steps.capped ? StepStatus::behind : StepStatus::ok;
-    forces_.consume(state_);
+    this->consume_forces();
     return report;
   }
-
-  /// Applies a constraint on positions, such as MaximumElongation, to the particles that the last step moved; it reports what it found.
-  /// What it moves gets the velocity that goes with it, Δx/h of that step. Others count as fixed. Allocates nothing.
-  template <class Constraint>
-  auto correct(Constraint const& constraint) noexcept {
-    Scalar const per_second = last_step_ > 0 ? 1 / last_step_ : Scalar(0);
-    auto const report = constraint.correct(
-        tissue_, moving_.particles(),
-        [&](int i) { return i < size() && moving_.contains(i) && is_free(i) ? 1 / tissue_.mass(i) : Scalar(0); }, positions(),
-        [&](int i, Vector const& shift) {
-          state_.position[i] += shift;
-          state_.velocity[i] += per_second * shift;
-        });
-    system_.forget();
-    tree_is_fitted_ = false;
-    this->place_temporaries();
-    return report;
-  }
-
-  /// What the cut-off of the region costs [m]: an estimate of the largest error of a position, against the whole body, where the zone
-  /// rests; from the force that its border holds back. 0 where all that is pulled moves. See palpate::truncation_error.
-  Scalar truncation_error() const noexcept { return palpate::truncation_error(view(), moving_.border()); }
 
   /// The largest step [s] that the integrator stands where the body is now, damping included; see ModalEstimate. 0: none.
   /// Sharp: power iteration finds the fastest mode and raises it by 5 %, so it is some 2.5 % below the limit.
   Scalar stable_step() {
-    known_modes_ = modal_bounds();
-    known_stable_step_ = palpate::stable_step(integrator_, known_modes_);
-    stable_step_is_known_ = true;
-    stable_for_ = revision();
-    return known_stable_step_;
-  }
-  /// Whether the body's fastest mode has become so fast since stable_step() was asked that half of its margin is gone: the stable step
-  /// falls while a wound opens under pre-tension, also without an edit. Cheap, one product for each bound: ask it every few
-  /// steps while the body moves, and stable_step() when it is so. It sees a mode that grows out of the last fastest one at once,
-  /// another after some questions.
-  bool stable_step_fell() {
-    if (!stable_step_is_known_) return true;
-    ModalBounds<Scalar> const now = modal_estimate_.follow(tissue_, positions(), [&](int i) { return is_free(i); });
-    Scalar const most = MultipliesStiffness<Tissue> ? Scalar(1.025 / 1.05) : Scalar(1);
-    return now.stiffness > most * known_modes_.stiffness || now.damping > most * known_modes_.damping;
+    return known_stable_step_ = palpate::stable_step(integrator_, this->find_modes());
   }
   /// A smaller one that is certain: from Gershgorin's row sums; see row_bounds for what it guarantees. One pass over the springs.
   Scalar guaranteed_stable_step() const {
-    return palpate::stable_step(integrator_, row_bounds(tissue_, positions(), [&](int i) { return is_free(i); }));
+    return palpate::stable_step(integrator_, this->guaranteed_modal_bounds());
   }
-  ModalBounds<Scalar> modal_bounds() {
-    return modal_estimate_(tissue_, positions(), [&](int i) { return is_free(i); });
-  }
-
-  /// Moves the body to its equilibrium under pre-tension, gravity and what is held, at rest, and makes that the home shape that
-  /// depth is counted from. Balance is when no force over its particle's stiffness is above `tolerance` mean edges; 0: 1e-8, or what the
-  /// digits allow. Throws Error when the solver does not get there, and leaves the body as it was.
-  void settle() { settle(DynamicRelaxation{}); }
-  void settle(Scalar tolerance) { settle(DynamicRelaxation{}, tolerance); }
-  template <EquilibriumSolver<Tissue> Solver>
-  Equilibrium<Scalar> settle(Solver const& solver, Scalar tolerance = 0) {
-    auto const found = find_balance(solver, tolerance, false, true);
-    require_balance(found, mean_edge_, "the body does not settle", "lower link_prestrain or gravity, or raise the home stiffness");
-    moving_.restart(false);
-    state_.home.view() = state_.position.view();
-    home_gravity_ = gravity_;
-    home_revision_ = revision();
-    this->set_normals();
-    return found;
-  }
-
-  /// Moves the body to where it would come to rest if the forces applied so far stayed: at rest, and the forces are consumed as by a step.
-  /// The home shape stays, so a later step without the forces begins the way back to it. Tolerance and errors as for settle().
-  template <EquilibriumSolver<Tissue> Solver = DynamicRelaxation>
-  Equilibrium<Scalar> solve_statics(Solver const& solver = {}, Scalar tolerance = 0) {
-    auto const found = find_balance(solver, tolerance, true, true);
-    require_balance(found, mean_edge_, "no equilibrium was found", "lower the forces, nail the body or raise the home stiffness, or give the solver more iterations");
-    take_as_stepped();
-    return found;
-  }
-
-  /// The same, with what the solver reached in its budget, in balance or not: a static step of a simulation that shows every one.
-  /// A solver that leaves the finite numbers leaves the body where it was.
-  template <EquilibriumSolver<Tissue> Solver>
-  Equilibrium<Scalar> relax(Solver const& solver, Scalar tolerance = 0) {
-    auto const found = find_balance(solver, tolerance, true, false);
-    take_as_stepped();
-    return found;
-  }
-
-  /// Back to the home shape at rest: no forces, nothing held, time 0. Cuts and nails stay; restore(save()) undoes those as well.
-  void reset() {
-    state_.position.view() = state_.home.view();
-    for (auto* columns : {&state_.velocity, &state_.remembered, &state_.applied, &state_.load}) columns->view().setZero();
-    state_.held.assign(state_.held.size(), 0);
-    held_.clear(), forces_.clear();
-    moving_.restart(gravity_ != home_gravity_ || revision() != home_revision_);   // else the home shape is in balance
-    remembers_ = tree_is_fitted_ = false;
-    time_ = last_step_ = 0;
-    this->place_temporaries();
-  }
-
-  /// Everything that makes the body's future: positions, velocities, forces, tissue with its cuts, time.
-  struct State {
-    Tissue tissue;
-    ParticleState<Scalar> particles;
-    std::vector<int> held, forced;
-    typename MovingSet<Tissue, RegionType>::State moving;
-    Vector gravity, home_gravity;
-    std::size_t home_revision;
-    bool remembers;
-    Scalar time, last_step;
-  };
-  /// While a cut is in progress its temporary particles are saved as such that stay: the wound ends where the blade is.
-  State save() const {
-    if constexpr (CuttableTissue<Tissue>)
-      if (this->temporary_count() > 0) {
-        SoftBody cut = *this;
-        cut.keep_temporaries();
-        return cut.save();
-      }
-    auto const forced = forces_.forced();
-    return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
-            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_};
-  }
-  void restore(State const& saved) {
-    tissue_ = saved.tissue;
-    state_ = saved.particles;
-    held_ = saved.held;
-    forces_.restore(state_, saved.forced);
-    moving_.restore(saved.moving);
-    gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
-    remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
-    disturbed_.clear();
-    this->evened_ = 0;
-    temporaries_.clear();
-    this->build_tree();
-    this->changes_.forget(0, 0);   // all is new
-    stable_step_is_known_ = false;
-    ++topology_revision_;
-    ++restorations_;
-  }
-  /// How often restore() was called: triangles and particles that were remembered before may not exist any more.
-  std::size_t restorations() const noexcept { return restorations_; }
 
  private:
-  using Shape::disturbed_, Shape::state_, Shape::temporaries_, Shape::tissue_, Shape::topology_revision_, Shape::tree_is_fitted_;
-
-  static void require_finite(std::string_view what, int i, Vector const& value) {
-    if (!value.allFinite())
-      throw InvalidArgument(detail::message(what, i < 0 ? std::string() : detail::message(" ", i), " is (", value[0], ", ", value[1], ", ",
-                                            value[2], "); it must be finite"));
-  }
-
-  static void require_duration(std::string_view what, Scalar h) {
-    if (!(h >= 0) || !std::isfinite(h))
-      throw InvalidArgument(detail::message(what, " of ", h, " s; it must be finite and not negative"));
-  }
-
   /// One step; the forces applied stay.
   StepReport<Scalar> take_step(Scalar h) {
-    choose_moving();
+    bool const moves = this->begin_step(h, StepsByParts<IntegratorType>);
     StepReport<Scalar> report;
-    report.moving = static_cast<int>(moving_.particles().size());
+    report.moving = static_cast<int>(this->moving_count());
     report.stable_step = known_stable_step_;
     if (h > known_stable_step_) report.status = StepStatus::above_stable_step;
-    if (!moving_.is_empty() && h > 0) {
-      system_.begin(state_, forces_.forced(), gravity_, remembers_, bound_ + offset_, StepsByParts<IntegratorType>);
+    if (moves) {
+      auto& system = this->system_;
       try {
-        integrator_.step(system_, h);
+        integrator_.step(system, h);
       } catch (...) {   // one of the host's
-        if (!system_.roll_back(state_)) remembers_ = false;
+        this->undo_step();
         throw;
       }
-      if (auto const diverged = system_.find_diverged(); diverged.particle >= 0) {
-        if (!system_.roll_back(state_)) remembers_ = false;
+      if (auto const diverged = system.find_diverged(); diverged.particle >= 0) {
+        this->undo_step();
         report.status = StepStatus::diverged;
         report.particle = diverged.particle;
         report.value = diverged.value;
         report.stable_step = stable_step();
         return report;
       }
-      system_.commit(state_);
-      remembers_ = true;
-      last_step_ = h;
-      tree_is_fitted_ = false;
+      this->commit_step(h);
     }
-    this->place_temporaries();
-    time_ += h;
+    this->end_step(h);
     return report;
   }
 
-  bool holds(int i) const noexcept { return state_.held[static_cast<std::size_t>(i)] != 0; }
-
-  bool is_free(int i) const noexcept {
-    return !tissue_.nailed(i) && !holds(i) && !this->is_temporary(i);
-  }
-
-  /// Takes the positions that a solver finds for the free particles, all at rest; with `only_balance`, only when they are balanced.
-  template <class Solver>
-  Equilibrium<Scalar> find_balance(Solver const& solver, Scalar tolerance, bool with_forces, bool only_balance) {
-    Matrix3X<Scalar> x = positions();
-    auto const found = palpate::find_balance(solver, view(), tolerance, mean_edge_, offset_, with_forces, x);
-    if (only_balance && !found.converged) return found;
-    for (int i = 0; i < size(); ++i) {
-      if (!is_free(i)) continue;
-      state_.position[i] = x.col(i);
-      state_.velocity[i].setZero();
-      state_.remembered[i].setZero();
-    }
-    system_.forget();
-    moving_.forget();
-    tree_is_fitted_ = false;
-    this->place_temporaries();
-    return found;
-  }
-
-  void take_as_stepped() noexcept {
-    forces_.consume(state_);
-    moving_.wake();
-  }
-
-  BodyView<Tissue> view() const noexcept {
-    return {tissue_, state_, forces_.forced(), held_, gravity_, last_step_, size() - this->temporary_count(), revision()};
-  }
-
-  void choose_moving() {
-    if (moving_.is_chosen(view())) return;
-    if (!disturbed_.empty()) {
-      forces_.follow_edits(state_, disturbed_);
-      std::erase_if(held_, [this](int i) { return i >= size(); });
-      moving_.follow_edits(tissue_, disturbed_);
-      disturbed_.clear();
-      this->evened_ = 0;
-    }
-    if (moving_.choose(view(), state_, !(time_ > 0))) system_.choose(tissue_, moving_.particles());
-  }
-
-  /// Positions after a while at the present velocities, as a 3 × n expression.
-  struct Drifted {
-    ParticleState<Scalar> const& state;
-    Scalar time;
-    Vector col(int i) const noexcept { return state.position[i] + time * state.velocity[i]; }
-  };
-
-  std::size_t revision() const noexcept {
-    if constexpr (requires { tissue_.revision(); })
-      return tissue_.revision();
-    else
-      return topology_revision_;
-  }
-
   IntegratorType integrator_;
-  BodySystem<Tissue, ExecutionType> system_;
-  ModalEstimate<Tissue> modal_estimate_;
-  MovingSet<Tissue, RegionType> moving_;
-  AppliedForces forces_;
-  std::vector<int> held_;
-  Vector gravity_ = Vector::Zero();
-  Vector home_gravity_ = Vector::Zero();   // with this, and tissue of this revision, the home shape is in equilibrium
-  std::size_t home_revision_ = 0;
-  Scalar bound_ = 0;       // m, a particle farther out has diverged
-  Scalar offset_ = 0;      // m, distance of the body from the origin
-  Scalar mean_edge_ = 0;   // m
-  Scalar time_ = 0;
-  Scalar last_step_ = 0;   // s
-  Scalar known_stable_step_ = 0;
-  ModalBounds<Scalar> known_modes_;
-  std::size_t stable_for_ = 0;   // revision
-  std::size_t restorations_ = 0;
-  bool stable_step_is_known_ = false;
-  bool remembers_ = false;
+  Scalar known_stable_step_ = 0;   // s
 };
 
 template <TissueModel Tissue>

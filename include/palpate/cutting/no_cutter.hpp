@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/shape_of.hpp>
 #include <palpate/cutting/concept.hpp>
 
 namespace palpate {
@@ -13,7 +14,7 @@ class NoCutter {
 
   template <class Body>
   void advance(Body& body, Vector3<Scalar> const& tip) {
-    touch_.update(body, tip);
+    touch_.update(detail::shape_of(body), tip);
   }
 
   /// Forgets the contact: the tip has to come from outside again.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/shape_of.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/cutting/blade_edge.hpp>
 #include <palpate/cutting/concept.hpp>
@@ -61,6 +62,32 @@ class ProgressiveCutter {
   void advance(Body& body, Vector const& tip, Scalar force = 0) {
     static_assert(CuttableTissue<typename Body::Tissue>,
                   "ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue. MassSpring has it.");
+    cut(detail::shape_of(body), tip, force);
+  }
+
+  /// Takes the tool away: a cut in progress ends where the blade is, and the tip has to come from outside again.
+  template <class Body>
+  void reset(Body& body) {
+    blade_.reset(detail::shape_of(body));
+  }
+
+  /// Turns the blade's edge with the tool: its direction in the world, of any length. A point gets an edge by that.
+  void turn_edge(Vector const& axis) { blade_.turn(axis); }
+
+  CuttingPhase state() const noexcept { return blade_.state(); }
+  CutReport const& report() const noexcept { return blade_.front().report(); }
+  SurfaceContact<Scalar> const& contact() const noexcept { return blade_.contact(); }
+  /// What the blade drags along while it is moved across its edge; nothing while it cuts.
+  template <class Body>
+  std::optional<BladeHold<Scalar>> held(Body const& body) const noexcept {
+    return blade_.held(detail::shape_of(body));
+  }
+  /// Particles that were one before the current or last cut: the two lips of the wound, pair by pair.
+  std::vector<std::array<int, 2>> const& lips() const noexcept { return blade_.front().lips(); }
+
+ private:
+  template <class Shape>
+  void cut(Shape& body, Vector const& tip, Scalar force) {
     using Front = CutFront<Scalar>;
     using Contact = SurfaceContact<Scalar>;
     using Snapping = detail::Snapping<Scalar>;
@@ -76,27 +103,6 @@ class ProgressiveCutter {
     blade_.advance(body, tip, force, start, go_on);
   }
 
-  /// Takes the tool away: a cut in progress ends where the blade is, and the tip has to come from outside again.
-  template <class Body>
-  void reset(Body& body) {
-    blade_.reset(body);
-  }
-
-  /// Turns the blade's edge with the tool: its direction in the world, of any length. A point gets an edge by that.
-  void turn_edge(Vector const& axis) { blade_.turn(axis); }
-
-  CuttingPhase state() const noexcept { return blade_.state(); }
-  CutReport const& report() const noexcept { return blade_.front().report(); }
-  SurfaceContact<Scalar> const& contact() const noexcept { return blade_.contact(); }
-  /// What the blade drags along while it is moved across its edge; nothing while it cuts.
-  template <class Body>
-  std::optional<BladeHold<Scalar>> held(Body const& body) const noexcept {
-    return blade_.held(body);
-  }
-  /// Particles that were one before the current or last cut: the two lips of the wound, pair by pair.
-  std::vector<std::array<int, 2>> const& lips() const noexcept { return blade_.front().lips(); }
-
- private:
   detail::Blade<Scalar, CutFront<Scalar>> blade_;
   std::optional<Scalar> snap_;
 };

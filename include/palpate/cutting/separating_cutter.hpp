@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/shape_of.hpp>
 #include <palpate/cutting/blade_edge.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/blade.hpp>
@@ -62,22 +63,13 @@ class SeparatingCutter {
   void advance(Body& body, Vector const& tip, Scalar force = 0) {
     static_assert(SeparableTissue<typename Body::Tissue>,
                   "SeparatingCutter: this tissue can not be cut along its edges; it lacks the ability SeparableTissue. MassSpring has it.");
-    auto const start = [&](Front& front, Contact const& contact) {
-      is_away_ = false;
-      front.start(body, contact.triangle, contact.barycentric);
-      return -1;
-    };
-    auto const go_on = [&](Front& front, Contact const& contact) {
-      body.keep_temporary_in(contact.triangle);   // another blade's
-      return move(body, front, contact, tip) ? contact.triangle : -1;
-    };
-    blade_.advance(body, tip, force, start, go_on);
+    cut(detail::shape_of(body), tip, force);
   }
 
   /// Takes the tool away: a cut in progress ends, and the tip has to come from outside again.
   template <class Body>
   void reset(Body& body) {
-    blade_.reset(body);
+    blade_.reset(detail::shape_of(body));
   }
 
   /// Turns the blade's edge with the tool: its direction in the world, of any length. A point gets an edge by that.
@@ -89,7 +81,7 @@ class SeparatingCutter {
   /// What the blade drags along while it is moved across its edge; nothing while it cuts.
   template <class Body>
   std::optional<BladeHold<Scalar>> held(Body const& body) const noexcept {
-    return blade_.held(body);
+    return blade_.held(detail::shape_of(body));
   }
   /// Particles that were one before the current or last cut: the two lips of the wound, pair by pair.
   std::vector<std::array<int, 2>> const& lips() const noexcept { return blade_.front().lips(); }
@@ -97,6 +89,20 @@ class SeparatingCutter {
  private:
   using Front = detail::SeparatingFront<Scalar>;
   using Contact = SurfaceContact<Scalar>;
+
+  template <class Shape>
+  void cut(Shape& body, Vector const& tip, Scalar force) {
+    auto const start = [&](Front& front, Contact const& contact) {
+      is_away_ = false;
+      front.start(body, contact.triangle, contact.barycentric);
+      return -1;
+    };
+    auto const go_on = [&](Front& front, Contact const& contact) {
+      body.keep_temporary_in(contact.triangle);   // another blade's
+      return move(body, front, contact, tip) ? contact.triangle : -1;
+    };
+    blade_.advance(body, tip, force, start, go_on);
+  }
 
   /// Moves the blade in the tissue. True when that changed the body.
   template <class Body>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/shape_of.hpp>
 #include <palpate/body/substeps.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/haptics/contact_coupling.hpp>
@@ -82,7 +83,7 @@ class BodyLoop {
     }
     if (sensor_.kind() != SurfaceKind::none) {
       if constexpr (requires { body_.nearest_point(tip); body_.tissue().surface(); body_.topology_revision(); })
-        model.surface = sensor_.look(body_, contact, model.phase, tip, tip_radius(), static_cast<Scalar>(coupling_.stiffness));
+        model.surface = sensor_.look(detail::shape_of(body_), contact, model.phase, tip, tip_radius(), static_cast<Scalar>(coupling_.stiffness));
     }
     return model;
   }
