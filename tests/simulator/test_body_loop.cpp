@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -221,6 +222,34 @@ TEST_CASE("a diverged step silences the hand until the tool has left and the bod
   loop.body().diverge_at = 1;
   CHECK_FALSE(loop.tick(over(0.002), {0, 0, 0}, 1e-3).sound);   // without contact as well
   CHECK(loop.counts().diverged == 2);
+}
+
+// By hand: pushed sideways by a jump the wall would answer 2000 N/m times what is below its surface; placed there, the tool has touched nothing.
+TEST_CASE("a tool that was placed anew touches and cuts nothing on its way, and begins a stroke when it comes from outside", "[simulator][body_loop]") {
+  BodyLoop<Witness<double>, ProgressiveCutter<double>> loop(Witness<double>(sheet<double>()), ProgressiveCutter<double>({.puncture_depth = 0.003, .snap = 2e-4}),
+                                                            ContactCoupling{}, 100);
+  auto const move = [&](Vector3<double> const& from, Vector3<double> const& to, int ticks, std::uint64_t placements) {
+    for (int k = 1; k <= ticks; ++k) loop.tick(from + (to - from) * (double(k) / ticks), {0, 0, 0}, 1e-3, placements);
+  };
+  Vector3<double> const begin = over(0.002), in = over(-0.004), end = in + Vector3<double>(0.01, 0, 0), beside = end + Vector3<double>(0, 0.02, 0);
+  move(begin, in, 60, 0), move(in, end, 100, 0);
+  REQUIRE(loop.cutter().state() == CuttingPhase::moving);
+  auto const pieces = loop.body().size();
+  LocalModel<double> const there = loop.tick(beside, {0, 0, 0}, 1e-3, 1);
+  CHECK(there.phase == CuttingPhase::no_contact);
+  CHECK(there.tissue_force.isZero(0));
+  CHECK(loop.cutter().report().particles_added > 0);   // the stroke that ended
+  int const ended = loop.body().size();
+  CHECK(std::abs(ended - pieces) <= 2);   // its end is tidied up, and that is all
+  move(beside, beside - Vector3<double>(0.005, 0, 0), 50, 1);
+  CHECK(loop.body().size() == ended);
+  CHECK(loop.cutter().state() == CuttingPhase::no_contact);
+  move(beside, beside + Vector3<double>(0, 0, 0.01), 20, 1);   // out,
+  move(beside + Vector3<double>(0, 0, 0.01), beside, 100, 1);  // in again,
+  CHECK(loop.cutter().state() == CuttingPhase::moving);
+  move(beside, beside - Vector3<double>(0.01, 0, 0), 100, 1);
+  CHECK(loop.body().size() > ended + 2);
+  for (int i = ended; i < loop.body().size(); ++i) CHECK(loop.body().home_position(i).y() > 0.0533 + 0.02 - 0.005);   // and cuts there
 }
 
 namespace {

@@ -14,6 +14,7 @@
 #include <palpate/simulator/simulator.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -97,7 +98,7 @@ TEST_CASE("whatever goes wrong with a device, in the air, pressing and cutting, 
       CHECK(told[0] == SafetyEvent::armed);
       CHECK(told[1] == what.told);
       bool const felt_again = std::any_of(ticks.begin() + static_cast<std::ptrdiff_t>(stage.tick) + 2, ticks.end(), [](Tick const& tick) { return !tick.force.isZero(0); });
-      bool const comes_back = !what.for_good && (stage.phase == CuttingPhase::no_contact || what.told == SafetyEvent::position_jump);   // a ramp does, arming inside does not
+      bool const comes_back = !what.for_good && stage.phase == CuttingPhase::no_contact;   // neither arming nor a tool that was placed begins in the tissue
       CHECK(felt_again == comes_back);
       if (what.for_good) CHECK(simulator.safety().faulted());
 
@@ -105,6 +106,31 @@ TEST_CASE("whatever goes wrong with a device, in the air, pressing and cutting, 
       simulator.run(0.6);
       CHECK_FALSE(simulator.safety().faulted());
     }
+}
+
+// Yardstick: the stroke runs along y = 53.3 mm on a grid of 5 mm, so what it cuts lies within a cell of that; the hand is put 20 mm beside it.
+TEST_CASE("a jump of the position cuts nothing on the way and ends the stroke where it was", "[simulator][safety]") {
+  auto const cut_by = [](PlannedFault const& fault) {
+    auto simulator = faulty_session(fault);
+    int const whole = simulator.body().size();
+    simulator.run(2.9);   // the hand is still inside
+    struct Cut {
+      CuttingPhase phase;
+      int particles = 0, beside = 0;
+    } cut{simulator.cutter().state()};
+    for (int i = whole; i < simulator.body().size(); ++i) {
+      ++cut.particles;
+      if (std::abs(simulator.body().home_position(i).y() - 0.0533) > 0.005) ++cut.beside;
+    }
+    return cut;
+  };
+  auto const straight = cut_by({.kind = FaultKind::stale, .tick = 100000}), jumped = cut_by({.kind = FaultKind::jump, .tick = 1500, .ticks = 0, .shift = {0, 0.02, 0}});
+  CHECK(straight.beside == 0);
+  CHECK(straight.phase == CuttingPhase::moving);
+  CHECK(jumped.particles > 5);
+  CHECK(jumped.particles < straight.particles);
+  CHECK(jumped.beside == 0);
+  CHECK(jumped.phase == CuttingPhase::no_contact);   // it was put into the tissue and has not come from outside since
 }
 
 TEST_CASE("a hand that is protected feels no more than a newton by default, and what the host raises it to", "[simulator][safety]") {
@@ -156,6 +182,33 @@ TEST_CASE("a hand works through its workspace, and a clutch moves neither tip no
   CHECK(felt.force.norm() < 0.02);   // and comes back on a ramp
   for (int k = 0; k < 150; ++k) felt = tick(hand, 0);
   CHECK(felt.force.norm() == Approx(100 * 0.010 / std::sqrt(2.0)));
+}
+
+TEST_CASE("after a jump nothing is felt until the body has answered for the new place, and then on a ramp", "[simulator][safety]") {
+  palpate_test::Strings<double> strings;
+  ServoLoop<palpate_test::Puppet<double>, DepthSpring, double> servo(palpate_test::Puppet<double>(strings), DepthSpring{}, {.safety = {.protects_a_hand = true, .damping = 0.0}});
+  servo.begin_session();
+  LocalModel<double> model;
+  model.phase = CuttingPhase::indenting;
+  int k = 0;
+  auto const tick = [&](Vector3<double> const& position, double model_time) {
+    strings.next.position = position;
+    model.time = model_time;
+    servo.read(0.001);
+    return servo.respond(model, 0.0, 0.001 * k++).force.norm();
+  };
+  for (int i = 0; i < 20; ++i) tick({0, 0, 0.001}, 0.001 * k);
+  double pressed = 0.0;
+  for (int i = 0; i <= 60; ++i) pressed = tick({0, 0, 0.001 - 1e-4 * i}, 0.001 * k);
+  CHECK(pressed == Approx(0.5));
+  CHECK(servo.placements() == 0);
+  Vector3<double> const away{0.02, 0, -0.005};
+  double const before = 0.001 * (k - 1);
+  for (int i = 0; i < 30; ++i) REQUIRE(tick(away, before) == 0.0);   // the body's thread is slow
+  CHECK(servo.placements() == 1);
+  for (int i = 1; i <= 100; ++i) REQUIRE(tick(away, 0.001 * k) == Approx(0.5 * i / 100).epsilon(1e-9));
+  for (int i = 0; i < 10; ++i) tick({0.02 + 0.0009 * i, 0, -0.005}, 0.001 * k);   // 0.9 m/s is a way that a hand goes
+  CHECK(servo.placements() == 1);
 }
 
 TEST_CASE("a device without new samples is heard for a tenth of a second, then fades", "[simulator][safety]") {

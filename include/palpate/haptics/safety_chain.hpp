@@ -169,7 +169,7 @@ class SafetyChain {
     force = limited_to_maximum(force);
     if (wanted.inside && limits_.protects_a_hand) safe_ = false;
     arm(asked);
-    advance_ramp(wanted.quiet);
+    if (wanted.known) advance_ramp(wanted.quiet);
     Vector3<S> out = Vector3<S>::Zero();
     if (usable_ && stage_.may_render() && wanted.sound && not_finite_in_a_row_ == 0 && gain_ > 0.0)
       out = ramped(force);

@@ -36,7 +36,7 @@ struct SafetyOptions {
   int arm_ticks = 4;                         ///< for so many ticks in a row
   double ramp = 0.1;                         ///< s, in which the force comes back after a gap or a jump
   std::optional<double> overspeed{};         ///< m/s, of the device; infinity: not limited
-  std::optional<double> jump{};              ///< m, of the device in one tick; infinity: not limited
+  std::optional<double> jump{};              ///< m, of the device in one tick; beyond it the tool was placed, not moved. Infinity: not limited
   std::optional<std::uint32_t> dead_man{};   ///< buttons, one of which has to be held; 0: none
   std::optional<double> gap{};               ///< s between two ticks: the force begins anew, on a ramp
   std::optional<double> long_gap{};          ///< s between two ticks: disarmed

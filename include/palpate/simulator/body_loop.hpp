@@ -49,8 +49,14 @@ class BodyLoop {
     find_stable_step();
   }
 
-  /// Moves the tip [m] with a velocity [m/s] through a tick of h seconds and returns what the servo needs to know.
-  LocalModel<Scalar> tick(Vector const& tip, Vector const& velocity, Scalar h) {
+  /// Moves the tip [m] with a velocity [m/s] through a tick of h seconds and returns what the servo needs to know. Where `placements`, the servo's count, has
+  /// changed, the tool was not moved there but placed: nothing is touched or cut on the way, a cut in progress ends where the blade was, and the tip has to
+  /// come from outside again. A cutter without `reset(body)` can not be told.
+  LocalModel<Scalar> tick(Vector const& tip, Vector const& velocity, Scalar h, std::uint64_t placements = 0) {
+    if (placements != placements_) {
+      placements_ = placements;
+      take_tool_away();
+    }
     Vector const from = ticked_ ? last_tip_ : tip;
     last_tip_ = tip;
     ticked_ = true;
@@ -117,6 +123,12 @@ class BodyLoop {
   static constexpr int ticks_between_looks = 8;
   static constexpr int ticks_between_speeds = 4;
   static constexpr int guarded_at_once = 2;   // ticks
+
+  void take_tool_away() {
+    if constexpr (requires { cutter_.reset(body_); }) cutter_.reset(body_);
+    ticked_ = false;
+    pressed_ = 0;
+  }
 
   std::size_t revision() const noexcept {
     if constexpr (requires { body_.tissue().revision(); })
@@ -214,6 +226,7 @@ class BodyLoop {
   bool moves_ = false;
   Vector last_tip_ = Vector::Zero();
   bool ticked_ = false;
+  std::uint64_t placements_ = 0;
   bool sound_ = true;
   Scalar pressed_ = 0;   // N, of the last tick
   BodyCounts counts_;

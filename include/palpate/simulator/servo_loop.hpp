@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <type_traits>
 #include <utility>
@@ -61,7 +62,8 @@ struct DeviceScalarOf {
 /// allocate nothing. Forces are the scene's; the mapping brings them to the device's frame.
 /// The force is zero when the read failed or gave no finite position, when the body has diverged, when the force is not finite, while the
 /// chain is not armed, and, from a fault of the device on, until its next session. When the body is restored under the
-/// tool, the last force fades to zero over 50 ms, evenly; then the force model is heard again, and the tool has to touch anew.
+/// tool, the last force fades to zero over 50 ms, evenly; then the force model is heard again, and the tool has to touch anew. Where the position jumps, the
+/// tool was placed anew: `placements()` tells the body's side, and until that has answered there is no force.
 /// A force model with an overlay (see haptics/overlay.hpp) adds to the tissue's force in free space too, and goes on during that fading.
 template <class Device, class Force, RealScalar Scalar>
 class ServoLoop {
@@ -110,6 +112,7 @@ class ServoLoop {
     work_clutch(position);
     Vector const tip = mapping_.clutch_open() ? mapping_.held() : mapping_.to_world(position);
     Vector const reported = mapping_.velocity_to_world(state.velocity.template cast<Scalar>());
+    if (placed_ && static_cast<double>((tip - tip_).stableNorm()) > longest_way_) ++placements_, answer_is_due_ = true;
     if (mapping_.clutch_open())
       velocity_.setZero();
     else if (reports_velocity_ && reported.allFinite())
@@ -137,13 +140,15 @@ class ServoLoop {
     contact.seconds = since_last_;
     last_depth_ = contact.depth;
 
-    bool const asked = usable_ && model.sound && model.known && !chain_.faulted();
+    if (answer_is_due_) placed_at_ = now, answer_is_due_ = false;
+    bool const known = model.known && !(model.time < placed_at_);   // a model of where the tool was says nothing of where it is
+    bool const asked = usable_ && model.sound && known && !chain_.faulted();
     if (chain_.faulted())
       ++counts_.faulted;
     else if (!model.sound)
       ++counts_.unsound;
     WantedForce<Scalar> wanted{.inside = model.phase != CuttingPhase::no_contact && contact.depth > 0,
-                               .known = model.known,
+                               .known = known,
                                .sound = model.sound,
                                .age = std::fmax(now - model.time, sample_age_),
                                .quiet = mapping_.clutch_open()};
@@ -181,7 +186,10 @@ class ServoLoop {
     max_force_ = static_cast<DeviceScalar>(chain_.limits().max_force);
     rate_ = capabilities.rate;
     if constexpr (SurfaceForce<Force, Scalar>) force_.begin_session(rate_, model_rate);
+    longest_way_ = chain_.limits().jump * static_cast<double>(mapping_.world_from_device().scale());
     reports_velocity_ = capabilities.reports_velocity;
+    placed_at_ = -std::numeric_limits<double>::infinity();   // the clock of a session begins anew
+    answer_is_due_ = false;
     fall_silent();
     fade_left_ = 0;
     sample_age_ = 0;
@@ -194,6 +202,9 @@ class ServoLoop {
   Vector const& velocity() const noexcept { return velocity_; }
   /// Has there been a pose yet?
   bool placed() const noexcept { return placed_; }
+  /// How often the tip was found so far from where it was, above `SafetyLimits::jump`, that nobody can have moved it there: after a calibration, a long gap,
+  /// between two sessions. What is at the tip is then elsewhere without having gone the way.
+  std::uint64_t placements() const noexcept { return placements_; }
   double rate() const noexcept { return rate_; }   // Hz
   Device& device() noexcept { return device_; }
   Device const& device() const noexcept { return device_; }
@@ -278,6 +289,10 @@ class ServoLoop {
   bool usable_ = false;    // this tick's pose is new
   bool follows_ = false;   // so was the last one's: a difference of the two is a velocity
   bool placed_ = false;
+  double longest_way_ = std::numeric_limits<double>::infinity();   // m, in the world, of the tip from one sample to the next
+  std::uint64_t placements_ = 0;
+  bool answer_is_due_ = false;   // the tool was placed anew in this tick
+  double placed_at_ = -std::numeric_limits<double>::infinity();   // s, on the clock of the model's time
   Vector tip_ = Vector::Zero();
   Vector velocity_ = Vector::Zero();
   Scalar last_depth_ = 0;
