@@ -108,6 +108,36 @@ TEST_CASE("a force that is no number becomes zero, and a fault when it goes on",
   CHECK(bench.tick({0, 0, 0.1}) == Vector3<double>(0, 0, 0.1));
 }
 
+// By counting: one in p ticks of 1 ms is 1000/p a second.
+TEST_CASE("forces that are no numbers now and then are a fault where there are too many in a second", "[haptics][safety]") {
+  auto const ticks_to_fault = [](SafetyOptions const& options, int every, bool positions = false) {
+    Bench bench{.options = options};
+    bench.begin_armed();
+    for (int k = 1; k <= 20000; ++k) {
+      bool const bad = k % every == 0;
+      bench.reading.usable = !(bad && positions);
+      Vector3<double> const out = bench.tick({0, bad && !positions ? std::nan("") : 0.0, 0.1});
+      REQUIRE(out.isZero(0) == (bad || bench.chain.faulted()));
+      if (bench.chain.faulted()) return k;
+    }
+    return 0;
+  };
+  for (bool const positions : {false, true}) {
+    CAPTURE(positions);
+    CHECK(ticks_to_fault({}, 2, positions) == 2 * 21);   // one more than twenty
+    CHECK(ticks_to_fault({}, 49, positions) == 49 * 21);   // from the first to the 21st are 980 ms
+    CHECK(ticks_to_fault({}, 51, positions) == 0);         // 1,020 ms
+  }
+  CHECK(ticks_to_fault({.most_not_finite_in_window = 5, .not_finite_window = 0.1}, 19) == 19 * 6);
+  CHECK(ticks_to_fault({.most_not_finite_in_window = 5, .not_finite_window = 0.1}, 21) == 0);
+  CHECK(ticks_to_fault({.most_not_finite_in_window = 64, .not_finite_window = 1.0}, 2) == 2 * 65);
+  CHECK(ticks_to_fault({.most_not_finite_in_window = 0}, 7) == 7);
+  Bench simulated;
+  simulated.device.moves_a_hand = false;
+  simulated.begin_armed();
+  for (int k = 0; k < 3000; ++k) CHECK(simulated.tick({0, k % 2 == 0 ? std::nan("") : 0.0, 0.1}).isZero(0) == (k % 2 == 0));
+}
+
 // Closed form: per-axis clipping of (10, 1, 0) N at 3 N would turn it by 12.7 degrees.
 TEST_CASE("shortening a force keeps its direction", "[haptics][safety]") {
   Bench bench{.options = unlimited()};
@@ -442,6 +472,8 @@ TEST_CASE("options that make no sense are refused", "[haptics][safety]") {
   CHECK_THROWS_WITH(chain.begin({.ramp = INFINITY}, touch_like, 500.0), Contains(".ramp"));
   CHECK_THROWS_WITH(chain.begin({.reservoir = 0.0}, touch_like, 500.0), Contains(".reservoir"));
   CHECK_THROWS_WITH(chain.begin({.damping = INFINITY}, touch_like, 500.0), Contains(".damping"));
+  CHECK_THROWS_WITH(chain.begin({.most_not_finite_in_window = 65}, touch_like, 500.0), Contains(".most_not_finite_in_window is 65"));
+  CHECK_THROWS_WITH(chain.begin({.not_finite_window = -1.0}, touch_like, 500.0), Contains(".not_finite_window is -1 s"));
 }
 
 TEMPLATE_TEST_CASE("a tick through the chain allocates nothing", "[haptics][safety]", PALPATE_TEST_SCALARS) {

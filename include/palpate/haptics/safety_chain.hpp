@@ -124,6 +124,8 @@ class SafetyChain {
     static_cast<void>(stage_.handle(DeviceEvent::opened));
     gain_ = 0.0;
     small_ticks_ = not_finite_in_a_row_ = 0;
+    not_finite_in_all_ = 0;
+    clock_ = 0.0;
     has_position_ = has_sample_ = held_before_ = stale_ = unsound_ = interrupted_ = false;
     since_sample_ = 0.0;
     out_.setZero();
@@ -136,6 +138,7 @@ class SafetyChain {
     if (thermal_ && std::isfinite(seconds_)) thermal_->add(static_cast<double>(out_.norm()), seconds_);
     interrupted_ = false;
     since_sample_ += seconds_;
+    if (std::isfinite(seconds_)) clock_ += seconds_;
     usable_ = reading.works && reading.usable;
     safe_ = usable_;
     if (!reading.works) fault();
@@ -239,8 +242,16 @@ class SafetyChain {
 
   void count_not_finite() noexcept {
     if (not_finite_in_a_row_ == 0 && stage_.may_render()) tell(SafetyEvent::not_finite);
-    if (not_finite_in_a_row_ >= limits_.most_not_finite) fault();
+    if (not_finite_in_a_row_ >= limits_.most_not_finite || too_many_in_window()) fault();
     if (not_finite_in_a_row_ < std::numeric_limits<int>::max()) ++not_finite_in_a_row_;
+  }
+
+  /// Counts one more. With n allowed in the window, the one n before it has to be older.
+  bool too_many_in_window() noexcept {
+    auto const most = static_cast<std::uint64_t>(limits_.most_not_finite_in_window);
+    std::uint64_t const now = not_finite_in_all_++;
+    not_finite_at_[now % not_finite_at_.size()] = clock_;
+    return most < not_finite_at_.size() && now >= most && clock_ - not_finite_at_[(now - most) % not_finite_at_.size()] <= limits_.not_finite_window;
   }
 
   void check_buttons(std::uint32_t buttons) noexcept {
@@ -359,6 +370,9 @@ class SafetyChain {
   PassivityController<S> passivity_{};
   std::optional<ThermalLimit> thermal_{};
   SafetyCounts counts_{};
+  std::array<double, 65> not_finite_at_{};   // s of the session, of the last ones that were not finite
+  std::uint64_t not_finite_in_all_ = 0;
+  double clock_ = 0.0;   // s of the session
   double gain_ = 0.0, seconds_ = 0.0, since_sample_ = 0.0, earlier_energy_ = 0.0;
   double felt_ = 1.0, work_ = 1.0;   // κ s and κ/s of the mapping
   Vector3<S> out_ = Vector3<S>::Zero(), position_ = Vector3<S>::Zero();

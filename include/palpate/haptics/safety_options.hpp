@@ -25,7 +25,7 @@ namespace palpate {
 ///   gap, long_gap    5 and 50 ms, and at least 5 and 50 ticks                            none
 ///   stale_after      100 ms, or three of the body's ticks, up to 150 ms                  never
 ///   dead_man         any button, where there are buttons                                 none
-///   most_not_finite  10                                                                  any number
+///   most_not_finite  10 in a row, 20 within 1 s                                          any number
 ///   damping          about a quarter of its mass over a period, 11 N·s/m for 45 g at 1 kHz, not above its largest     none: the energy is observed alone
 struct SafetyOptions {
   std::optional<bool> protects_a_hand{};     ///< none: as the device says, `Capabilities::moves_a_hand`
@@ -44,6 +44,8 @@ struct SafetyOptions {
   double fade = 0.1;                         ///< s, in which the force of one that is too old goes to zero
   double recover = 0.2;                      ///< s, in which it comes back
   std::optional<int> most_not_finite{};      ///< forces or positions in a row that are not finite; one more is a fault
+  std::optional<int> most_not_finite_in_window{};   ///< the same, in a row or not, within the window; at most 64
+  double not_finite_window = 1.0;            ///< s
   std::optional<double> damping{};           ///< N·s/m, the most that the passivity controller adds; 0: it observes
   double reservoir = 0.005;                  ///< J; see PassivityOptions
 
@@ -72,14 +74,18 @@ struct SafetyOptions {
     require(reservoir > 0.0 && std::isfinite(reservoir), ".reservoir", reservoir, " J", "give a finite number above zero");
     require(arm_ticks >= 1, ".arm_ticks", arm_ticks, "", "give one or more");
     if (most_not_finite) require(*most_not_finite >= 0, ".most_not_finite", *most_not_finite, "", "give zero or more");
+    if (most_not_finite_in_window)
+      require(*most_not_finite_in_window >= 0 && *most_not_finite_in_window <= 64, ".most_not_finite_in_window", *most_not_finite_in_window, "", "give 0 to 64");
+    time(".not_finite_window", not_finite_window);
   }
 };
 
 /// What the chain does for one device: the options, with what the device says in the place of what they leave out. Infinity: no limit.
 struct SafetyLimits {
-  double period, max_force, slew, continuous_force, thermal_time, arm_force, ramp, overspeed, jump, gap, long_gap, stale_after, fade, recover, damping, reservoir, device_damping;
+  double period, max_force, slew, continuous_force, thermal_time, arm_force, ramp, overspeed, jump, gap, long_gap, stale_after, fade, recover, damping, reservoir, device_damping,
+      not_finite_window;
   std::uint32_t dead_man;
-  int arm_ticks, most_not_finite;
+  int arm_ticks, most_not_finite, most_not_finite_in_window;
   bool protects_a_hand;
 };
 
@@ -116,9 +122,11 @@ inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const&
           .damping = options.damping.value_or(careful ? damping : 0.0),
           .reservoir = options.reservoir,
           .device_damping = device.damping.provenance >= Provenance::datasheet ? device.damping.value : 0.0,   // a guess does not pay for energy
+          .not_finite_window = options.not_finite_window,
           .dead_man = options.dead_man.value_or(careful ? any_button : 0u),
           .arm_ticks = careful || options.arm_force ? options.arm_ticks : 1,
           .most_not_finite = options.most_not_finite.value_or(careful ? 10 : std::numeric_limits<int>::max()),
+          .most_not_finite_in_window = options.most_not_finite_in_window.value_or(careful ? 20 : std::numeric_limits<int>::max()),
           .protects_a_hand = careful};
 }
 
