@@ -202,7 +202,9 @@ TEST_CASE("a tool that begins in the tissue stays disarmed until it leaves", "[h
   bench.begin();
   for (int k = 0; k < 1000; ++k) REQUIRE(bench.tick({0, 0, 5.0}).isZero(0));   // 10 mm inside 500 N/m
   CHECK(bench.chain.stage() == DeviceStage::open);
-  CHECK(bench.events.empty());
+  CHECK(bench.chain.waits_for() == ArmingWaitsFor::small_force);
+  CHECK(bench.told(SafetyEvent::arming_waits) <= 1);
+  CHECK(static_cast<int>(bench.events.size()) == bench.told(SafetyEvent::arming_waits));
   for (int k = 0; k < 3; ++k) bench.tick({0, 0, 0.1});
   CHECK(bench.tick({0, 0, 5.0}).isZero(0));   // only three ticks
   for (int k = 0; k < 4; ++k) bench.tick({0, 0, 0.1});
@@ -365,6 +367,90 @@ TEST_CASE("the hand feels only while it holds a button", "[haptics][safety]") {
 
 namespace {
 
+/// What keeps a chain from arming, and how it ends.
+struct WaitCase {
+  ArmingWaitsFor what;
+  void (*make)(Bench&);
+  void (*mend)(Bench&);
+};
+
+WaitCase const wait_cases[] = {
+    {ArmingWaitsFor::sample, [](Bench& b) { b.reading.fresh = false; }, [](Bench& b) { b.reading.fresh = true; }},
+    {ArmingWaitsFor::calibration, [](Bench& b) { b.reading.calibration = Calibration::needs_hand; }, [](Bench& b) { b.reading.calibration = Calibration::good; }},
+    {ArmingWaitsFor::steady_ticks, [](Bench& b) { b.reading.seconds = 0.0051; }, [](Bench& b) { b.reading.seconds = 0.001; }},
+    {ArmingWaitsFor::slower_hand, [](Bench& b) { b.reading.position.x() += 0.002; }, [](Bench&) {}},
+    {ArmingWaitsFor::sound_body, [](Bench& b) { b.wanted.sound = false; }, [](Bench& b) { b.wanted.sound = true; }},
+    {ArmingWaitsFor::answer_of_body, [](Bench& b) { b.wanted.known = false; }, [](Bench& b) { b.wanted.known = true; }},
+    {ArmingWaitsFor::fresh_model, [](Bench& b) { b.wanted.age = 0.2; }, [](Bench& b) { b.wanted.age = 0.0; }},
+    {ArmingWaitsFor::tool_outside, [](Bench& b) { b.wanted.inside = true; }, [](Bench& b) { b.wanted.inside = false; }},
+    {ArmingWaitsFor::button, [](Bench& b) { b.reading.buttons = 0; }, [](Bench& b) { b.reading.buttons = 1; }},
+    {ArmingWaitsFor::small_force, [](Bench& b) { b.wanted.force.z() = 0.21; }, [](Bench& b) { b.wanted.force.z() = 0.1; }},
+};
+
+}  // namespace
+
+TEST_CASE("a chain that does not arm says what it waits for, at once, and tells it once after a second", "[haptics][safety]") {
+  for (WaitCase const& wait : wait_cases) {
+    INFO(to_string(wait.what));
+    Bench bench{.options = {.damping = 0.0}};
+    bench.begin();
+    double waited = 0.0;
+    int ticks = 0;
+    for (; ticks < 3000 && bench.events.empty(); ++ticks) {
+      wait.make(bench);
+      bench.tick();
+      waited += bench.reading.seconds;
+      if (ticks > 0) REQUIRE(bench.chain.waits_for() == wait.what);   // the first has none before it
+    }
+    CHECK(bench.events == std::vector<SafetyEvent>{SafetyEvent::arming_waits});
+    CHECK(waited == Approx(1.0).margin(0.035));
+    for (int k = 0; k < 3000; ++k) wait.make(bench), bench.tick();
+    CHECK(bench.told(SafetyEvent::arming_waits) == 1);
+    wait.mend(bench);
+    bench.ticks(3);
+    CHECK(bench.chain.waits_for() == wait.what);   // not for long enough yet
+    bench.ticks(3);
+    CHECK(bench.chain.waits_for() == ArmingWaitsFor::nothing);
+    CHECK(bench.events == std::vector<SafetyEvent>{SafetyEvent::arming_waits, SafetyEvent::armed});
+  }
+}
+
+TEST_CASE("what arming waits for is told again when it has changed, and the foremost is told first", "[haptics][safety]") {
+  Bench bench{.options = {.tell_waiting = 0.05}};
+  bench.begin();
+  CHECK(bench.chain.waits_for() == ArmingWaitsFor::sample);
+  bench.wanted.inside = true;
+  bench.wanted.force.z() = 1.0;
+  bench.reading.buttons = 0;
+  bench.ticks(100);
+  CHECK(bench.chain.waits_for() == ArmingWaitsFor::tool_outside);
+  bench.wanted.inside = false;
+  bench.ticks(40);
+  CHECK(bench.chain.waits_for() == ArmingWaitsFor::button);
+  CHECK(bench.told(SafetyEvent::arming_waits) == 1);   // not for long enough yet
+  bench.ticks(60);
+  CHECK(bench.told(SafetyEvent::arming_waits) == 2);
+  bench.reading.buttons = 1;
+  for (int k = 0; k < 100; ++k) bench.tick({0, 0, k % 3 == 0 ? 0.25 : 0.15});   // swings around the limit
+  CHECK(bench.chain.waits_for() == ArmingWaitsFor::small_force);
+  CHECK(bench.told(SafetyEvent::arming_waits) == 3);
+  bench.tick({0, 0, 0.15}), bench.ticks(4);
+  CHECK(bench.chain.waits_for() == ArmingWaitsFor::nothing);
+  bench.chain.write_failed();
+  CHECK(bench.chain.waits_for() == ArmingWaitsFor::new_session);
+  bench.ticks(200);
+  CHECK(bench.chain.waits_for() == ArmingWaitsFor::new_session);
+  CHECK(bench.told(SafetyEvent::arming_waits) == 3);   // the fault was told
+  CHECK(bench.told(SafetyEvent::fault) == 1);
+  Bench silent{.options = {.tell_waiting = std::numeric_limits<double>::infinity()}};
+  silent.reading.buttons = 0;
+  silent.begin();
+  silent.ticks(5000);
+  CHECK(silent.events.empty());
+}
+
+namespace {
+
 /// What can go wrong, and what it has to end in.
 struct FaultCase {
   std::string name;
@@ -474,6 +560,7 @@ TEST_CASE("options that make no sense are refused", "[haptics][safety]") {
   CHECK_THROWS_WITH(chain.begin({.damping = INFINITY}, touch_like, 500.0), Contains(".damping"));
   CHECK_THROWS_WITH(chain.begin({.most_not_finite_in_window = 65}, touch_like, 500.0), Contains(".most_not_finite_in_window is 65"));
   CHECK_THROWS_WITH(chain.begin({.not_finite_window = -1.0}, touch_like, 500.0), Contains(".not_finite_window is -1 s"));
+  CHECK_THROWS_WITH(chain.begin({.tell_waiting = std::nan("")}, touch_like, 500.0), Contains(".tell_waiting"));
 }
 
 TEMPLATE_TEST_CASE("a tick through the chain allocates nothing", "[haptics][safety]", PALPATE_TEST_SCALARS) {

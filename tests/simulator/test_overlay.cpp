@@ -40,16 +40,26 @@ struct Stage {
   int times = 0;
   std::vector<ToolMotion<double>> told;
   LocalModel<double> model;
+  int ticks = 0;
   ServoLoop<Puppet<double>, Overlaid<Answer<double>, Told>, double> servo{Puppet<double>(strings),
                                                                           Overlaid(Answer<double>{&tissue, &asked, &times}, Told{&over, &told})};
 
-  Stage() { servo.begin_session(); }
+  explicit Stage(bool moves_a_hand = false) {
+    strings.capabilities.moves_a_hand = moves_a_hand;
+    servo.begin_session();
+  }
   Vector3<double> tick(Vector3<double> const& tip = Vector3<double>::Zero()) {
     strings.next.position = tip;
     servo.read(1e-3);
-    return servo.respond(model, 0.0).force;
+    return servo.respond(model, 1e-3 * ticks++).force;
   }
 };
+
+std::vector<ServoEvent> told_by(ServoEvents& events) {
+  std::vector<ServoEvent> all;
+  while (auto const event = events.pop()) all.push_back(*event);
+  return all;
+}
 
 struct Reset {
   int* count;
@@ -148,4 +158,24 @@ TEST_CASE("overlays over overlays add up, and are validated and reset with the f
   counted.reset();
   counted.validate();
   CHECK(count == 2);
+}
+
+TEST_CASE("an overlay above what arms is not felt by a protected hand, and the hand's host is told why", "[simulator][overlay][safety]") {
+  Stage stage(true);   // it pulls with 0.5 N where 0.2 N may begin
+  for (int k = 0; k < 3000; ++k) REQUIRE(stage.tick().isZero(0));
+  CHECK(stage.servo.chain().stage() == DeviceStage::open);
+  CHECK(stage.servo.counts().waits_for == ArmingWaitsFor::small_force);
+  auto told = told_by(stage.servo.events());
+  REQUIRE(told.size() == 1);
+  CHECK(told[0].what == SafetyEvent::arming_waits);
+  CHECK(told[0].waits_for == ArmingWaitsFor::small_force);
+  CHECK(told[0].time == Approx(1.0).margin(0.003));
+  CHECK_FALSE(stage.told.back().continues);
+  stage.over.x() = 0.15;
+  for (int k = 0; k < 4; ++k) stage.tick();
+  CHECK(stage.tick() == Vector3<double>(0.15, 0, 0));
+  CHECK(stage.servo.counts().waits_for == ArmingWaitsFor::nothing);
+  told = told_by(stage.servo.events());
+  REQUIRE(told.size() == 1);
+  CHECK(told[0].what == SafetyEvent::armed);
 }

@@ -23,6 +23,7 @@ namespace palpate {
 /// What the safety chain did of its own accord; told once when it begins, not in every tick.
 enum class SafetyEvent {
   armed,              ///< the hand feels from now on
+  arming_waits,       ///< for longer than `SafetyOptions::tell_waiting`, for what `waits_for()` says; told again when that has changed
   dead_man_released,  ///< no button is held any more
   tick_gap,           ///< two ticks were far apart: the force comes back on a ramp
   long_gap,           ///< they were so far apart that the chain disarmed
@@ -39,6 +40,7 @@ enum class SafetyEvent {
 constexpr char const* to_string(SafetyEvent event) noexcept {
   switch (event) {
     case SafetyEvent::armed: return "armed";
+    case SafetyEvent::arming_waits: return "arming waits";
     case SafetyEvent::dead_man_released: return "dead-man button released";
     case SafetyEvent::tick_gap: return "gap between ticks";
     case SafetyEvent::long_gap: return "long gap between ticks";
@@ -50,6 +52,43 @@ constexpr char const* to_string(SafetyEvent event) noexcept {
     case SafetyEvent::body_unsound: return "body diverged";
     case SafetyEvent::not_finite: return "not a number";
     case SafetyEvent::fault: return "fault";
+  }
+  return "unknown";
+}
+
+/// What has to come before the hand feels anything; where several are missing, the first of them in this order. While all is there, but not for
+/// `SafetyOptions::arm_ticks` in a row yet, it is what was missing last.
+enum class ArmingWaitsFor {
+  nothing,         ///< it is armed
+  new_session,     ///< after a fault
+  sample,          ///< of the hand, new and finite
+  calibration,     ///< of the device
+  steady_ticks,    ///< there was a gap between ticks, or a jump of the position
+  slower_hand,     ///< it is above the limit of speed
+  sound_body,      ///< it has diverged
+  answer_of_body,  ///< there is none yet
+  fresh_model,     ///< the last one is too old, or the device has had no new sample for so long
+  tool_outside,    ///< the tip is in the tissue
+  button,          ///< none of `SafetyOptions::dead_man` is held
+  finite_force,    ///< the wanted one is no number
+  small_force      ///< the wanted one is above `SafetyLimits::arm_force`: an overlay, or the weight of a tool. `SafetyOptions::arm_force` can be raised
+};
+
+constexpr char const* to_string(ArmingWaitsFor what) noexcept {
+  switch (what) {
+    case ArmingWaitsFor::nothing: return "nothing";
+    case ArmingWaitsFor::new_session: return "a new session, after a fault";
+    case ArmingWaitsFor::sample: return "a new sample of the hand";
+    case ArmingWaitsFor::calibration: return "a calibrated device";
+    case ArmingWaitsFor::steady_ticks: return "ticks without gaps and jumps";
+    case ArmingWaitsFor::slower_hand: return "a slower hand";
+    case ArmingWaitsFor::sound_body: return "a body that has not diverged";
+    case ArmingWaitsFor::answer_of_body: return "the first answer of the body";
+    case ArmingWaitsFor::fresh_model: return "a fresh local model";
+    case ArmingWaitsFor::tool_outside: return "the tool to leave the tissue";
+    case ArmingWaitsFor::button: return "a dead-man button to be held";
+    case ArmingWaitsFor::finite_force: return "a force that is a number";
+    case ArmingWaitsFor::small_force: return "a wanted force below the one that arms";
   }
   return "unknown";
 }
@@ -92,7 +131,7 @@ struct WantedForce {
 /// Between every force and a device: nothing is written but what comes out of here.
 ///   finite check → passivity → mapping to the device → magnitude → slew → thermal → ramp
 /// Arms       where nothing stands against it and the wanted force has been small for some ticks: a tool that begins in the tissue stays disarmed until
-///            is in front of it. Disarms where a button is not held, at overspeed, after a long gap, without calibration, when the body diverges; a fault
+///            is in front of it. `waits_for()` says what is missing, and an event does where that lasts. Disarms where a button is not held, at overspeed, after a long gap, without calibration, when the body diverges; a fault
 ///            ends it until the next session.
 /// Stages     those of DeviceLifecycle. Zero is written in the tick in which one is left that may render, without slew; nothing else passes the slew limit.
 /// Units      SI; forces in the world's frame come in, in the device's frame they go out.
@@ -125,7 +164,9 @@ class SafetyChain {
     gain_ = 0.0;
     small_ticks_ = not_finite_in_a_row_ = 0;
     not_finite_in_all_ = 0;
-    clock_ = 0.0;
+    clock_ = waited_ = 0.0;
+    missing_ = waits_for_ = ArmingWaitsFor::sample;
+    told_waiting_ = false;
     has_position_ = has_sample_ = held_before_ = stale_ = unsound_ = interrupted_ = false;
     since_sample_ = 0.0;
     out_.setZero();
@@ -140,19 +181,20 @@ class SafetyChain {
     since_sample_ += seconds_;
     if (std::isfinite(seconds_)) clock_ += seconds_;
     usable_ = reading.works && reading.usable;
-    safe_ = usable_;
+    missing_ = faulted() ? ArmingWaitsFor::new_session : ArmingWaitsFor::nothing;
+    if (!usable_) miss(ArmingWaitsFor::sample);
     if (!reading.works) fault();
     if (reading.works && !reading.usable) count_not_finite();
     check_buttons(reading.buttons);
     if (reading.calibration != Calibration::good) {
-      if (stage_.stage() != DeviceStage::calibrating) disarm(DeviceEvent::calibration_lost, SafetyEvent::not_calibrated);
-      safe_ = false;
+      if (stage_.stage() != DeviceStage::calibrating) disarm(DeviceEvent::calibration_lost, SafetyEvent::not_calibrated, ArmingWaitsFor::calibration);
+      miss(ArmingWaitsFor::calibration);
     } else if (stage_.stage() == DeviceStage::calibrating) {
       static_cast<void>(stage_.handle(DeviceEvent::calibrated));
     }
     check_gap();
     if (usable_) check_motion(reading.position, reading.fresh);
-    if (!has_sample_) safe_ = false;
+    if (!has_sample_) miss(ArmingWaitsFor::sample);
     if (interrupted_ && limits_.protects_a_hand) passivity_.skip_way();   // nobody pushed the tip there
   }
 
@@ -164,14 +206,15 @@ class SafetyChain {
       if (wanted.force.allFinite())
         force = wanted.force, not_finite_in_a_row_ = 0;
       else
-        count_not_finite(), ++counts_.not_finite, safe_ = false;
+        count_not_finite(), ++counts_.not_finite, miss(ArmingWaitsFor::finite_force);
     }
     double const asked = static_cast<double>(mapping.force_to_device(force).stableNorm());   // damping may not make it look small
     if (usable_) force = made_passive(wanted, force, mapping.velocity_to_world(position_));   // the hand's own way, also while a clutch holds the tip
     force = mapping.force_to_device(force);
     force = limited_to_maximum(force);
-    if (wanted.inside && limits_.protects_a_hand) safe_ = false;
+    if (wanted.inside && limits_.protects_a_hand) miss(ArmingWaitsFor::tool_outside);
     arm(asked);
+    wait();
     if (wanted.known) advance_ramp(wanted.quiet);
     Vector3<S> out = Vector3<S>::Zero();
     if (usable_ && stage_.may_render() && wanted.sound && not_finite_in_a_row_ == 0 && gain_ > 0.0)
@@ -190,6 +233,8 @@ class SafetyChain {
   bool interrupted() const noexcept { return interrupted_; }
   DeviceStage stage() const noexcept { return stage_.stage(); }
   bool faulted() const noexcept { return stage_.stage() == DeviceStage::faulted; }
+  /// What arming waits for now, the foremost; `nothing` while the hand may feel.
+  ArmingWaitsFor waits_for() const noexcept { return waits_for_; }
   /// 0 to 1, the share of the force that was written.
   double gain() const noexcept { return gain_; }
   SafetyLimits const& limits() const noexcept { return limits_; }
@@ -214,18 +259,25 @@ class SafetyChain {
     if (event_count_ < events_.size()) events_[event_count_++] = event;
   }
 
+  /// Nothing arms in this tick.
+  void miss(ArmingWaitsFor what) noexcept {
+    if (missing_ == ArmingWaitsFor::nothing || what < missing_) missing_ = what;
+  }
+
   void fault() noexcept {
-    usable_ = safe_ = false;
+    usable_ = false;
+    miss(ArmingWaitsFor::new_session);
+    waits_for_ = ArmingWaitsFor::new_session;
     if (faulted()) return;
     static_cast<void>(stage_.handle(DeviceEvent::fault));
     gain_ = 0.0;
     tell(SafetyEvent::fault);
   }
   /// Motors off in this tick; `event` is told where they were on.
-  void disarm(DeviceEvent why, SafetyEvent event) noexcept {
+  void disarm(DeviceEvent why, SafetyEvent event, ArmingWaitsFor what) noexcept {
     bool const rendered = stage_.may_render();
     static_cast<void>(stage_.handle(why));
-    safe_ = false;
+    miss(what);
     small_ticks_ = 0;
     gain_ = 0.0;
     if (rendered) tell(event);
@@ -233,6 +285,7 @@ class SafetyChain {
   /// Begins the force anew, on a ramp.
   void interrupt(SafetyEvent event) noexcept {
     interrupted_ = true;
+    miss(ArmingWaitsFor::steady_ticks);
     if (stage_.may_render()) tell(event);
     static_cast<void>(stage_.handle(DeviceEvent::interrupted));
     stale_ = false;
@@ -258,8 +311,8 @@ class SafetyChain {
     if (limits_.dead_man == 0 || faulted()) return;
     bool const held = (buttons & limits_.dead_man) != 0;
     if (!held) {
-      if (held_before_) disarm(DeviceEvent::disarm, SafetyEvent::dead_man_released);
-      safe_ = false;
+      if (held_before_) disarm(DeviceEvent::disarm, SafetyEvent::dead_man_released, ArmingWaitsFor::button);
+      miss(ArmingWaitsFor::button);
     }
     held_before_ = held;
   }
@@ -268,7 +321,7 @@ class SafetyChain {
     if (!has_position_ || faulted()) return;
     if (seconds_ > limits_.long_gap) {
       interrupted_ = true;
-      disarm(DeviceEvent::disarm, SafetyEvent::long_gap);
+      disarm(DeviceEvent::disarm, SafetyEvent::long_gap, ArmingWaitsFor::steady_ticks);
     } else if (seconds_ > limits_.gap) {
       interrupt(SafetyEvent::tick_gap);
     }
@@ -281,7 +334,7 @@ class SafetyChain {
       if (way > limits_.jump * ticks)
         interrupt(SafetyEvent::position_jump);
       else if (way > limits_.overspeed * std::max(since_sample_, limits_.period))
-        disarm(DeviceEvent::disarm, SafetyEvent::overspeed);
+        disarm(DeviceEvent::disarm, SafetyEvent::overspeed, ArmingWaitsFor::slower_hand);
     }
     position_ = position;
     has_position_ = true;
@@ -289,14 +342,14 @@ class SafetyChain {
   }
 
   void check_model(WantedForce<S> const& wanted) noexcept {
-    if (!wanted.known) safe_ = false;
+    if (!wanted.known) miss(ArmingWaitsFor::answer_of_body);
     if (!wanted.sound) {
-      if (!unsound_) disarm(DeviceEvent::disarm, SafetyEvent::body_unsound);
-      safe_ = false;
+      if (!unsound_) disarm(DeviceEvent::disarm, SafetyEvent::body_unsound, ArmingWaitsFor::sound_body);
+      miss(ArmingWaitsFor::sound_body);
     }
     unsound_ = !wanted.sound;
     bool const stale = wanted.age > limits_.stale_after;
-    if (stale) safe_ = false;
+    if (stale) miss(ArmingWaitsFor::fresh_model);
     if (stale != stale_ && (stage_.stage() == DeviceStage::running || stage_.stage() == DeviceStage::stale)) {
       static_cast<void>(stage_.handle(stale ? DeviceEvent::data_late : DeviceEvent::data_fresh));
       tell(stale ? SafetyEvent::model_stale : SafetyEvent::model_fresh);
@@ -319,17 +372,32 @@ class SafetyChain {
   }
 
   void arm(double wanted) noexcept {
-    if (stage_.stage() != DeviceStage::open || !safe_) {
+    if (!(wanted <= limits_.arm_force)) miss(ArmingWaitsFor::small_force);
+    if (stage_.stage() != DeviceStage::open || missing_ != ArmingWaitsFor::nothing) {
       small_ticks_ = 0;
       return;
     }
-    small_ticks_ = wanted <= limits_.arm_force ? small_ticks_ + 1 : 0;
-    if (small_ticks_ < limits_.arm_ticks) return;
+    if (++small_ticks_ < limits_.arm_ticks) return;
     static_cast<void>(stage_.handle(DeviceEvent::arm));
     static_cast<void>(stage_.handle(DeviceEvent::ramped));   // the force is small: it needs no ramp
     gain_ = 1.0;
     recovers_ = false;
     tell(SafetyEvent::armed);
+  }
+
+  /// While the ticks are counted, what was missing stays: a force that swings around the limit is one reason, not many.
+  void wait() noexcept {
+    ArmingWaitsFor const now = stage_.may_render() ? ArmingWaitsFor::nothing : missing_ != ArmingWaitsFor::nothing ? missing_ : waits_for_;
+    if (now != waits_for_) {
+      waits_for_ = now;
+      waited_ = 0.0;
+      told_waiting_ = false;
+    } else if (double const passed = std::min(seconds_, limits_.gap); std::isfinite(passed)) {   // a program that stands still does not wait
+      waited_ += passed;
+    }
+    if (told_waiting_ || now == ArmingWaitsFor::nothing || faulted() || !(waited_ > limits_.tell_waiting)) return;
+    told_waiting_ = true;
+    tell(SafetyEvent::arming_waits);
   }
 
   void advance_ramp(bool quiet) noexcept {
@@ -370,6 +438,8 @@ class SafetyChain {
   PassivityController<S> passivity_{};
   std::optional<ThermalLimit> thermal_{};
   SafetyCounts counts_{};
+  ArmingWaitsFor missing_ = ArmingWaitsFor::sample, waits_for_ = ArmingWaitsFor::sample;   // in this tick; for arming
+  double waited_ = 0.0;   // s
   std::array<double, 65> not_finite_at_{};   // s of the session, of the last ones that were not finite
   std::uint64_t not_finite_in_all_ = 0;
   double clock_ = 0.0;   // s of the session
@@ -377,7 +447,7 @@ class SafetyChain {
   double felt_ = 1.0, work_ = 1.0;   // κ s and κ/s of the mapping
   Vector3<S> out_ = Vector3<S>::Zero(), position_ = Vector3<S>::Zero();
   int small_ticks_ = 0, not_finite_in_a_row_ = 0;
-  bool usable_ = false, safe_ = false, has_position_ = false, has_sample_ = false, held_before_ = false, stale_ = false, unsound_ = false, interrupted_ = false, recovers_ = false;
+  bool usable_ = false, told_waiting_ = false, has_position_ = false, has_sample_ = false, held_before_ = false, stale_ = false, unsound_ = false, interrupted_ = false, recovers_ = false;
   std::array<SafetyEvent, 16> events_{};
   std::size_t event_count_ = 0;
 };

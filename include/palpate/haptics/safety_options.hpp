@@ -34,6 +34,7 @@ struct SafetyOptions {
   std::optional<double> thermal_time{};      ///< s, in which the motors warm up; 0: not limited
   std::optional<double> arm_force{};         ///< N; the chain arms where the wanted force is below it
   int arm_ticks = 4;                         ///< for so many ticks in a row
+  double tell_waiting = 1.0;                 ///< s, after which an event tells that arming waits; infinity: never
   double ramp = 0.1;                         ///< s, in which the force comes back after a gap or a jump
   std::optional<double> overspeed{};         ///< m/s, of the device; infinity: not limited
   std::optional<double> jump{};              ///< m, of the device in one tick; beyond it the tool was placed, not moved. Infinity: not limited
@@ -65,6 +66,7 @@ struct SafetyOptions {
     limit(".jump", jump, " m");
     if (thermal_time) time(".thermal_time", *thermal_time);
     if (damping) require(*damping >= 0.0 && std::isfinite(*damping), ".damping", *damping, " N·s/m", "give a finite number, zero or more");
+    require(tell_waiting >= 0.0, ".tell_waiting", tell_waiting, " s", "give zero or more, infinity for never");
     time(".ramp", ramp);
     time(".fade", fade);
     time(".recover", recover);
@@ -83,7 +85,7 @@ struct SafetyOptions {
 /// What the chain does for one device: the options, with what the device says in the place of what they leave out. Infinity: no limit.
 struct SafetyLimits {
   double period, max_force, slew, continuous_force, thermal_time, arm_force, ramp, overspeed, jump, gap, long_gap, stale_after, fade, recover, damping, reservoir, device_damping,
-      not_finite_window;
+      not_finite_window, tell_waiting;
   std::uint32_t dead_man;
   int arm_ticks, most_not_finite, most_not_finite_in_window;
   bool protects_a_hand;
@@ -123,6 +125,7 @@ inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const&
           .reservoir = options.reservoir,
           .device_damping = device.damping.provenance >= Provenance::datasheet ? device.damping.value : 0.0,   // a guess does not pay for energy
           .not_finite_window = options.not_finite_window,
+          .tell_waiting = options.tell_waiting,
           .dead_man = options.dead_man.value_or(careful ? any_button : 0u),
           .arm_ticks = careful || options.arm_force ? options.arm_ticks : 1,
           .most_not_finite = options.most_not_finite.value_or(careful ? 10 : std::numeric_limits<int>::max()),

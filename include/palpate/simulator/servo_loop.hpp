@@ -38,12 +38,14 @@ struct ServoCounts {
   std::uint64_t unsound = 0;      ///< ticks without force because the body had diverged
   std::uint64_t faded = 0;        ///< ticks in which the force of before a restoration faded
   SafetyCounts safety{};
+  ArmingWaitsFor waits_for = ArmingWaitsFor::sample;   ///< what has to come before the hand feels anything; `nothing` while it may
 };
 
 /// What the safety chain did, and when [s of simulated time].
 struct ServoEvent {
   double time = 0.0;
   SafetyEvent what = SafetyEvent::armed;
+  ArmingWaitsFor waits_for = ArmingWaitsFor::nothing;   ///< what arming waits for at the end of that tick
 };
 using ServoEvents = EventRing<ServoEvent, 256>;
 
@@ -162,7 +164,7 @@ class ServoLoop {
       ++counts_.unwritten;
       chain_.write_failed();
     }
-    while (auto const event = chain_.pop_event()) static_cast<void>(events_->push({time, *event}));
+    while (auto const event = chain_.pop_event()) static_cast<void>(events_->push({time, *event, chain_.waits_for()}));
 
     Tick tick;
     tick.time = time;
@@ -212,6 +214,7 @@ class ServoLoop {
   ServoCounts counts() const noexcept {
     ServoCounts all = counts_;
     all.safety = chain_.counts();
+    all.waits_for = chain_.waits_for();
     return all;
   }
   SafetyChain<Scalar> const& chain() const noexcept { return chain_; }
