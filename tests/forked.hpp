@@ -5,8 +5,10 @@
 
 #if __has_include(<sys/wait.h>)
 #include <csignal>
+#include <chrono>
 #include <cstddef>
 #include <exception>
+#include <thread>
 #include <sys/wait.h>
 #include <unistd.h>
 #endif
@@ -56,5 +58,52 @@ Child in_child([[maybe_unused]] Function body) {
 #endif
   return child;
 }
+
+/// Stops this whole process once, as a debugger or a shell does, and lets it go on after a while. For a child only, and to be made before it has
+/// threads: a shell would notice its own program's stop.
+class Stopper {
+ public:
+  explicit Stopper([[maybe_unused]] int milliseconds) {
+#if __has_include(<sys/wait.h>)
+    int ends[2];
+    if (::pipe(ends) != 0) return;
+    ::pid_t const here = ::getpid();
+    helper_ = ::fork();
+    if (helper_ == 0) {
+      char byte = 0;
+      ::close(ends[1]);
+      if (::read(ends[0], &byte, 1) == 1) {
+        ::kill(here, SIGSTOP);
+        std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+        ::kill(here, SIGCONT);
+      }
+      ::_exit(0);
+    }
+    ::close(ends[0]);
+    tell_ = ends[1];
+#endif
+  }
+  ~Stopper() {
+#if __has_include(<sys/wait.h>)
+    if (tell_ >= 0) ::close(tell_);
+    if (helper_ > 0) ::waitpid(helper_, nullptr, 0);
+#endif
+  }
+  Stopper(Stopper const&) = delete;
+  Stopper& operator=(Stopper const&) = delete;
+
+  /// Soon, not within the call.
+  bool stop() noexcept {
+#if __has_include(<sys/wait.h>)
+    return helper_ > 0 && ::write(tell_, "s", 1) == 1;
+#else
+    return false;
+#endif
+  }
+
+ private:
+  int tell_ = -1;
+  int helper_ = -1;   // its process
+};
 
 }  // namespace palpate_test

@@ -328,6 +328,120 @@ TEST_CASE("after a gap the force comes back on a ramp, after a long one it has t
   for (int k = 0; k < 100; ++k) REQUIRE(bench.tick(force).isZero(0));   // still inside
 }
 
+// The watchdog's times are seconds: 100 ms frozen and 100 ms of fading, whatever ticks are left out on the way.
+TEST_CASE("the force is gone as soon, and comes back no sooner, when ticks are skipped", "[haptics][safety]") {
+  Random random(Seed{5});
+  for (int const each : {1, 2, 4, 0}) {   // periods from tick to tick; 0: one to five
+    CAPTURE(each);
+    auto const advance = [&](Bench& bench) { return bench.reading.seconds = 0.001 * (each > 0 ? each : 1 + static_cast<int>(5 * random.uniform<double>()) % 5); };
+    Bench stale{.options = {.damping = 0.0}};
+    stale.begin_armed();
+    Vector3<double> const force{0, 0, 0.8};
+    stale.tick(force), stale.tick(force);
+    double zero_at = 0.0;
+    for (double const end = 0.3; stale.wanted.age < end;) {
+      stale.wanted.age += advance(stale);
+      double const out = stale.tick(force).z(), late = stale.wanted.age - 0.1;
+      if (late <= 0.0) REQUIRE(out == 0.8);
+      if (late > 0.0) REQUIRE(out <= 0.8 * std::max(0.0, 1 - (late - 0.005) / 0.1) + 1e-9);
+      if (out == 0.0 && zero_at == 0.0) zero_at = stale.wanted.age;
+    }
+    CHECK(zero_at > 0.195);
+    CHECK(zero_at <= 0.2051);
+    stale.wanted.age = 0.0;
+    for (int k = 1; k <= 200; ++k) {   // a tick that was late brings it back by no more than one that was not
+      advance(stale);
+      REQUIRE(stale.tick(force).z() <= 0.8 * k / 200 * (1 + 1e-9));
+    }
+    Bench clutch{.options = {.damping = 0.0}};
+    clutch.begin_armed();
+    clutch.tick(force), clutch.tick(force);
+    clutch.wanted.quiet = true;
+    double passed = 0.0;
+    while (clutch.tick().z() > 0.0) REQUIRE((passed += advance(clutch)) < 0.11);
+    CHECK(passed > 0.09);
+  }
+}
+
+// Closed forms in seconds; a loop at a hundredth of a second sees them in steps of that.
+TEST_CASE("limits per second and times are the same for a loop of 100, 1000 and 4000 Hz", "[haptics][safety]") {
+  for (double const rate : {100.0, 1000.0, 4000.0}) {
+    CAPTURE(rate);
+    double const period = 1.0 / rate;
+    auto const bench_with = [&](SafetyOptions const& options) {
+      Bench bench{.options = options};
+      bench.device.rate = rate;
+      bench.reading.seconds = period;
+      bench.begin_armed();
+      return bench;
+    };
+    auto const ticks_of = [&](double seconds) { return static_cast<int>(std::lround(seconds * rate)); };
+    Vector3<double> const force{0, 0, 0.8};
+
+    Bench slew = bench_with({.slew = 10.0, .damping = 0.0});   // 0.8 N in 80 ms
+    for (int k = 1; k <= ticks_of(0.2); ++k) REQUIRE(slew.tick(force).z() == Approx(std::min(0.8, 10.0 * k * period)).epsilon(1e-9));
+
+    Bench gap = bench_with({.damping = 0.0});
+    for (int k = 0; k < 7; ++k) gap.tick(force);
+    double const limit = std::max(0.005, 5 * period), long_limit = std::max(0.05, 50 * period);
+    gap.reading.seconds = 0.99 * limit;
+    CHECK(gap.tick(force) == force);
+    gap.reading.seconds = 1.01 * limit;
+    CHECK(gap.tick(force).isZero(0));
+    CHECK(gap.chain.stage() == DeviceStage::arming);
+    gap.reading.seconds = period;
+    for (int k = 1; k <= ticks_of(0.1); ++k) REQUIRE(gap.tick(force).z() == Approx(0.8 * k * period / 0.1).epsilon(1e-9));
+    gap.tick(force);
+    CHECK(gap.chain.stage() == DeviceStage::running);
+    gap.reading.seconds = 0.99 * long_limit;
+    gap.tick(force);
+    CHECK(gap.chain.stage() == DeviceStage::arming);
+    gap.reading.seconds = 1.01 * long_limit;
+    gap.tick(force);
+    CHECK(gap.chain.stage() == DeviceStage::open);
+
+    Bench stale = bench_with({.damping = 0.0});
+    for (int k = 0; k < 7; ++k) stale.tick(force);
+    auto const aged = [&](int ticks) {
+      double out = 0.0;
+      for (int k = 0; k < ticks; ++k) stale.wanted.age += period, out = stale.tick(force).z();
+      return out;
+    };
+    CHECK(aged(ticks_of(0.1) - 1) == 0.8);
+    CHECK(aged(ticks_of(0.05) + 1) == Approx(0.4).margin(0.8 * period / 0.1 + 1e-9));
+    CHECK(aged(ticks_of(0.05) + 1) == 0.0);
+
+    Bench fast = bench_with({.damping = 0.0});
+    for (int k = 0; k < 20; ++k) {
+      fast.reading.position.x() += 0.95 * period;   // m/s
+      fast.tick({0, 0, 0.1});
+    }
+    CHECK(fast.chain.stage() == DeviceStage::running);
+    fast.reading.position.x() += 1.05 * period;
+    fast.tick();
+    CHECK(fast.told(SafetyEvent::overspeed) == 1);
+    fast.ticks(5);
+    fast.reading.position.x() += 1.05 * std::max(0.005, 2 * period);
+    fast.tick();
+    CHECK(fast.told(SafetyEvent::position_jump) == 1);
+
+    Bench warm = bench_with({.max_force = 3.3, .damping = 0.0});
+    int full = 0;
+    for (int k = 0; k < ticks_of(3.0); ++k)
+      if (warm.tick({3.3, 0, 0}).x() > 3.299) ++full;
+    CHECK(full * period == Approx(-10.0 * std::log1p(-0.8 * 0.88 * 0.88 / (3.3 * 3.3))).margin(2.5 * period + 0.012));   // until 0.8 F_c²
+
+    Bench numbers = bench_with({});   // some 15 of them in a second are as many as at another rate
+    int every = ticks_of(1.0 / 15), ticks = 0;
+    for (; ticks < ticks_of(4.0) && !numbers.chain.faulted(); ++ticks) numbers.tick({0, ticks % every == 0 ? std::nan("") : 0.0, 0});
+    CHECK_FALSE(numbers.chain.faulted());
+    every = ticks_of(1.0 / 25);
+    for (ticks = 0; ticks < ticks_of(4.0) && !numbers.chain.faulted(); ++ticks) numbers.tick({0, ticks % every == 0 ? std::nan("") : 0.0, 0});
+    CHECK(numbers.chain.faulted());
+    CHECK(ticks * period < 1.0);
+  }
+}
+
 TEST_CASE("a jump of the position is a gap; overspeed disarms", "[haptics][safety]") {
   Bench bench{.options = {.damping = 0.0}};
   Vector3<double> const force{0, 0, 0.15};

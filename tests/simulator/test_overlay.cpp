@@ -10,6 +10,7 @@
 #include <palpate/simulator/servo_loop.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <type_traits>
@@ -178,4 +179,48 @@ TEST_CASE("an overlay above what arms is not felt by a protected hand, and the h
   told = told_by(stage.servo.events());
   REQUIRE(told.size() == 1);
   CHECK(told[0].what == SafetyEvent::armed);
+}
+
+// By hand: 500 N/s are 0.5 N a tick, 1 N is the most for a hand, and the watchdog lets a force fade between 100 and 200 ms.
+TEST_CASE("an overlay on a protected hand passes the same limits as the tissue's force", "[simulator][overlay][safety]") {
+  Stage stage(true);
+  stage.over.x() = 0.1;
+  for (int k = 0; k < 5; ++k) stage.tick();
+  REQUIRE(stage.servo.chain().stage() == DeviceStage::running);
+  stage.over.x() = 30.0;
+  CHECK(stage.tick().x() == Approx(0.6));
+  CHECK(stage.tick().x() == Approx(1.0));
+  CHECK(stage.tick().x() == Approx(1.0));
+  stage.over.x() = 0.8;
+  stage.model.time = 1e-3 * stage.ticks;   // the last one from the body
+  int const last = stage.ticks;
+  while (stage.ticks < last + 300) {
+    int const late = stage.ticks - last;
+    double const felt = stage.tick().x();
+    if (late <= 100) REQUIRE(felt == Approx(0.8));
+    if (late > 201) REQUIRE(felt == 0.0);
+  }
+  stage.model.time = std::numeric_limits<double>::quiet_NaN();   // of now, again
+  for (int k = 0; k < 210; ++k) stage.tick();
+  CHECK(stage.tick().x() == Approx(0.8));
+  CHECK(stage.told.back().continues);
+  stage.tick({0.02, 0, 0});   // a jump
+  CHECK(stage.strings.felt.force.isZero(0));
+  CHECK(stage.tick({0.02, 0, 0}).x() == Approx(0.008));
+}
+
+// Closed form: a pull of 0.8 N along 100 mm gives the hand 80 mJ. A controller gives no more than it took, but for the force held through the first tick.
+TEST_CASE("an overlay that pulls a protected hand along gives it no energy, and holds it back in full", "[simulator][overlay][safety]") {
+  auto const given = [](bool protect, double speed) {
+    Stage stage(protect);
+    stage.over.x() = 0.1;
+    for (int k = 0; k < 5; ++k) stage.tick();
+    stage.over.x() = 0.8;
+    for (int k = 0; k < 5; ++k) stage.tick();
+    for (int k = 1; k <= static_cast<int>(0.1 / (std::abs(speed) * 1e-3) + 0.5); ++k) stage.tick({k * speed * 1e-3, 0, 0});
+    return -stage.servo.chain().energy();
+  };
+  CHECK(given(false, 0.1) == Approx(0.08));
+  CHECK(std::abs(given(true, 0.1)) < 2 * 0.8 * 1e-4);
+  CHECK(given(true, -0.1) == Approx(-0.08));
 }

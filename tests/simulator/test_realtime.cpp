@@ -5,6 +5,7 @@
 #include "catch.hpp"
 
 #include "device/message.hpp"
+#include "forked.hpp"
 #include "simulator/scene.hpp"
 #include "simulator/thread_facts.hpp"
 
@@ -27,6 +28,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -284,25 +287,60 @@ TEST_CASE("a device that is lost leaves no force, and the tool stays where it wa
 
 namespace {
 
-/// Says where it is and no more. Stands still, holds the servo up for 20 ms, and is then 1 mm further.
-struct Halting {
-  long reads = 0;
+/// What a hand went through in a run: when each tick was read, what was felt in it, and what is to be done when the force is there and when it is back.
+struct Felt {
+  double full, gap;   // N; s, the time without a tick that is waited for
+  std::function<void()> once_felt{}, once_back{};
+  std::vector<std::chrono::steady_clock::time_point> read{};
+  std::vector<double> force{};   // N
+  std::size_t felt_at = 0;       // the tick before `once_felt`
+  bool was_still = false, was_zero = false;
 
-  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0, .moves_a_hand = false}; }
-  DeviceStatus read(DeviceState<double>& state) noexcept {
-    if (++reads == 20) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    state.position = {0.05, 0.0533, reads <= 20 ? 0.003 : 0.002};
-    return DeviceStatus::ok;
+  double time_before(std::size_t tick) const { return std::chrono::duration<double>(read[tick] - read[tick - 1]).count(); }
+  void feel(double now) {
+    std::size_t const tick = force.size();
+    if (tick == read.size()) return;   // the hand is let go
+    force.push_back(now);
+    if (felt_at == 0 && tick >= 100 && now > 0.999 * full) {
+      felt_at = tick;
+      once_felt();
+    }
+    if (felt_at == 0 || tick == felt_at) return;
+    was_still = was_still || time_before(tick) > gap;
+    was_zero = was_zero || (was_still && now == 0.0);
+    if (was_zero && now > 0.999 * full) once_back();
   }
-  DeviceStatus write(Wrench<double> const&) noexcept { return DeviceStatus::ok; }
 };
 
-/// No force; keeps the highest speed it was told of.
+/// Says where it is and no more. Stands still, holds the servo up for 20 ms, and is then 1 mm further; a hand that is asked what it felt stands still.
+struct Halting {
+  Felt* felt = nullptr;
+  long reads = 0;
+
+  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0, .moves_a_hand = felt != nullptr}; }
+  DeviceStatus read(DeviceState<double>& state) noexcept {
+    ++reads;
+    if (felt != nullptr) {
+      felt->read.push_back(std::chrono::steady_clock::now());
+    } else if (reads == 20) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    state.position = {0.05, 0.0533, felt != nullptr || reads <= 20 ? 0.003 : 0.002};
+    return DeviceStatus::ok;
+  }
+  DeviceStatus write(Wrench<double> const& wrench) noexcept {
+    if (felt != nullptr) felt->feel(wrench.force.norm());
+    return DeviceStatus::ok;
+  }
+};
+
+/// Keeps the highest speed it was told of, and pushes evenly.
 struct Speedometer {
   double* highest;
+  double push = 0.0;   // N
   Vector3<double> operator()(ToolContact<double> const& contact) noexcept {
     *highest = std::max(*highest, contact.velocity.norm());
-    return Vector3<double>::Zero();
+    return {0, 0, push};
   }
 };
 
@@ -315,6 +353,63 @@ TEST_CASE("a velocity counts the ticks that were skipped", "[simulator][realtime
   CHECK(simulator.statistics().servo.skipped() >= 19);
   CHECK(highest > 0.0);
   CHECK(highest <= 0.001 / 0.020 * (1 + 1e-9));   // 1 mm in at least 20 ms, not in the 1 ms of a tick
+}
+
+namespace {
+
+/// Runs a hand that feels 0.15 N and stops the whole process for so many milliseconds; throws, in words, where what was felt is not what it has to be.
+/// What has to be follows from how long the process really stood still, so it does not matter how busy the machine is.
+void stand_still(int milliseconds) {
+  auto const require = [](bool good, char const* what) {
+    if (good) return;
+    std::cerr << what << std::endl;
+    throw std::runtime_error(what);
+  };
+  palpate_test::Stopper stopper(milliseconds);
+  double const push = 0.15;
+  Felt felt{.full = push, .gap = 0.9e-3 * milliseconds};
+  felt.read.reserve(20000), felt.force.reserve(20000);
+  double highest = 0.0;
+  Simulator simulator(Halting{&felt}, skin<double>(ZoneOfInfluence{.rings = 3}), NoCutter<double>{}, Speedometer{&highest, push});
+  bool asked = false;
+  felt.once_felt = [&] { asked = stopper.stop(); };
+  felt.once_back = [&] { simulator.stop(); };
+  simulator.run_realtime(10.0);
+
+  require(felt.felt_at > 0, "the hand never felt the force");
+  require(asked, "nobody stops the process");
+  require(felt.was_still, "the process did not stand still");
+  require(felt.was_zero, "a force was written after a gap");
+  require(felt.force.back() > 0.999 * push, "the force did not come back");
+  std::size_t at = felt.felt_at + 1;   // the tick after the longest time without one
+  for (std::size_t i = at; i < felt.force.size(); ++i)
+    if (felt.time_before(i) > felt.time_before(at)) at = i;
+  double const gap = felt.time_before(at);
+  std::size_t const zero = felt.force[at] == 0.0 ? at : at + 1;   // the next one where it stood still between looking at the clock and reading
+  require(zero < felt.force.size() && felt.force[zero] == 0.0, "a force was written in the first tick after the gap");
+  int gaps = 0, long_gaps = 0, armed_after = 0;
+  while (auto const event = simulator.events().pop()) {
+    if (event->time < 1e-3 * double(felt.felt_at) - 1e-9) continue;
+    if (event->what == SafetyEvent::tick_gap) ++gaps;
+    if (event->what == SafetyEvent::long_gap) ++long_gaps;
+    if (event->what == SafetyEvent::armed) ++armed_after;
+  }
+  if (gap > 0.052) require(long_gaps >= 1 && armed_after >= 1, "no long gap was told, or it did not disarm");
+  if (gap < 0.04) require(gaps >= 1 && long_gaps == 0 && armed_after == 0, "no gap was told, or it disarmed");
+  for (std::size_t k = 1; zero + k < felt.force.size() && k <= 100; ++k) {
+    double const most = long_gaps == 0 ? push * double(k) / 100 : k <= 3 ? 0.0 : push;   // a ramp of 0.1 s; arms in the fourth tick
+    require(felt.force[zero + k] <= most * (1 + 1e-9), "the force came back too fast");
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a process that is stopped for 25 ms begins the force anew, and for 120 ms disarms", "[simulator][realtime][threads][safety]") {
+  for (int const milliseconds : {25, 120}) {
+    auto const child = palpate_test::in_child([&] { stand_still(milliseconds); });
+    INFO(milliseconds << " ms: " << child.said);
+    if (child.ran) CHECK(child.code == 0);
+  }
 }
 
 namespace {
