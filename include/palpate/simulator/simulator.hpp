@@ -41,7 +41,8 @@ struct SimulatorOptions {
 ///   Recording const session = simulator.run(3.6);
 ///
 /// run            lock-step on a virtual clock: every servo tick reads the device, ticks the body, answers. The same inputs and
-///                seeds give the same bytes.
+///                seeds give the same bytes. It goes as fast as it can and no clock is looked at: gaps between ticks are not seen, and what is
+///                limited per second is limited per so many ticks. So a real device, one that moves a hand, belongs in run_realtime.
 /// run_realtime   the same parts on two threads: the servo at the device's rate on a local model, the body at its own rate.
 ///                Between them are a triple buffer for the tool's pose and one for the local model; nothing waits, nothing locks.
 ///                Ticks are counted, not the clock: where the servo came too late for some, the run ends that much later.
@@ -66,7 +67,8 @@ class Simulator {
     if constexpr (SurfaceForce<Force, Scalar>) loop_.sense_surface(servo_.force().surface_kind());
   }
 
-  /// Runs `seconds` of simulated time in lock-step, after what was run before. `after_tick(tick)` is called once a tick, if given.
+  /// Runs `seconds` of simulated time in lock-step, after what was run before; not for a device in somebody's hand. `after_tick(tick)` is called once a tick,
+  /// if given.
   template <class AfterTick>
   Recording run(double seconds, AfterTick after_tick) {
     DeviceSession<Device, DeviceScalar> const session(servo_.device());
