@@ -211,6 +211,43 @@ TEST_CASE("after a jump nothing is felt until the body has answered for the new 
   CHECK(servo.placements() == 1);
 }
 
+TEST_CASE("neither a clutch nor a jump while it is open places the tool, a break between two sessions may", "[simulator][safety]") {
+  palpate_test::Strings<double> strings;
+  strings.capabilities.buttons = 2;
+  ServoLoop<palpate_test::Puppet<double>, DepthSpring, double> servo(palpate_test::Puppet<double>(strings), DepthSpring{}, {.safety = {.protects_a_hand = true, .damping = 0.0}, .clutch = 2u});
+  LocalModel<double> const model;
+  auto const tick = [&](double x, std::uint32_t buttons) {
+    strings.next.position.x() = x;
+    strings.next.buttons = buttons;
+    servo.read(0.001);
+    servo.respond(model, 0.0);
+  };
+  servo.begin_session();
+  for (int k = 0; k < 10; ++k) tick(0.0, 1);
+  for (int k = 0; k < 100; ++k) tick(5e-4 * k, 3);
+  tick(0.2, 3);   // a calibration, too
+  tick(0.2, 1);
+  CHECK(servo.tip().norm() < 1e-15);
+  CHECK(servo.placements() == 0);
+  servo.begin_session();
+  tick(0.202, 1);
+  CHECK(servo.placements() == 0);   // 2 mm between two sessions
+  servo.begin_session();
+  tick(0.25, 1);
+  CHECK(servo.placements() == 1);
+  auto const forget = [&](int ticks) {
+    strings.reads = DeviceStatus::stale;
+    for (int k = 0; k < ticks; ++k) tick(strings.next.position.x(), 1);
+    strings.reads = DeviceStatus::ok;
+  };
+  forget(9);
+  tick(0.259, 1);   // 9 mm in 10 ms, for a device with a new sample in every tenth tick
+  CHECK(servo.placements() == 1);
+  forget(9);
+  tick(0.270, 1);   // 11 mm
+  CHECK(servo.placements() == 2);
+}
+
 TEST_CASE("a device without new samples is heard for a tenth of a second, then fades", "[simulator][safety]") {
   palpate_test::Strings<double> strings;
   ServoLoop<palpate_test::Puppet<double>, DepthSpring, double> servo(palpate_test::Puppet<double>(strings), DepthSpring{}, {.safety = {.protects_a_hand = true, .damping = 0.0}});

@@ -103,6 +103,7 @@ class ServoLoop {
                  .buttons = state.buttons,
                  .calibration = calibration()});
     if (chain_.interrupted()) follows_ = false;
+    since_sample_ += static_cast<double>(h);
     sample_age_ = status == DeviceStatus::stale ? sample_age_ + static_cast<double>(h) : 0.0;
     if (!usable_) {
       ++counts_.unread;
@@ -114,7 +115,8 @@ class ServoLoop {
     work_clutch(position);
     Vector const tip = mapping_.clutch_open() ? mapping_.held() : mapping_.to_world(position);
     Vector const reported = mapping_.velocity_to_world(state.velocity.template cast<Scalar>());
-    if (placed_ && static_cast<double>((tip - tip_).stableNorm()) > longest_way_) ++placements_, answer_is_due_ = true;
+    if (placed_ && static_cast<double>((tip - tip_).stableNorm()) > longest_way()) ++placements_, answer_is_due_ = true;
+    if (status == DeviceStatus::ok) since_sample_ = 0;
     if (mapping_.clutch_open())
       velocity_.setZero();
     else if (reports_velocity_ && reported.allFinite())
@@ -188,7 +190,7 @@ class ServoLoop {
     max_force_ = static_cast<DeviceScalar>(chain_.limits().max_force);
     rate_ = capabilities.rate;
     if constexpr (SurfaceForce<Force, Scalar>) force_.begin_session(rate_, model_rate);
-    longest_way_ = chain_.limits().jump * static_cast<double>(mapping_.world_from_device().scale());
+    since_sample_ = 0;
     reports_velocity_ = capabilities.reports_velocity;
     placed_at_ = -std::numeric_limits<double>::infinity();   // the clock of a session begins anew
     answer_is_due_ = false;
@@ -204,8 +206,8 @@ class ServoLoop {
   Vector const& velocity() const noexcept { return velocity_; }
   /// Has there been a pose yet?
   bool placed() const noexcept { return placed_; }
-  /// How often the tip was found so far from where it was, above `SafetyLimits::jump`, that nobody can have moved it there: after a calibration, a long gap,
-  /// between two sessions. What is at the tip is then elsewhere without having gone the way.
+  /// How often the tip was found farther from where it was than `SafetyLimits::jump`, or than the fastest hand goes while a device has no new samples: after
+  /// a calibration, a long gap, between two sessions. The tool is then elsewhere without having gone the way.
   std::uint64_t placements() const noexcept { return placements_; }
   double rate() const noexcept { return rate_; }   // Hz
   Device& device() noexcept { return device_; }
@@ -260,6 +262,14 @@ class ServoLoop {
     return (fade_left_ / fade_time) * faded_force_;
   }
 
+  /// m, in the world, that the tip can have moved since the last sample. Where only samples are missing the hand may have gone on at its speed all the
+  /// time; where ticks are, nobody knows what it did.
+  double longest_way() const noexcept {
+    SafetyLimits const& limits = chain_.limits();
+    double const way = chain_.interrupted() ? limits.jump : std::fmax(limits.jump, limits.overspeed * since_sample_);
+    return way * static_cast<double>(mapping_.world_from_device().scale());
+  }
+
   /// Asks the device, where it can be asked; while the chain is disarmed for it, the device may mend what it can by itself.
   Calibration calibration() noexcept {
     if constexpr (Calibratable<Device>) {
@@ -292,7 +302,7 @@ class ServoLoop {
   bool usable_ = false;    // this tick's pose is new
   bool follows_ = false;   // so was the last one's: a difference of the two is a velocity
   bool placed_ = false;
-  double longest_way_ = std::numeric_limits<double>::infinity();   // m, in the world, of the tip from one sample to the next
+  double since_sample_ = 0;      // s, since the last new and usable one
   std::uint64_t placements_ = 0;
   bool answer_is_due_ = false;   // the tool was placed anew in this tick
   double placed_at_ = -std::numeric_limits<double>::infinity();   // s, on the clock of the model's time
