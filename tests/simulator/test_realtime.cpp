@@ -116,6 +116,14 @@ class Renderer {
   std::thread thread_;
 };
 
+/// A hand that follows a script with a scalpel, in step with the body.
+template <class S>
+auto scalpel_run(Trajectory<S> const& script, double cap, std::atomic<long>& ticks, SafetyOptions const& safety = {}) {
+  return Simulator(Patient<ScriptedDevice<S>, S>(ScriptedDevice<S>(script, {.max_force = cap}), ticks), skin<S>(ZoneOfInfluence{.rings = 4}),
+                   Counted(ProgressiveCutter<S>({.puncture_depth = S(0.006), .snap = S(5e-4)}), ticks),
+                   CuttingForce(liver_hysteresis<S>(), WhiteGaussianNoise<S>({.snr_db = 30.0, .seed = 7})), {.most_body_steps = 200, .servo = {.safety = safety}});
+}
+
 }  // namespace
 
 TEMPLATE_TEST_CASE("a stroke on two threads", "[simulator][realtime][threads]", PALPATE_TEST_SCALARS) {
@@ -123,9 +131,7 @@ TEMPLATE_TEST_CASE("a stroke on two threads", "[simulator][realtime][threads]", 
   double const cap = 0.8;
   auto const script = stroke<S>(0.010, 0.4);
   std::atomic<long> ticks{0};
-  Simulator simulator(Patient<ScriptedDevice<S>, S>(ScriptedDevice<S>(script, {.max_force = cap}), ticks), skin<S>(ZoneOfInfluence{.rings = 4}),
-                      Counted(ProgressiveCutter<S>({.puncture_depth = S(0.006), .snap = S(5e-4)}), ticks),
-                      CuttingForce(liver_hysteresis<S>(), WhiteGaussianNoise<S>({.snr_db = 30.0, .seed = 7})), {.most_body_steps = 200});
+  auto simulator = scalpel_run<S>(script, cap, ticks);
   Renderer<S> renderer(simulator.snapshots());
   Recording const recording = simulator.run_realtime(1.5);
   renderer.stop();
@@ -164,6 +170,29 @@ TEMPLATE_TEST_CASE("a stroke on two threads", "[simulator][realtime][threads]", 
   CHECK(renderer.seen() > 0);
   CHECK(renderer.broken() == 0);
   CHECK(renderer.revision() == simulator.body().topology_revision());   // the last one is drawn
+}
+
+// Yardstick: the stroke runs along y = 53.3 mm on a grid of 5 mm, so what it cuts lies within a cell of that; then the hand is 20 mm beside it.
+TEMPLATE_TEST_CASE("a jump on two threads cuts nothing on the way", "[simulator][realtime][threads][safety]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const at = [](double x, double y, double z) { return Vector3<S>(S(x), S(y), S(z)); };
+  auto script = Trajectory<S>::start(at(0.0312, 0.0533, 0.002));
+  script.line(at(0.0312, 0.0533, -0.010), 0.4).line(at(0.0512, 0.0533, -0.010), 0.4).line(at(0.0512, 0.0733, -0.010), 0.001).line(at(0.0712, 0.0733, -0.010), 0.2);
+  for (bool const jumps : {true, false}) {
+    CAPTURE(jumps);
+    std::atomic<long> ticks{0};
+    SafetyOptions safety;
+    if (jumps) safety.jump = 0.005;
+    auto simulator = scalpel_run<S>(script, 0.8, ticks, safety);
+    int const whole = simulator.body().size();
+    simulator.run_realtime(0.98);
+    int beside = 0;
+    for (int i = whole; i < simulator.body().size(); ++i)
+      if (std::abs(simulator.body().home_position(i).y() - S(0.0533)) > S(0.005)) ++beside;
+    CHECK(simulator.body().size() > whole);
+    CHECK((beside == 0) == jumps);
+    CHECK((simulator.cutter().state() == CuttingPhase::no_contact) == jumps);
+  }
 }
 
 namespace {

@@ -130,9 +130,9 @@ struct WantedForce {
 
 /// Between every force and a device: nothing is written but what comes out of here.
 ///   finite check → passivity → mapping to the device → magnitude → slew → thermal → ramp
-/// Arms       where nothing stands against it and the wanted force has been small for some ticks: a tool that begins in the tissue stays disarmed until
-///            is in front of it. `waits_for()` says what is missing, and an event does where that lasts. Disarms where a button is not held, at overspeed, after a long gap, without calibration, when the body diverges; a fault
-///            ends it until the next session.
+/// Arms       where nothing stands against it and the wanted force has been small for some ticks: a tool that begins in the tissue stays disarmed until it
+///            is in front of it. `waits_for()` says what is missing, and an event does where that lasts. Disarms where a button is not held, at overspeed,
+///            after a long gap, without calibration, when the body diverges; a fault ends it until the next session.
 /// Stages     those of DeviceLifecycle. Zero is written in the tick in which one is left that may render, without slew; nothing else passes the slew limit.
 /// Units      SI; forces in the world's frame come in, in the device's frame they go out.
 /// Source     the order and the numbers: practice of haptic libraries; the passivity controller \cite hannaford2002.
