@@ -3,6 +3,8 @@
 
 #include "phantom/fake.hpp"
 
+#include "servo_guard.hpp"
+
 #include <palpate/device/phantom.hpp>
 #include <palpate/device/session.hpp>
 #include <palpate/testing/device_laws.hpp>
@@ -228,6 +230,43 @@ TEST_CASE("a device that is closed from within its tick does not hold the tick u
   CHECK_NOTHROW(device.open());
   device.close();
   CHECK(fake.disables == 2);
+  CHECK(fake.violations == 0);
+}
+
+// Yardstick: the guard, which ends the program where a thread that it watches allocates, releases or locks.
+TEST_CASE("closing a device from within its tick takes no lock, allocates and releases nothing", "[phantom][threads]") {
+  auto& fake = fresh_fake();
+  fake.plan.real_clock = true;
+  struct Guarded {
+    static void tick(void* self) noexcept {
+      auto& mine = *static_cast<Guarded*>(self);
+      if (mine.over) return;
+      long const before = palpate_test::guard_violations();
+      {
+        palpate_test::ServoGuard const guard;
+        mine.device.close();
+      }
+      mine.violations = palpate_test::guard_violations() - before;
+      mine.over = true;
+    }
+    PhantomDevice& device;
+    std::atomic<long> violations{-1};
+    std::atomic<bool> over{false};
+  };
+  PhantomDevice device, other({.device = "Right Device"});
+  fake.plan.names[1] = "Right Device";
+  device.open();
+  other.open();
+  for (int round = 1; round <= 3; ++round) {
+    Guarded guarded{device};
+    device.start(&Guarded::tick, &guarded);
+    REQUIRE(soon([&] { return guarded.over.load(); }));
+    CHECK(guarded.violations == 0);
+    device.open();   // waits until it is closed
+    CHECK(fake.disables == round);
+    DeviceState<double> state;
+    CHECK(soon([&] { return other.read(state) == DeviceStatus::ok; }));   // the other one goes on
+  }
   CHECK(fake.violations == 0);
 }
 

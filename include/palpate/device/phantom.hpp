@@ -66,8 +66,7 @@ class PhantomDevice {
                        options_.timeout, [facts, options = options_](detail::phantom::Functions const& hd, std::size_t others) {
                          return detail::phantom::open_device(hd, others, options, *facts);
                        });
-    opened_ = std::make_unique<Opened>(servo, options_.timeout);
-    servo_ = std::move(servo);
+    opened_ = servo_ = std::move(servo);
     facts_ = *facts;
     facts_.capabilities.moves_a_hand = !runtime().has_virtual_clock();
     lost_ = lost_told_ = waits_ = false;
@@ -77,10 +76,13 @@ class PhantomDevice {
                                                                   " s; run the vendor's diagnosis, and check that the driver fits this system"));
     }
   }
+  /// Also from the tick, where it takes no lock and allocates nothing: the motors go off in the next one, and the driver lets the device go after it.
   void close() noexcept {
+    if (!opened_) return;
     stop();
-    if (servo_) servo_->force_wanted.store(false);
-    opened_.reset();
+    servo_->force_wanted.store(false);
+    opened_.reset();   // servo_ has it still: nothing is freed here
+    runtime().close(*servo_, options_.timeout);
   }
 
   /// Switches the motors on; from then on the force rises to what is written within options.ramp.
@@ -202,19 +204,6 @@ class PhantomDevice {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// An open device: closed when this goes.
-  class Opened {
-   public:
-    Opened(std::shared_ptr<Servo> servo, double timeout) : servo_(std::move(servo)), timeout_(timeout) {}
-    ~Opened() { runtime().close(servo_, timeout_); }
-    Opened(Opened const&) = delete;
-    Opened& operator=(Opened const&) = delete;
-
-   private:
-    std::shared_ptr<Servo> servo_;
-    double timeout_;
-  };
-
   static Runtime& runtime() { return Runtime::instance(); }
 
   bool on_servo_thread() const noexcept { return runtime().servo_thread() == std::this_thread::get_id(); }
@@ -254,7 +243,7 @@ class PhantomDevice {
   PhantomOptions options_;
   detail::phantom::Facts facts_;
   std::shared_ptr<Servo> servo_;   // of the last opening: its counts and faults can be asked for afterwards
-  std::unique_ptr<Opened> opened_;
+  std::shared_ptr<Servo> opened_;   // the same while it is open
   Clock::time_point waits_since_{};   // for a new state
   unsigned waits_in_ = 0;             // turn of the scheduler
   bool lost_ = false, lost_told_ = false, waits_ = false;

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -14,16 +13,21 @@
 #include <thread>
 #include <utility>
 
+#include <cerrno>
+#include <semaphore.h>
+
 namespace palpate::detail::phantom {
 
 /// A thread for calls that may hang: the caller waits for them, but not for ever. One job at a time, all in the same thread, where numbers are
 /// written with a point (see PlainLocale).
+/// A thread that must not wait, a servo's, leaves a note where `sweep` finds it and calls `wake`: that takes no lock and allocates nothing.
 /// Invariant  The thread is never joined: one that hangs in a driver must not keep the program from ending.
 class ControlThread {
  public:
   using Job = std::function<void()>;
 
-  ControlThread() : shared_(std::make_shared<Shared>()) {
+  /// `sweep` runs in the thread after each `wake`, and before each job.
+  explicit ControlThread(Job sweep) : shared_(std::make_shared<Shared>(std::move(sweep))) {
     std::thread([shared = shared_] { work(*shared); }).detach();
   }
   ControlThread(ControlThread const&) = delete;
@@ -40,7 +44,7 @@ class ControlThread {
     shared_->undo = nullptr;
     shared_->failure = nullptr;
     std::uint64_t const ticket = ++shared_->given;
-    shared_->changed.notify_all();
+    wake();
     if (!shared_->changed.wait_until(lock, until, [&] { return shared_->done >= ticket; })) {
       shared_->undo = undo ? std::move(undo) : Job([] {});
       return false;
@@ -49,38 +53,31 @@ class ControlThread {
     return true;
   }
 
-  /// Runs `job` as soon as the thread is free, before anything that is asked for later; nobody waits for it or hears what it throws.
-  void post(Job job) {
-    std::lock_guard const lock(shared_->mutex);
-    shared_->posted.push_back(std::move(job));
-    shared_->changed.notify_all();
-  }
+  /// Has `sweep` run as soon as the thread is free, before anything that is asked for later; nobody waits for it or hears what it throws.
+  void wake() noexcept { ::sem_post(&shared_->to_do); }
 
  private:
   struct Shared {
+    explicit Shared(Job first) : sweep(std::move(first)) { ::sem_init(&to_do, 0, 0); }
+
+    ::sem_t to_do;   // one for each job and each wake
+    Job const sweep;
     std::mutex mutex;
     std::condition_variable changed;
     Job job, undo;   // a job stays here until it is done
-    std::deque<Job> posted;
     std::uint64_t given = 0, done = 0;
     std::exception_ptr failure;
   };
 
   static void work(Shared& shared) {
     PlainLocale const plain;
-    std::unique_lock lock(shared.mutex);
     for (;;) {
-      shared.changed.wait(lock, [&] { return shared.job || !shared.posted.empty(); });
-      while (!shared.posted.empty()) {
-        Job const posted = std::move(shared.posted.front());
-        shared.posted.pop_front();
-        lock.unlock();
-        try {
-          posted();
-        } catch (...) {
-        }
-        lock.lock();
+      while (::sem_wait(&shared.to_do) != 0 && errno == EINTR) {}
+      try {
+        shared.sweep();
+      } catch (...) {
       }
+      std::unique_lock lock(shared.mutex);
       if (!shared.job) continue;
       lock.unlock();
       std::exception_ptr failure;

@@ -81,18 +81,16 @@ class Runtime {
     return *result;
   }
 
-  /// From within a tick, and when the driver hangs for longer than `timeout`, the device is closed as soon as that is over.
-  void close(std::shared_ptr<Servo> const& servo, double timeout) noexcept {
-    auto const job = [this, servo] {
-      stop();
-      detach(servo);
-      resume();
-    };
+  /// From within a tick, and when the driver hangs for longer than `timeout`, the device is closed as soon as that is over. Within a tick it takes
+  /// no lock and allocates nothing.
+  void close(Servo& servo, double timeout) noexcept {
+    servo.leaves.store(true);
+    if (inside_.load() && servo_thread() == std::this_thread::get_id()) return thread_.wake();   // it stops after this tick
     try {
-      if (inside_.load() && servo_thread() == std::this_thread::get_id()) return thread_.post(job);   // it stops after this tick
       std::lock_guard const one_at_a_time(control_);
-      if (!thread_.run(timeout, job)) thread_.post(job);   // the second time there is nothing to detach
+      if (!thread_.run(timeout, [] {})) thread_.wake();   // it is closed before a job begins
     } catch (...) {
+      thread_.wake();
     }
   }
 
@@ -118,7 +116,7 @@ class Runtime {
   static constexpr std::size_t most_devices = 8;
   static constexpr int most_errors = 32;   // a tick
 
-  Runtime() = default;
+  Runtime() : thread_([this] { let_go(); }) {}
 
   std::size_t attached() const noexcept {
     return static_cast<std::size_t>(std::count_if(servos_.begin(), servos_.end(), [](auto const& servo) { return servo != nullptr; }));
@@ -139,6 +137,16 @@ class Runtime {
     library_->functions.disable_device(servo->handle());
     static_cast<void>(drained(library_->functions));
     *place = nullptr;
+  }
+
+  /// Closes what is to be closed.
+  void let_go() {
+    auto const leaving = servos_;
+    if (std::none_of(leaving.begin(), leaving.end(), [](auto const& servo) { return servo && servo->leaves.load(); })) return;
+    stop();
+    for (auto const& servo : leaving)
+      if (servo && servo->leaves.load()) detach(servo);
+    resume();
   }
 
   void stop() {

@@ -60,6 +60,7 @@ class Servo {
   std::atomic<Tick> self_clocked{nullptr};
   void* context = nullptr;   // of self_clocked: set before it
   std::atomic<bool> inside{false};
+  std::atomic<bool> leaves{false};   // the host has closed it; the driver lets it go between two ticks
   std::atomic<std::uint64_t> ticks{0}, unreadable{0}, force_errors{0}, misuses{0}, unattended{0}, jumps{0}, gaps{0};
   TripleBuffer<DeviceState<double>> states;
   TripleBuffer<Wrench<double>> commands;
