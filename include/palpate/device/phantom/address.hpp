@@ -12,14 +12,12 @@ inline void add_phantom(DeviceRegistry<double>& devices) {
                .path = "NAME",
                .about = "a PHANToM or Touch, through the vendor's libHD that this machine has; without NAME the driver's default device",
                .options = {{"library", "file of libHD"},
-                           {"falls_back", "yes or no: whether a NAME that the driver does not know is followed by its default device"},
                            {"rate", "Hz, 1000"},
                            {"max_force", "N, the device's"},
                            {"ramp", "s, 0.5: how the force begins"},
                            {"patience", "s, that arming waits for the user to calibrate, 0"}},
                .make = [](DeviceAddress const& address) {
                  PhantomOptions options{.device = address.path, .library = address.text("library", "")};
-                 options.falls_back = address.choice("falls_back", {"yes", "no"}) == 0;
                  options.rate = address.number("rate", options.rate);
                  if (address.has("max_force")) options.max_force = address.number("max_force", 0.0);
                  options.ramp = address.number("ramp", options.ramp);

@@ -83,12 +83,11 @@ inline void query(Functions const& hd, PhantomOptions const& options, Facts& fac
   facts.styles = static_cast<Number>(asked_integer(hd, parameter::calibration_style).value_or(0));
 }
 
-/// The driver opens the name that was asked for or, when it does not know that, one of its defaults.
+/// The driver opens the name that was asked for, and no other: whoever names a device means that one. Without a name it is the driver's default,
+/// which has had two names; where another device is open already these could be that one's.
 inline Handle initialised(Functions const& hd, std::size_t others, PhantomOptions const& options, Facts& facts) {
   std::vector<std::string> names{options.device};
-  if (options.falls_back && others == 0)
-    for (char const* const name : {"", "Default Device", "Default PHANToM"})
-      if (name != options.device) names.emplace_back(name);
+  if (options.device.empty() && others == 0) names.insert(names.end(), {"Default Device", "Default PHANToM"});
   std::string tried;
   NativeError last;
   for (std::string const& name : names) {
@@ -109,11 +108,13 @@ inline Handle initialised(Functions const& hd, std::size_t others, PhantomOption
       if (last.code != error::already_open) break;
       std::this_thread::sleep_for(std::chrono::milliseconds(200));   // whoever had it may be going
     }
-    bool const is_there = last.code == error::already_open || last.code == error::connection;   // another device is no substitute for it
-    if (last.code == error::no_licence || (is_there && !name.empty() && name == options.device)) break;
+    if (last.code == error::no_licence) break;
   }
   throw PhantomError(last.code == error::no_licence ? PhantomProblem::licence : PhantomProblem::device_not_found,
-                     message("no device was opened; tried ", tried, "; ", advice(last.code), ". Here ", phantom_environment()),
+                     message("no device was opened; tried ", tried, "; ", advice(last.code),
+                             options.device.empty() ? "" : "; a device that has a name is replaced by no other: give the name as in the vendor's setup "
+                                                           "program, or none for the driver's default",
+                             ". Here ", phantom_environment()),
                      static_cast<int>(last.code));
 }
 

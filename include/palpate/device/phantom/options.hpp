@@ -16,8 +16,7 @@ struct PhantomLicence {
 };
 
 struct PhantomOptions {
-  std::string device = {};    ///< its name in the vendor's setup program; empty: the default device
-  bool falls_back = true;     ///< a name that the driver does not know is followed by its defaults, as long as no other device is open
+  std::string device = {};    ///< its name in the vendor's setup program, and no other device; empty: the driver's default, under any of its usual names
   std::string library = {};   ///< file of libHD; empty: the environment's PALPATE_LIBHD, then the usual names and places
   std::optional<PhantomLicence> licence = {};
   double rate = 1000.0;       ///< Hz, of the driver's clock; what it takes depends on the device
