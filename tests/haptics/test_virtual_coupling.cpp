@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -266,6 +267,11 @@ TEST_CASE("the choice for a device follows what is known of it") {
       {.max_force = 3.3, .rate = 2000.0, .max_damping = datasheet(0.01), .mass = guessed(0.045), .damping = guessed(0.3)}));
   CHECK(said.damping == 0.01);
   CHECK(said.stiffness == Approx(0.9 * 2 * 0.29 * 2000));
+  // 2 f/Δ of an Omni, a Desktop and a Premium 1.5, as published: 9455, 5217 and 2667 N/m.
+  for (auto const& [friction, quantum, stiffest] : {std::array{0.26, 55e-6, 9455.0}, std::array{0.06, 23e-6, 5217.0}, std::array{0.04, 30e-6, 2667.0}})
+    CHECK(coupling_for(coupling_limits({.rate = 1000.0, .damping = 10.0, .friction = friction, .resolution = quantum})).stiffness == Approx(stiffest).epsilon(2e-4));
+  CHECK(coupling_for({.damping = 10.0, .quantum = 55e-6}).stiffness == Approx(0.9 * 2 * 9.0 / 0.001));   // its friction is not known
+  CHECK_THROWS_AS(coupling_for({.damping = 0.5, .quantum = -1.0}), InvalidArgument);
   CHECK(coupling_for(coupling_limits({.rate = 1000.0, .max_stiffness = 400.0})).stiffness == 400.0);   // nobody knows its damping
   CHECK_THROWS_AS(coupling_for(coupling_limits({.max_force = 3.3, .rate = 1000.0})), InvalidArgument);
   CHECK_THROWS_WITH(coupling_for({.mass = 0.1}), "coupling_for: .max_stiffness is inf; give that or .damping, or both");

@@ -23,6 +23,8 @@ struct CouplingLimits {
   double max_stiffness = std::numeric_limits<double>::infinity();   ///< that the driver renders
   double max_damping = std::numeric_limits<double>::infinity();     ///< that the driver renders
   double rate = 1000.0;         ///< Hz, of the servo
+  double friction = 0.0;        ///< f_c [N or N·m], Coulomb's, of the mechanics; 0: not known
+  double quantum = 0.0;         ///< Δ [m or rad], step of the position that the device reports; 0: not known
 };
 
 /// What a device says of itself along an axis at its tip; zero, for what it can not do or nobody knows, counts as not known.
@@ -33,7 +35,9 @@ inline CouplingLimits coupling_limits(Capabilities const& device) {
           .damping = known(device.damping, none.damping),
           .max_stiffness = known(device.max_stiffness, none.max_stiffness),
           .max_damping = known(device.max_damping, none.max_damping),
-          .rate = device.rate.value};
+          .rate = device.rate.value,
+          .friction = known(device.friction, none.friction),
+          .quantum = known(device.resolution, none.quantum)};
 }
 
 /// A spring and a damper between device and tool, and the tool's own mass. Units as in `CouplingLimits`.
@@ -47,8 +51,9 @@ struct CouplingLaw {
 /// `coupling_for(coupling_limits(device.capabilities()))`.
 ///   b known      B_c = min(b/10, B_max, m/(4 T)),   K_c = min(K_max, 0.9 · 2 (b − B_c)/T)
 ///   not known    B_c = min(B_max, m/(4 T)),         K_c = K_max: the driver's word is all there is
+///   f_c and Δ known    K_c ≤ 2 f_c/Δ as well: a step of the force, K_c Δ, that friction does not hold is felt, and may give energy
 ///   m_t = B_c²/(4 K_c)
-/// Source     \cite adams1999; the bound \cite colgate1997. A damper above m/(4 T) that is held for a tick throws the mass about.
+/// Source     \cite adams1999; the bounds \cite colgate1997, \cite abbott2005. A damper above m/(4 T) that is held for a tick throws the mass about.
 /// Errors     InvalidArgument for what is negative or no number, and where neither damping nor largest stiffness is known.
 inline CouplingLaw coupling_for(CouplingLimits const& limits) {
   auto const require = [](bool good, char const* what, double value, char const* advice) {
@@ -61,6 +66,8 @@ inline CouplingLaw coupling_for(CouplingLimits const& limits) {
   require(limits.max_stiffness > 0.0, ".max_stiffness", limits.max_stiffness, "give what the driver renders, above zero");
   require(limits.max_damping >= 0.0, ".max_damping", limits.max_damping, "give what the driver renders, zero or more");
   require(limits.rate > 0.0 && std::isfinite(limits.rate), ".rate", limits.rate, "give that of the servo in Hz, 1000 for most");
+  require(limits.friction >= 0.0 && std::isfinite(limits.friction), ".friction", limits.friction, "give that of the mechanics, or 0 where it is not known");
+  require(limits.quantum >= 0.0 && std::isfinite(limits.quantum), ".quantum", limits.quantum, "give the step of the position, or 0 where it is not known");
   require(limits.damping > 0.0 || limits.max_stiffness < unknown, ".max_stiffness", limits.max_stiffness, "give that or .damping, or both");
   double const held = limits.mass > 0.0 ? limits.mass * limits.rate / 4.0 : unknown;
   double damping = std::min(limits.max_damping, held);
@@ -71,6 +78,7 @@ inline CouplingLaw coupling_for(CouplingLimits const& limits) {
   } else if (!(damping < unknown)) {
     damping = 0.0;
   }
+  if (limits.friction > 0.0 && limits.quantum > 0.0) stiffness = std::min(stiffness, 2.0 * limits.friction / limits.quantum);
   return {.stiffness = stiffness, .damping = damping, .mass = damping * damping / (4.0 * stiffness)};
 }
 
