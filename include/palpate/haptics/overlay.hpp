@@ -19,7 +19,7 @@ struct ToolMotion {
   Vector3<S> tip = Vector3<S>::Zero();
   Vector3<S> velocity = Vector3<S>::Zero();
   S seconds = S(0.001);     ///< since the last servo tick
-  bool continues = false;   ///< the hand felt the overlay in the tick before; false at first, and after a tick in which nothing was to be felt
+  bool continues = false;   ///< it was asked in the tick before; false at first, and after a tick in which nothing was to be felt
 };
 
 /// A force on the hand [N] that does not come from the tissue: guidance along a path, a wall that must not be passed. Beyond the syntax: called
@@ -83,6 +83,12 @@ class Overlaid {
     requires requires(Force& force) { force.begin_session(servo_rate, model_rate); }
   {
     force_.begin_session(servo_rate, model_rate);
+  }
+  /// Where the force wants to know the device: see coupled_force.hpp.
+  template <class Capabilities, class Mapping>
+    requires requires(Force& force, Capabilities const& device, Mapping const& mapping) { force.begin_session(device, mapping, 500.0); }
+  void begin_session(Capabilities const& device, Mapping const& mapping, double model_rate) {
+    force_.begin_session(device, mapping, model_rate);
   }
 
   void validate() const {

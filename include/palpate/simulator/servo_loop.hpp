@@ -189,7 +189,10 @@ class ServoLoop {
     chain_.begin(safety, capabilities, model_rate, mapping_);
     max_force_ = static_cast<DeviceScalar>(chain_.limits().max_force);
     rate_ = capabilities.rate;
-    if constexpr (SurfaceForce<Force, Scalar>) force_.begin_session(rate_, model_rate);
+    if constexpr (requires { force_.begin_session(capabilities, mapping_, model_rate); })
+      force_.begin_session(capabilities, mapping_, model_rate);
+    else if constexpr (SurfaceForce<Force, Scalar>)
+      force_.begin_session(rate_, model_rate);
     since_sample_ = 0;
     reports_velocity_ = capabilities.reports_velocity;
     placed_at_ = -std::numeric_limits<double>::infinity();   // the clock of a session begins anew
@@ -229,14 +232,14 @@ class ServoLoop {
 
   void fall_silent() noexcept {
     last_force_.setZero();
-    overlay_continues_ = false;
+    continues_ = false;
   }
 
   /// The tissue's force and what is laid over it. What the model holds elastically is at most force times depth, for every law that rises with depth.
   void ask(LocalModel<Scalar> const& model, ToolContact<Scalar> const& contact, WantedForce<Scalar>& wanted) noexcept {
     Vector answer;
     if constexpr (SurfaceForce<Force, Scalar>)
-      answer = force_.on_surface(model, ToolMotion<Scalar>{tip_, velocity_, since_last_, true});
+      answer = force_.on_surface(model, ToolMotion<Scalar>{tip_, velocity_, since_last_, continues_});
     else
       answer = force_(contact);
     Vector const tissue = faded(model, answer);
@@ -244,10 +247,10 @@ class ServoLoop {
     wanted.force = tissue;
     wanted.elastic = static_cast<double>(tissue.norm() * contact.depth);
     if constexpr (HasOverlay<Force, Scalar>) {
-      wanted.force += force_.overlay(ToolMotion<Scalar>{tip_, velocity_, since_last_, overlay_continues_});
+      wanted.force += force_.overlay(ToolMotion<Scalar>{tip_, velocity_, since_last_, continues_});
       if constexpr (requires { force_.overlay_energy(); }) wanted.elastic += force_.overlay_energy();
-      overlay_continues_ = true;
     }
+    continues_ = true;
   }
 
   /// The force wanted, or, after a restoration, what is left of the force before.
@@ -313,7 +316,7 @@ class ServoLoop {
   double sample_age_ = 0;   // s, for which the device has had no new sample
   std::size_t restorations_ = 0;   // of the body, in the last tick
   Vector last_force_ = Vector::Zero();    // N, the tissue's part of what the hand felt
-  bool overlay_continues_ = false;   // the hand felt the overlay in the last tick
+  bool continues_ = false;   // the hand felt something in the last tick, or could have
   Vector faded_force_ = Vector::Zero();   // N, before the restoration
   Scalar fade_left_ = 0;   // s
   ServoCounts counts_;
