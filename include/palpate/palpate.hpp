@@ -150,6 +150,7 @@
 
 // haptics: how the tip and the tissue push each other
 #include <palpate/haptics/contact_coupling.hpp>
+#include <palpate/haptics/coupled_force.hpp>
 #include <palpate/haptics/facet_planes.hpp>
 #include <palpate/haptics/filtered_wall.hpp>
 #include <palpate/haptics/local_model.hpp>

@@ -80,16 +80,18 @@ class ProxyForce {
     if (patch.moves() && age_ < 2 * model_ticks_) proxy_.carry(motion.seconds * patch.velocity_at(proxy_.position()));
     if (facets) {
       PlaneSet<S> const planes = planes_(motion.tip);
-      return proxy_(planes, motion.tip, planes_.stiffness());
+      return proxy_(planes, motion.tip, stiffness_ = planes_.stiffness());
     }
     PlaneSet<S> tangent;
     SurfacePatch<S> const here = patch.anchored_at(motion.tip);
     if (here.stiffness > S(0)) tangent.try_add({here.normal, here.normal.dot(here.point)});
-    return proxy_(tangent, motion.tip, here.stiffness);
+    return proxy_(tangent, motion.tip, stiffness_ = here.stiffness);
   }
 
   /// Where the tool would be; the tip itself in free space.
   SurfaceProxy<S> const& proxy() const noexcept { return proxy_; }
+  /// N/m: by what the force of the last tick falls off as the tip yields.
+  Matrix<S, 3, 3> load_stiffness() const noexcept { return stiffness_ * proxy_.held_ways(); }
   void reset() noexcept {
     patches_.reset();
     planes_.reset();
@@ -109,6 +111,7 @@ class ProxyForce {
   PatchHandover<S> patches_{};
   PlaneHandover<S> planes_{};
   SurfaceProxy<S> proxy_;
+  S stiffness_ = S(0);   // of the last tick
   std::uint64_t sequence_ = 0;
   int model_ticks_ = 1, age_ = 0;   // between two models; since the last: a model that is late does not move on
 };

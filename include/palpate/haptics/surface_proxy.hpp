@@ -53,6 +53,7 @@ class SurfaceProxy {
   Vector3<S> operator()(PlaneSet<S> const& planes, Vector3<S> const& tip, S stiffness) noexcept {
     if (!tip.allFinite()) return Vector3<S>::Zero();
     PlaneProjection<S> const free = planes.project(tip);
+    held_by_ = free.count;
     if (free.count == 0) {
       position_ = tip;
       touches_ = slides_ = false;
@@ -63,6 +64,10 @@ class SurfaceProxy {
     else
       drag(planes, free, (tip - free.point).norm());
     touches_ = true;
+    if (free.count == 1 || free.count == 2) {
+      Vector3<S> const first = planes[free.active[0]].normal;
+      axis_ = (free.count == 1 ? first : Vector3<S>(first.cross(planes[free.active[1]].normal))).normalized();
+    }
     return stiffness > S(0) ? Vector3<S>(stiffness * (position_ - tip)) : Vector3<S>(Vector3<S>::Zero());
   }
 
@@ -74,7 +79,19 @@ class SurfaceProxy {
   Vector3<S> const& position() const noexcept { return position_; }
   bool touches() const noexcept { return touches_; }
   bool slides() const noexcept { return slides_; }
-  void reset() noexcept { touches_ = slides_ = false; }
+  /// Projects on the ways that the proxy does not go with the tip: there the tip feels the spring. One across a plane, two across an edge; all three in a
+  /// corner, and where it sticks; none in free space.
+  Matrix<S, 3, 3> held_ways() const noexcept {
+    using Ways = Matrix<S, 3, 3>;
+    if (held_by_ == 0) return Ways::Zero();
+    if (held_by_ == 3 || (options_.static_friction > 0.0 && !slides_)) return Ways::Identity();
+    Ways const along = axis_ * axis_.transpose();
+    return held_by_ == 1 ? along : Ways(Ways::Identity() - along);
+  }
+  void reset() noexcept {
+    touches_ = slides_ = false;
+    held_by_ = 0;
+  }
 
  private:
   void drag(PlaneSet<S> const& planes, PlaneProjection<S> const& free, S depth) noexcept {
@@ -98,6 +115,8 @@ class SurfaceProxy {
 
   SurfaceProxyOptions options_;
   Vector3<S> position_ = Vector3<S>::Zero();
+  Vector3<S> axis_ = Vector3<S>::UnitZ();   // of the plane or the edge that holds it
+  int held_by_ = 0;                         // planes
   bool touches_ = false;
   bool slides_ = false;
 };

@@ -21,6 +21,11 @@ concept VelocityEstimator = RealScalar<Scalar> && requires(T& estimator, Vector3
   { estimator.reset() } noexcept;
 };
 
+/// Refinement: an estimator that takes over what a session's device is: `begin_session(period, quantum)`, T [s] between two positions and Δ [m] of rounded
+/// ones, 0 where it is not known.
+template <class T>
+concept AdaptsToDevice = requires(T& estimator) { estimator.begin_session(0.001, 55e-6); };
+
 struct VelocityOptions {
   double period = 0.001;   ///< T [s], between two positions
 };
@@ -40,6 +45,8 @@ inline void require_velocity(char const* who, char const* what, double value, ch
 template <RealScalar S, int Capacity>
 class LastPositions {
  public:
+  LastPositions() { at_.fill(Vector3<S>::Zero()); }
+
   void push(Vector3<S> const& position) noexcept {
     newest_ = newest_ == 0 ? Capacity - 1 : newest_ - 1;
     at_[static_cast<std::size_t>(newest_)] = position;
@@ -94,6 +101,11 @@ class BackwardDifference {
     int const span = last_.count() - 1;
     return span > 0 ? Vector3<S>((last_[0] - last_[span]) / S(span * period_)) : Vector3<S>(Vector3<S>::Zero());
   }
+  void begin_session(double period, double) {
+    detail::require_velocity("BackwardDifference", ".period", period, " s", "give that of the servo, 0.001 for most");
+    period_ = period;
+    reset();
+  }
   void reset() noexcept { last_.clear(); }
 
  private:
@@ -127,6 +139,11 @@ class WindowedVelocity {
     }
     last_.push(position);
     return last_.slope(last_.count()) / S(period_);
+  }
+  void begin_session(double period, double) {
+    detail::require_velocity("WindowedVelocity", ".period", period, " s", "give that of the servo, 0.001 for most");
+    period_ = period;
+    reset();
   }
   void reset() noexcept { last_.clear(); }
 
@@ -167,6 +184,11 @@ class AdaptiveWindowVelocity {
     return last_.slope(window_ + 1) / S(options_.period);
   }
 
+  /// A step that is not known leaves that of the options.
+  void begin_session(double period, double quantum) {
+    *this = AdaptiveWindowVelocity({.period = period, .quantum = quantum > 0.0 ? quantum : options_.quantum});
+  }
+
   /// Over how many ticks the last estimate went: from 1 to Samples − 1, 0 before there was one.
   int window() const noexcept { return window_; }
   void reset() noexcept {
@@ -190,5 +212,6 @@ class AdaptiveWindowVelocity {
 
 static_assert(VelocityEstimator<BackwardDifference<double>, double> && VelocityEstimator<WindowedVelocity<double>, double> &&
               VelocityEstimator<AdaptiveWindowVelocity<float>, float>);
+static_assert(AdaptsToDevice<BackwardDifference<double>> && AdaptsToDevice<WindowedVelocity<double>> && AdaptsToDevice<AdaptiveWindowVelocity<double>>);
 
 }  // namespace palpate

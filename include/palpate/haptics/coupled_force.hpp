@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/device/capabilities.hpp>
+#include <palpate/force/concept.hpp>
+#include <palpate/force/cutting_force.hpp>
+#include <palpate/haptics/local_model.hpp>
+#include <palpate/haptics/overlay.hpp>
+#include <palpate/haptics/proxy_force.hpp>
+#include <palpate/haptics/velocity_estimate.hpp>
+#include <palpate/haptics/virtual_coupling.hpp>
+#include <palpate/haptics/workspace_mapping.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace palpate {
+
+/// The most that a host wants of the coupling, as the hand feels it; the device's record may leave less.
+struct CoupledForceOptions {
+  double stiffness = std::numeric_limits<double>::infinity();   ///< N/m; to be given for a device that says neither its damping nor the largest stiffness
+  double damping = std::numeric_limits<double>::infinity();     ///< N·s/m
+};
+
+/// A force that tells how it falls off as its tool yields: N/m, of the last `on_surface`, symmetric, without negative eigenvalues.
+template <class T, class Scalar>
+concept KnowsLoadStiffness = requires(T const& force) {
+  { force.load_stiffness() } -> std::convertible_to<Matrix<Scalar, 3, 3>>;
+};
+
+/// A force policy behind a virtual coupling: the tissue meets a tool of its own, and the hand feels the spring and the damper that hold this tool to the
+/// device. So the stiffness of the coupling alone decides what the device has to stand, whatever the tissue's is.
+///   CoupledForce force(ProxyForce<double>({.most_stiffness = 5000.0}));
+///   CoupledForce force(CuttingForce(…), {.stiffness = 800.0}, WindowedVelocity<double, 8>{});
+///   F = K_c (x_t − x_d) + B_c (v_t − v̂_d);   on a plane K_p, at rest: F = d/(1/K_c + 1/K_p)
+/// K_c and B_c follow from what the device says of itself when the session begins (`coupling_for`: mass, damping, friction, step of the position, limits
+/// of the driver, rate), not above what the options want, and through the mapping: K_c is what the hand feels. v̂_d comes from `Velocity`, out of the tip's positions;
+/// a force that depends on velocity is told v̂_d too.
+/// Units      SI; force on the hand, world frame.
+/// Source     \cite colgate1995, \cite adams1999.
+/// Invariant  The first tick, and the first after a pause, begins with the tool at the device: in free space no force; in the tissue the tool is
+///            pushed out from there, so that nothing arms on it. With a held tool the device's side is passive for
+///            b ≥ K_c T/2 + B_c, with `BackwardDifference` of any span and with `WindowedVelocity` of any length, though these are late: at no
+///            frequency do they ask for more than B_c.
+/// Errors     InvalidArgument from `begin_session` where neither the device's damping nor a largest stiffness is known.
+/// Cost       Those of `VirtualCoupling`, the force and the estimator; noexcept, no allocation: allowed in the servo tick.
+/// Limits     The force comes a tick later than without, and the hand feels at most K_c. The load of a force model is taken as a spring of its secant
+///            stiffness F·n/d, stable up to twice that and K_c more. `AdaptiveWindowVelocity` varies in time: for it the bound is tried, not proven.
+template <class Force, class Velocity = AdaptiveWindowVelocity<typename detail::CommonScalar<Force>::type>>
+class CoupledForce {
+ public:
+  using Scalar = typename Velocity::Scalar;
+
+ private:
+  using S = Scalar;
+  static constexpr bool answers_to_surface_ = SurfaceForce<Force, S>;
+  static_assert(answers_to_surface_ || ForceModel<Force, S>,
+                "palpate::CoupledForce: the force is neither a force model, palpate::ToolContact -> palpate::Vector3, nor one that answers to the surface, "
+                "as ProxyForce does, in the scalar of the velocity estimator.");
+  static_assert(VelocityEstimator<Velocity, S>,
+                "palpate::CoupledForce: the velocity estimator needs operator()(Vector3 position) noexcept -> Vector3 and reset() noexcept.");
+
+ public:
+  explicit CoupledForce(Force force, CoupledForceOptions const& options = {}, Velocity velocity = Velocity{})
+      : options_(options), force_(std::move(force)), velocity_(std::move(velocity)) {
+    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
+      if (!good) throw InvalidArgument(detail::message("CoupledForce: ", what, " is ", value, unit, "; ", advice));
+    };
+    require(options.stiffness > 0.0, ".stiffness", options.stiffness, " N/m", "give a number above zero, or none for all that the device stands");
+    require(options.damping >= 0.0, ".damping", options.damping, " N·s/m", "give zero or more, or none for all that the device stands");
+    if constexpr (detail::Validated<Force>) force_.validate();
+  }
+
+  SurfaceKind surface_kind() const noexcept {
+    if constexpr (answers_to_surface_)
+      return force_.surface_kind();
+    else
+      return SurfaceKind::none;
+  }
+
+  /// For the device that this session has, seen through a mapping; local models will come at `model_rate` Hz.
+  void begin_session(Capabilities const& device, WorkspaceMapping<S> const& mapping, double model_rate) {
+    CouplingLimits limits = coupling_limits(device);
+    limits.max_stiffness = std::min(limits.max_stiffness, options_.stiffness);
+    limits.max_damping = std::min(limits.max_damping, options_.damping);
+    if (!(limits.damping > 0.0) && std::isinf(limits.max_stiffness))
+      throw InvalidArgument("CoupledForce: the device says neither its damping nor the largest stiffness; give CoupledForceOptions::stiffness");
+    CouplingLaw const felt = coupling_for(limits);
+    double const scene = 1.0 / static_cast<double>(mapping.felt_stiffness(S(1)));
+    law_ = {.stiffness = scene * felt.stiffness, .damping = scene * felt.damping, .mass = scene * felt.mass};
+    coupling_ = VirtualCoupling<S>({.position = law_, .period = 1.0 / limits.rate});
+    if constexpr (AdaptsToDevice<Velocity>) velocity_.begin_session(1.0 / limits.rate, static_cast<double>(mapping.world_from_device().scale()) * limits.quantum);
+    if constexpr (answers_to_surface_) force_.begin_session(limits.rate, model_rate);
+    begin_anew();
+  }
+  /// The same for a device that says nothing of itself.
+  void begin_session(double servo_rate, double model_rate) { begin_session(Capabilities{.rate = servo_rate}, WorkspaceMapping<S>{}, model_rate); }
+
+  /// Needs a session.
+  Vector3<S> on_surface(LocalModel<S> const& local, ToolMotion<S> const& motion) noexcept {
+    if (!motion.continues || !motion.tip.allFinite()) begin_anew();
+    if (!motion.tip.allFinite()) return Vector3<S>::Zero();
+    DeviceState<S> device;
+    device.position = motion.tip;
+    device.velocity = velocity_(motion.tip);
+    if (!coupling_.attached()) {
+      coupling_.attach(device);
+      depth_ = local.depth(motion.tip);
+    }
+    ToolLoad<S> const load = load_on(coupling_.tool().position, local, {motion.tip, device.velocity, motion.seconds, motion.continues});
+    Vector3<S> const force = coupling_(device, load).force;
+    if (!coupling_.attached()) begin_anew();   // what came was no number
+    return force;
+  }
+
+  /// K_c, B_c and the tool's mass in this session, in the scene.
+  CouplingLaw const& law() const noexcept { return law_; }
+  /// The tool, with its tip where the tissue meets it.
+  DeviceState<S> const& tool() const noexcept { return coupling_.tool(); }
+  Force& force() noexcept { return force_; }
+  Force const& force() const noexcept { return force_; }
+
+  void reset() noexcept {
+    begin_anew();
+    if constexpr (detail::Resettable<Force>) force_.reset();
+  }
+
+ private:
+  void begin_anew() noexcept {
+    coupling_.reset();
+    velocity_.reset();
+  }
+
+  /// What the tissue does to a tool that is here.
+  ToolLoad<S> load_on(Vector3<S> const& tip, LocalModel<S> const& local, ToolMotion<S> motion) noexcept {
+    ToolLoad<S> load;
+    motion.tip = tip;
+    if constexpr (answers_to_surface_) {
+      load.wrench.force = force_.on_surface(local, motion);
+      if constexpr (KnowsLoadStiffness<Force, S>)
+        load.stiffness = force_.load_stiffness();
+      else if (S const size = load.wrench.force.norm(); size > S(0))
+        load.stiffness = along(load.wrench.force / size, local.surface.stiffness());
+    } else {
+      ToolContact<S> contact;
+      contact.phase = local.phase;
+      contact.depth = local.depth(tip);
+      contact.previous_depth = std::exchange(depth_, contact.depth);
+      contact.normal = local.normal;
+      contact.velocity = motion.velocity;
+      contact.tissue_force = local.tissue_force;
+      contact.seconds = motion.seconds;
+      load.wrench.force = force_(contact);
+      S const secant = load.wrench.force.dot(contact.normal) / contact.depth;
+      if (contact.depth > S(0) && secant > S(0) && std::isfinite(secant)) load.stiffness = along(contact.normal, secant);
+    }
+    return load;
+  }
+  static Matrix<S, 3, 3> along(Vector3<S> const& direction, S stiffness) noexcept { return stiffness * direction * direction.transpose(); }
+
+  CoupledForceOptions options_;
+  Force force_;
+  Velocity velocity_;
+  CouplingLaw law_{};
+  VirtualCoupling<S> coupling_{};
+  S depth_ = S(0);   // m, of the tool, one servo tick ago
+};
+
+static_assert(SurfaceForce<CoupledForce<ProxyForce<double>>, double> && SurfaceForce<CoupledForce<ProxyForce<float>, BackwardDifference<float>>, float>);
+
+}  // namespace palpate
