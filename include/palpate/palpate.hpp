@@ -160,6 +160,7 @@
 #include <palpate/haptics/patch_update.hpp>
 #include <palpate/haptics/plane_handover.hpp>
 #include <palpate/haptics/plane_set.hpp>
+#include <palpate/haptics/press_then_cut.hpp>
 #include <palpate/haptics/proxy_force.hpp>
 #include <palpate/haptics/safety_chain.hpp>
 #include <palpate/haptics/safety_options.hpp>

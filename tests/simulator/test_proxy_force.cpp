@@ -10,6 +10,7 @@
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/force/tissue_reaction.hpp>
+#include <palpate/haptics/press_then_cut.hpp>
 #include <palpate/haptics/proxy_force.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/region/whole_body.hpp>
@@ -113,6 +114,58 @@ TEST_CASE("the surface is there before the first touch, and not while the tool c
     }
   }
   CHECK((near && cuts));
+}
+
+// Yardstick: a third of the force at the puncture, and of what the cutting force is there, for the way of a tick that the steepest of the springs makes.
+TEST_CASE("where a cut begins and ends a proxy's force has no step, alone and with a cutting force that takes over", "[simulator][proxy]") {
+  auto const at = [](int k) -> Vector3<double> {   // down to 10 mm at 50 mm/s, along, and out
+    if (k < 300) return {0.0312, 0.0533, 0.005 - 5e-5 * k};
+    if (k < 600) return {0.0312 + 1e-4 * (k - 300), 0.0533, -0.010};
+    return {0.0612, 0.0533, -0.010 + 5e-5 * (k - 600)};
+  };
+  auto const curve = [](double depth) noexcept { return 40.0 * depth; };
+  for (int const every : {1, 33}) {
+    BodyLoop loop(palpate_test::skin<double>(ZoneOfInfluence{.rings = 3}), ProgressiveCutter<double>({.puncture_depth = 0.006, .snap = 5e-4}), ContactCoupling{}, 100);
+    loop.sense_surface(SurfaceKind::plane);
+    ProxyForceOptions const options{.surface = SurfaceKind::plane, .most_stiffness = 300.0, .static_friction = 0.3, .dynamic_friction = 0.2};
+    ProxyForce<double> alone(options);
+    PressThenCut both(ProxyForce<double>(options), curve);
+    alone.begin_session(1000.0, 1000.0 / every);
+    both.begin_session(1000.0, 1000.0 / every);
+    LocalModel<double> model;
+    Vector3<double> felt = Vector3<double>::Zero(), joined = Vector3<double>::Zero();
+    double step = 0, joined_step = 0, at_puncture = 0;
+    int cuts = 0, ends = 0;
+    for (int k = 0; k < 1000; ++k) {
+      CuttingPhase const before = model.phase;
+      if (k % every == 0) model = loop.tick(at(k), k == 0 ? Vector3<double>(Vector3<double>::Zero()) : Vector3<double>((at(k) - at(k - 1)) / 0.001), 0.001 * every);
+      ToolMotion<double> const motion{.tip = at(k), .velocity = k == 0 ? Vector3<double>(Vector3<double>::Zero()) : Vector3<double>((at(k) - at(k - 1)) / 0.001), .continues = true};
+      Vector3<double> const now = alone.on_surface(model, motion), also = both.on_surface(model, motion);
+      step = std::max(step, (now - felt).norm());
+      joined_step = std::max(joined_step, (also - joined).norm());
+      if (model.phase != CuttingPhase::moving) {
+        CHECK(also == now);
+      } else if (before == CuttingPhase::indenting) {
+        at_puncture = felt.norm();
+      }
+      if (model.phase == CuttingPhase::moving && k > 400) {   // the cut is under way
+        ++cuts;
+        CHECK(now.isZero(0));
+        CHECK((also - 40.0 * model.depth(at(k)) * CurveJoin<double>{}.fade(model.depth(at(k))) * model.normal).norm() < 1e-12);
+      }
+      if (model.phase == CuttingPhase::no_contact && k > 600) ++ends;
+      felt = now;
+      joined = also;
+    }
+    CAPTURE(every, step, joined_step, at_puncture);
+    CHECK(cuts > 300);
+    CHECK(ends > 100);
+    CHECK(at_puncture > 0.05);   // at once it would be a step of this
+    CHECK(step < at_puncture / 3 + 300.0 * 5e-5);
+    CHECK(joined_step < (at_puncture + 40.0 * 0.006) / 3 + 300.0 * 5e-5);
+    CHECK(felt.isZero(0));
+    CHECK(joined.isZero(0));
+  }
 }
 
 TEST_CASE("the proxy lags in its cone of friction behind a tool that is drawn along", "[simulator][proxy]") {

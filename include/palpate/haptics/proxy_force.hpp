@@ -3,6 +3,7 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/force/concept.hpp>
+#include <palpate/force/curve_join.hpp>
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/haptics/overlay.hpp>
 #include <palpate/haptics/patch_handover.hpp>
@@ -15,8 +16,8 @@
 
 namespace palpate {
 
-/// A force that answers to the tissue's surface as it is now, instead of a depth below the undisturbed one. Beyond the syntax: as of `ForceModel`; zero where the
-/// surface's stiffness is 0. `begin_session(servo rate, model rate)` tells it how many ticks lie between two models.
+/// A force that answers to the tissue's surface as it is now, instead of a depth below the undisturbed one. Beyond the syntax: as of `ForceModel`; zero soon after the
+/// surface's stiffness has become 0. `begin_session(servo rate, model rate)` tells it how many ticks lie between two models.
 template <class T, class Scalar>
 concept SurfaceForce = RealScalar<Scalar> && requires(T& model, LocalModel<Scalar> const& local, ToolMotion<Scalar> const& motion) {
   { model.on_surface(local, motion) } noexcept -> detail::Vector3Of<Scalar>;
@@ -29,6 +30,7 @@ struct ProxyForceOptions {
   double most_stiffness = 500.0;    ///< N/m; the contact's own where that is softer. See `passive_wall` for what a device holds
   double static_friction = 0.0;     ///< μ_s
   double dynamic_friction = 0.0;    ///< μ_d, not above μ_s
+  double release = 0.005;           ///< s, in which the force goes where the surface is gone at once, as when the tool begins to cut; 0: with the hand-over
   int handover = 0;                 ///< ticks in which a new model takes over; 0: as many as lie between two, 1: at once
 };
 
@@ -41,14 +43,15 @@ struct ProxyForceOptions {
 /// Source     \cite zilles1995, \cite ruspini1997; local models \cite mendoza2001.
 /// Invariant  options as of `SurfaceProxy` and the hand-overs; checked at set-up.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Nothing while the tool cuts. A hand-over over N ticks is N/2 ticks late on the average.
+/// Limits     Nothing while the tool cuts, since a blade that is through the surface has entered: the force then goes in `release`, by no more than
+///            1.5 F Δt/release a tick, or with the hand-over where that is slower. `PressThenCut` goes on with a cutting force. A hand-over over N ticks is N/2 ticks late on the average.
 template <RealScalar S>
 class ProxyForce {
  public:
   using Scalar = S;
 
   explicit ProxyForce(ProxyForceOptions const& options = {})
-      : options_(checked(options)), proxy_({.stiffness = options.most_stiffness, .static_friction = options.static_friction, .dynamic_friction = options.dynamic_friction}) {
+      : options_(checked(options)), proxy_(of_proxy(options_)) {
     begin_session(1000.0, 1000.0);
   }
 
@@ -56,14 +59,52 @@ class ProxyForce {
 
   void begin_session(double servo_rate, double model_rate) {
     model_ticks_ = std::max(1, static_cast<int>(std::ceil(servo_rate / model_rate)));
-    int const between = options_.handover > 0 ? options_.handover : std::clamp(static_cast<int>(std::ceil(servo_rate / model_rate - 1e-9)), 1, 1000000);
-    patches_ = PatchHandover<S>({.ticks = between, .period = 1.0 / servo_rate});
-    planes_ = PlaneHandover<S>({.ticks = between});
+    between_ = options_.handover > 0 ? options_.handover : std::clamp(static_cast<int>(std::ceil(servo_rate / model_rate - 1e-9)), 1, 1000000);
+    patches_ = PatchHandover<S>({.ticks = between_, .period = 1.0 / servo_rate});
+    planes_ = PlaneHandover<S>({.ticks = between_});
     proxy_.reset();
-    sequence_ = 0;
+    forget();
   }
 
   Vector3<S> on_surface(LocalModel<S> const& local, ToolMotion<S> const& motion) noexcept {
+    Vector3<S> force = at_surface(local, motion);
+    bool const there = local.surface.stiffness() > S(0);
+    S const seconds = motion.seconds > S(0) ? motion.seconds : S(0.001);   // false for a NaN
+    if (was_there_ && !there && S(between_) * seconds < S(options_.release)) {
+      lost_ = force_;
+      since_lost_ = S(0);
+    }
+    was_there_ = there;
+    if (!lost_.isZero(S(0))) {
+      since_lost_ += seconds;
+      S const share = CurveJoin<S>{.puncture_time = S(options_.release)}.puncture_share(since_lost_);
+      if (!there) force.setZero();   // the hand-over would be quicker
+      force += share * lost_;
+      if (!(share > S(0))) lost_.setZero();
+    }
+    return force_ = force;
+  }
+
+  /// Where the tool would be; the tip itself in free space.
+  SurfaceProxy<S> const& proxy() const noexcept { return proxy_; }
+  /// N/m: by what the force of the last tick falls off as the tip yields.
+  Matrix<S, 3, 3> load_stiffness() const noexcept { return stiffness_ * proxy_.held_ways(); }
+  void reset() noexcept {
+    patches_.reset();
+    planes_.reset();
+    proxy_.reset();
+    forget();
+  }
+
+ private:
+  void forget() noexcept {
+    sequence_ = 0;
+    force_.setZero();
+    lost_.setZero();
+    was_there_ = false;
+  }
+
+  Vector3<S> at_surface(LocalModel<S> const& local, ToolMotion<S> const& motion) noexcept {
     SurfaceModel<S> const& surface = local.surface;
     S const stiffness = std::min(surface.stiffness(), S(options_.most_stiffness));
     bool const facets = options_.surface == SurfaceKind::facets;
@@ -88,20 +129,17 @@ class ProxyForce {
     return proxy_(tangent, motion.tip, stiffness_ = here.stiffness);
   }
 
-  /// Where the tool would be; the tip itself in free space.
-  SurfaceProxy<S> const& proxy() const noexcept { return proxy_; }
-  /// N/m: by what the force of the last tick falls off as the tip yields.
-  Matrix<S, 3, 3> load_stiffness() const noexcept { return stiffness_ * proxy_.held_ways(); }
-  void reset() noexcept {
-    patches_.reset();
-    planes_.reset();
-    proxy_.reset();
-    sequence_ = 0;
+  static SurfaceProxyOptions of_proxy(ProxyForceOptions const& options) {
+    SurfaceProxyOptions proxy;
+    proxy.stiffness = options.most_stiffness;
+    proxy.static_friction = options.static_friction;
+    proxy.dynamic_friction = options.dynamic_friction;
+    return proxy;
   }
-
- private:
   static ProxyForceOptions const& checked(ProxyForceOptions const& options) {
     if (options.surface == SurfaceKind::none) throw InvalidArgument("ProxyForce: .surface is none; give plane, ball or facets");
+    if (!(options.release >= 0.0) || !std::isfinite(options.release))
+      throw InvalidArgument(detail::message("ProxyForce: .release is ", options.release, " s; give a finite time, zero or more"));
     if (options.handover < 0)
       throw InvalidArgument(detail::message("ProxyForce: .handover is ", options.handover, "; give a number of ticks, or 0 for as many as lie between two models"));
     return options;
@@ -111,8 +149,13 @@ class ProxyForce {
   PatchHandover<S> patches_{};
   PlaneHandover<S> planes_{};
   SurfaceProxy<S> proxy_;
-  S stiffness_ = S(0);   // of the last tick
+  S stiffness_ = S(0);                          // of the last tick
+  Vector3<S> force_ = Vector3<S>::Zero();       // of the last tick
+  Vector3<S> lost_ = Vector3<S>::Zero();        // N, when the surface went
+  S since_lost_ = S(0);                         // s
+  bool was_there_ = false;
   std::uint64_t sequence_ = 0;
+  int between_ = 1;                 // ticks of a hand-over
   int model_ticks_ = 1, age_ = 0;   // between two models; since the last: a model that is late does not move on
 };
 
