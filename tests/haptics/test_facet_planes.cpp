@@ -10,6 +10,7 @@
 #include <palpate/haptics/facet_planes.hpp>
 #include <palpate/haptics/plane_handover.hpp>
 #include <palpate/haptics/surface_proxy.hpp>
+#include <palpate/haptics/surface_sensor.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/grid.hpp>
@@ -30,8 +31,8 @@ namespace {
 
 /// A sheet folded along x = 0, z = slope · |x|: a valley, or a ridge for a slope below zero.
 template <RealScalar S>
-TriangleMesh<S> folded(S slope) {
-  auto mesh = make_grid<S>(9, 9, S(0.005));
+TriangleMesh<S> folded(S slope, int vertices = 9) {
+  auto mesh = make_grid<S>(vertices, vertices, S(0.04) / S(vertices - 1));
   mesh.points.row(0).array() -= S(0.02), mesh.points.row(1).array() -= S(0.02);
   mesh.points.row(2) = slope * mesh.points.row(0).cwiseAbs();
   return mesh;
@@ -153,6 +154,61 @@ TEST_CASE("a tip that passes through a thin wall in a tick is held on the side t
       REQUIRE((force - Vector3<double>(0, 0, side * 500 * deep)).norm() < 1e-9);
     }
   }
+}
+
+// Closed form: how far the felt tool, at the tip where nothing is felt, is behind both planes of the fold, or in front of the surface that they make. The
+// yardstick is the tip's way in a step of the body.
+TEST_CASE("a tip that slides over a ridge or into a valley meets the other side no later than after its way in a step of the body", "[haptics]") {
+  struct Fold {
+    double inside = 0, outside = 0;   // m
+  };
+  auto const slide = [](double slope, int vertices, int every, double speed) {
+    MassSpring<double> tissue(folded(slope, vertices), {.mass = {.total = 0.05}, .link = {.stiffness = 80, .damping = 0.2}, .home = {.stiffness = 8, .damping = 0.1}});
+    SoftBody body(std::move(tissue), LeapfrogVerlet{}, WholeBody{});
+    double const length = std::sqrt(1 + slope * slope), side = slope < 0 ? 1.0 : -1.0;
+    Vector3<double> const normal(slope / length, 0, 1 / length), other(-slope / length, 0, 1 / length);
+    Vector3<double> const down(1 / length, 0, -slope / length), on(1 / length, 0, slope / length);
+    double const cut = 0.001 * std::abs(slope);   // along either side, where the two ways 1 mm deep cross
+    Fold worst;
+    for (int start = 0; start < 4; ++start) {
+      Touch<double> touch;
+      SurfaceSensor<double> sensor(SurfaceKind::facets);
+      PlaneHandover<double> handover({.ticks = every});
+      SurfaceProxy<double> proxy({.stiffness = 500});
+      double way = -0.012 - 0.25e-3 * start * speed * every, height = 0.002;
+      for (int k = 0; way < 0.006; ++k) {
+        bool const slides = height <= -0.001;
+        if (slides)
+          way += 1e-3 * speed;
+        else
+          height -= 5e-5;
+        // Over a ridge it goes on 1 mm below the other side; in a valley straight on, into the other side.
+        Vector3<double> tip = (way - (side > 0 ? cut : 0.0)) * down + height * normal;
+        if (side > 0 && way > 0) tip = (way + cut) * on + height * other;
+        tip.y() = 3e-4;
+        if (k % every == 0) {
+          auto const& contact = touch.update(body, tip);
+          auto const& surface = sensor.look(body, contact, contact.touching ? CuttingPhase::indenting : CuttingPhase::no_contact, tip, 0.0, 500.0);
+          handover.take(surface.planes, 500, surface.sequence, tip);
+        }
+        Vector3<double> const felt = tip + proxy(handover(tip), tip) / 500;
+        double const a = felt.dot(normal), b = felt.dot(other), above = side > 0 ? std::max(a, b) : std::min(a, b);
+        if (slides) worst = {std::max(worst.inside, -above), std::max(worst.outside, above)};
+      }
+    }
+    return worst;
+  };
+  for (int const vertices : {9, 41})
+    for (int const every : {1, 33})
+      for (double const speed : {0.05, 0.1}) {
+        CAPTURE(vertices, every, speed);
+        double const in_a_step = 1e-3 * every * speed;
+        Fold const ridge = slide(-0.75, vertices, every, speed), valley = slide(0.75, vertices, every, speed);
+        CHECK(ridge.inside <= (every == 1 ? 1e-9 : 0.3 * in_a_step));   // the touched facet, drawn out, lies in front of the other one: it is the hand-over
+        CHECK(ridge.outside <= in_a_step);
+        CHECK(valley.inside <= 0.01 * in_a_step);   // it is seen in time
+        CHECK(valley.outside < 1e-9);
+      }
 }
 
 TEST_CASE("planes of facets cost no allocation, and a triangle without area has none", "[haptics]") {

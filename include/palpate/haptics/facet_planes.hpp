@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/collision/closest_point.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/haptics/plane_set.hpp>
 #include <palpate/mesh/normals.hpp>
@@ -8,26 +9,58 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 
 namespace palpate {
 
-/// Up to three planes that a tip near a touched triangle must not pass: its facet, and of the facets around it those that it can run into, the ones
+namespace detail {
+
+/// The triangle nearest to p that is reached from `triangle` by going each time to the nearest one around, and so by no more than so many steps.
+template <class Body>
+int walked_to(Body const& body, int triangle, Vector3<typename Body::Scalar> const& p) noexcept {
+  using S = typename Body::Scalar;
+  constexpr int most_steps = 64;
+  auto const& surface = body.tissue().surface();
+  auto const& x = body.positions();
+  auto const distance = [&](int t) {   // squared
+    auto const c = surface.corners(t);
+    return (closest_point_on_triangle<S>(p, x.col(c[0]), x.col(c[1]), x.col(c[2])).point - p).squaredNorm();
+  };
+  S least = distance(triangle);
+  auto const corner = surface.corners(triangle);
+  if (!(least > S(1e-6) * (x.col(corner[1]) - x.col(corner[0])).squaredNorm())) return triangle;   // on it
+  for (int step = 0; step < most_steps; ++step) {
+    int next = triangle;
+    for (int const v : surface.corners(triangle))
+      for (int const t : surface.triangles_at(v))
+        if (S const d = distance(t); d < least) least = d, next = t;
+    if (next == triangle) break;
+    triangle = next;
+  }
+  return triangle;
+}
+
+}  // namespace detail
+
+/// Up to three planes that a tip near a touched triangle must not pass: its facet, and of the facets that it can run into those
 /// that matter to this tip first.
-///   counts      a facet around it where the surface folds towards the tool: the touched facet lies in front of its plane, and it rises in front of
-///               the touched one's
-///   next taken  of those the one that the tip, projected on the planes taken so far, is farthest behind, or least in front of
+///   looked at   the facets around the touched one, and around those nearest to where the planes taken so far hold the tip, now and at `ahead`, where it may
+///               be before the next planes come
+///   counts      one where the surface folds towards the tool: the touched facet lies in front of its plane, and it rises in front of the
+///               touched one's
+///   next taken  of those the one that the tip, projected on the planes taken so far, is farthest behind, or least in front of, now or at `ahead`
 /// Over a ridge the surface folds away: there the touched facet alone holds the tool, since the other's plane, drawn out, would shut out free space.
 /// Units      m; `radius` of a tool that is a ball: its centre is kept so far in front.
 /// Source     \cite zilles1995
 /// Invariant  The touched facet is the first plane; no two are less than 1.1° apart. Empty for a triangle without area.
-/// Cost       O(triangles at three vertices), two projections on at most two planes; noexcept, no allocation.
-/// Limits     A fold flatter than 1:100 counts as none. A facet that does not share a vertex with the touched one is not seen: the tip has to touch
-///            nearer to it first. The planes are drawn out without end.
+/// Cost       O(triangles at the vertices on the way from the touched facet), at most 64 facets a way; two projections on at most two planes; noexcept, no allocation.
+/// Limits     A fold flatter than 1:100 counts as none. The planes are drawn out without end. What a tip meets beyond `ahead` it meets late, by up to its way
+///            until the next planes.
 template <class Body>
-PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vector3<typename Body::Scalar> const& tip,
-                                             typename Body::Scalar radius = typename Body::Scalar(0)) noexcept {
+PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vector3<typename Body::Scalar> const& tip, typename Body::Scalar radius,
+                                             Vector3<typename Body::Scalar> const& ahead) noexcept {
   using S = typename Body::Scalar;
   constexpr S flat = S(0.01), same = S(0.9998);
   auto const& surface = body.tissue().surface();
@@ -56,23 +89,34 @@ PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vec
   for (std::size_t k = 0; k < 3; ++k) edge = std::max(edge, (x.col(corner[k]) - x.col(corner[(k + 1) % 3])).norm());
   if (!planes.try_add({touched.normal, touched.offset + radius})) return planes;
   while (planes.count() < 3) {
-    Vector3<S> const felt = planes.project(tip).point;
+    std::array<Vector3<S>, 2> const felt{planes.project(tip).point, planes.project(ahead).point};
     ContactPlane<S> next;
     S nearest = std::numeric_limits<S>::infinity();
-    for (int const v : corner)
-      for (int const t : surface.triangles_at(v)) {
-        if (t == triangle) continue;
-        ContactPlane<S> plane = plane_of(t);
-        if (plane.normal.isZero(S(0))) continue;
-        bool new_side = true;
-        for (int k = 0; k < planes.count(); ++k) new_side = new_side && plane.normal.dot(planes[k].normal) < same;
-        if (!new_side || heights(triangle, plane).least < -flat * flat * edge || !(heights(t, touched).most > flat * edge)) continue;
-        plane.offset += radius;
-        if (S const height = plane.distance(felt); height < nearest) nearest = height, next = plane;
-      }
+    auto const look_around = [&](int from) {
+      for (int const v : surface.corners(from))
+        for (int const t : surface.triangles_at(v)) {
+          if (t == triangle) continue;
+          ContactPlane<S> plane = plane_of(t);
+          if (plane.normal.isZero(S(0))) continue;
+          bool new_side = true;
+          for (int k = 0; k < planes.count(); ++k) new_side = new_side && plane.normal.dot(planes[k].normal) < same;
+          if (!new_side || heights(triangle, plane).least < -flat * flat * edge || !(heights(t, touched).most > flat * edge)) continue;
+          plane.offset += radius;
+          if (S const height = std::min(plane.distance(felt[0]), plane.distance(felt[1])); height < nearest) nearest = height, next = plane;
+        }
+    };
+    look_around(triangle);
+    int seen = triangle;
+    for (Vector3<S> const& p : felt)
+      if (int const there = detail::walked_to(body, seen, Vector3<S>(p - radius * touched.normal)); there != seen) look_around(seen = there);
     if (!(nearest < std::numeric_limits<S>::infinity()) || !planes.try_add(next)) break;
   }
   return planes;
+}
+template <class Body>
+PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vector3<typename Body::Scalar> const& tip,
+                                             typename Body::Scalar radius = typename Body::Scalar(0)) noexcept {
+  return facet_planes(body, triangle, tip, radius, tip);
 }
 
 }  // namespace palpate

@@ -37,6 +37,9 @@ class SurfaceSensor {
   SurfaceModel<Scalar> const& look(Body& body, Contact const& contact, CuttingPhase phase, Vector3<Scalar> const& tip, Scalar radius, Scalar stiffness) {
     if (kind_ == SurfaceKind::none) return model_;
     ++model_.sequence;
+    way_ = looked_ && tip.allFinite() ? Vector3<Scalar>(tip - tip_) : Vector3<Scalar>(Vector3<Scalar>::Zero());
+    tip_ = tip;
+    looked_ = tip.allFinite();
     model_.patch.stiffness = 0;
     model_.planes.clear();
     if (phase == CuttingPhase::moving || !tip.allFinite()) return model_;
@@ -70,13 +73,15 @@ class SurfaceSensor {
     for (std::size_t k = 0; k < 3; ++k) model_.patch.point += barycentric[static_cast<Eigen::Index>(k)] * body.positions().col(corners[k]);
     model_.patch = model_.patch.offset_by(radius);
     model_.patch.stiffness = stiffness;
-    if (kind_ == SurfaceKind::facets) model_.planes = facet_planes(body, triangle, tip, radius);
+    if (kind_ == SurfaceKind::facets) model_.planes = facet_planes(body, triangle, tip, radius, Vector3<Scalar>(tip + Scalar(2) * way_));
   }
 
   SurfaceKind kind_;
   Scalar approach_;
   SurfaceFit<Scalar> fit_;
   SurfaceModel<Scalar> model_{};
+  Vector3<Scalar> tip_ = Vector3<Scalar>::Zero(), way_ = Vector3<Scalar>::Zero();   // at the last look, and since the one before
+  bool looked_ = false;
   int triangle_ = -1;
   Vector3<Scalar> barycentric_ = Vector3<Scalar>::Zero();
   std::size_t revision_ = 0;
