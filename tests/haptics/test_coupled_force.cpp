@@ -5,6 +5,7 @@
 #include <palpate/device/sampled_mass.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/haptics/coupled_force.hpp>
+#include <palpate/haptics/press_then_cut.hpp>
 
 #include "allocation_trap.hpp"
 #include "catch.hpp"
@@ -111,6 +112,19 @@ TEST_CASE("a force model behind a coupling is a spring in series too, where it i
     for (int k = 0; k < 500; ++k) felt = cutting.on_surface(local, {.tip = {0, 0, 1e-3 - 1e-5 * std::min(k, 300)}, .seconds = 0.001, .continues = true});
     CHECK(felt.z() == Approx(0.002 / (1 / 400.0 + 1 / stiffness)).epsilon(1e-9));
   }
+}
+
+TEST_CASE("a coupled tool that cuts along a curve steeper than the coupling is still, and springs in series", "[haptics]") {
+  CoupledForce force(PressThenCut(stiff_proxy(500.0), [](double depth) noexcept { return 5000.0 * depth; }), {.stiffness = 400.0});
+  force.begin_session(1000.0, 1000.0);
+  LocalModel<double> local = coupled_plane(500.0);
+  Vector felt;
+  for (int k = 0; k < 1000; ++k) {
+    if (k == 300) local.phase = CuttingPhase::moving, local.surface.patch.stiffness = 0.0, local.surface.sequence = 2;
+    felt = force.on_surface(local, {.tip = {0, 0, -1e-4 * std::min(k, 300)}, .seconds = 0.001, .continues = true});
+    if (k == 299) CHECK(felt.z() == Approx(0.0299 / (1 / 400.0 + 1 / 500.0)).epsilon(1e-6));
+  }
+  CHECK(felt.z() == Approx(0.03 / (1 / 400.0 + 1 / 5000.0)).epsilon(1e-6));
 }
 
 // By hand: the tool rests where K (x_d − x) + B u = k x, and the hand feels k x.

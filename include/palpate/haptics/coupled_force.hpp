@@ -25,12 +25,6 @@ struct CoupledForceOptions {
   double damping = std::numeric_limits<double>::infinity();     ///< N·s/m
 };
 
-/// A force that tells how it falls off as its tool yields: N/m, of the last `on_surface`, symmetric, without negative eigenvalues.
-template <class T, class Scalar>
-concept KnowsLoadStiffness = requires(T const& force) {
-  { force.load_stiffness() } -> std::convertible_to<Matrix<Scalar, 3, 3>>;
-};
-
 /// A force policy behind a virtual coupling: the tissue meets a tool of its own, and the hand feels the spring and the damper that hold this tool to the
 /// device. So the stiffness of the coupling alone decides what the device has to stand, whatever the tissue's is.
 ///   CoupledForce force(ProxyForce<double>({.most_stiffness = 5000.0}));
@@ -143,7 +137,7 @@ class CoupledForce {
       if constexpr (KnowsLoadStiffness<Force, S>)
         load.stiffness = force_.load_stiffness();
       else if (S const size = load.wrench.force.norm(); size > S(0))
-        load.stiffness = along(load.wrench.force / size, local.surface.stiffness());
+        load.stiffness = local.surface.stiffness() / (size * size) * load.wrench.force * load.wrench.force.transpose();
     } else {
       ToolContact<S> contact;
       contact.phase = local.phase;
@@ -154,12 +148,10 @@ class CoupledForce {
       contact.tissue_force = local.tissue_force;
       contact.seconds = motion.seconds;
       load.wrench.force = force_(contact);
-      S const secant = load.wrench.force.dot(contact.normal) / contact.depth;
-      if (contact.depth > S(0) && secant > S(0) && std::isfinite(secant)) load.stiffness = along(contact.normal, secant);
+      load.stiffness = secant_stiffness(load.wrench.force, contact);
     }
     return load;
   }
-  static Matrix<S, 3, 3> along(Vector3<S> const& direction, S stiffness) noexcept { return stiffness * direction * direction.transpose(); }
 
   CoupledForceOptions options_;
   Force force_;

@@ -56,7 +56,16 @@ class PressThenCut {
     contact_.tissue_force = pressed;
     contact_.seconds = motion.seconds;
     Vector3<S> const cut = cut_(contact_);
+    cuts_ = local.phase == CuttingPhase::moving;
+    cut_stiffness_ = secant_stiffness(cut, contact_);
     return local.phase == CuttingPhase::no_contact ? pressed : cut;
+  }
+
+  /// N/m: by what the force of the last tick falls off as the tip yields.
+  Matrix<S, 3, 3> load_stiffness() const noexcept
+    requires KnowsLoadStiffness<Press, S>
+  {
+    return cuts_ ? cut_stiffness_ : Matrix<S, 3, 3>(press_.load_stiffness());
   }
 
   Press& press() noexcept { return press_; }
@@ -66,12 +75,15 @@ class PressThenCut {
     if constexpr (detail::Resettable<Press>) press_.reset();
     cut_.reset();
     contact_ = {};
+    cuts_ = false;
   }
 
  private:
   Press press_;
   CuttingForce<Parts..., PressedReaction<S>> cut_;
   ToolContact<S> contact_{};   // of the last tick
+  Matrix<S, 3, 3> cut_stiffness_ = Matrix<S, 3, 3>::Zero();
+  bool cuts_ = false;
 };
 
 static_assert(SurfaceForce<PressThenCut<ProxyForce<double>>, double> && ContactLaw<PressedReaction<float>, float>);

@@ -25,6 +25,20 @@ concept SurfaceForce = RealScalar<Scalar> && requires(T& model, LocalModel<Scala
   model.begin_session(1000.0, 500.0);
 };
 
+/// A force that tells how it falls off as its tool yields: N/m, of the last `on_surface`, symmetric, without negative eigenvalues.
+template <class T, class Scalar>
+concept KnowsLoadStiffness = requires(T const& force) {
+  { force.load_stiffness() } -> std::convertible_to<Matrix<Scalar, 3, 3>>;
+};
+
+/// What a force model that knows no more than its force falls off by: along the normal its secant, F·n/d, where that is above zero.
+template <RealScalar S>
+Matrix<S, 3, 3> secant_stiffness(Vector3<S> const& force, ToolContact<S> const& contact) noexcept {
+  S const secant = contact.depth > S(0) ? force.dot(contact.normal) / contact.depth : S(0);
+  if (!(secant > S(0)) || !std::isfinite(secant)) return Matrix<S, 3, 3>::Zero();
+  return secant * contact.normal * contact.normal.transpose();
+}
+
 struct ProxyForceOptions {
   SurfaceKind surface = SurfaceKind::ball;
   double most_stiffness = 500.0;    ///< N/m; the contact's own where that is softer. See `passive_wall` for what a device holds
