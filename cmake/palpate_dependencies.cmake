@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-# Finds what the core needs (Eigen, threads) and what the asked components need (FCL, nlohmann-json, oneTBB, VTK).
+# Finds what the core needs (Eigen, threads) and what the asked components need (FCL, Boost, nlohmann-json, oneTBB, VTK).
 #
-# PALPATE_COMPONENTS names the components this build uses: any of collision, json, parallel, vtk. A component that is named must be
+# PALPATE_COMPONENTS names the components this build uses: any of collision, haply, json, parallel, vtk. A component that is named must be
 # found. Without the variable, a build of palpate itself takes those whose libraries are there, and a host that pulls
 # palpate in with add_subdirectory() gets the core alone.
 include(cmake/palpate_vtk.cmake)
@@ -15,8 +15,9 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 
-set(palpate_known_components collision json parallel vtk)
+set(palpate_known_components collision haply json parallel vtk)
 set(palpate_has_collision OFF)
+set(palpate_has_haply OFF)
 set(palpate_has_json OFF)
 set(palpate_has_parallel OFF)
 set(palpate_has_vtk OFF)
@@ -36,6 +37,13 @@ foreach(component IN LISTS palpate_components)
       set(palpate_has_collision ON)
     endif()
     set(palpate_missing "FCL 0.7 with libccd (Debian: libfcl-dev libccd-dev)")
+  elseif(component STREQUAL "haply")
+    find_package(Boost 1.74 QUIET CONFIG)   # Beast and Asio, headers alone
+    find_package(nlohmann_json 3.10 QUIET)
+    if(TARGET Boost::headers AND TARGET nlohmann_json::nlohmann_json)
+      set(palpate_has_haply ON)
+    endif()
+    set(palpate_missing "Boost 1.74 and nlohmann-json 3.10 (Debian: libboost-dev nlohmann-json3-dev)")
   elseif(component STREQUAL "json")
     find_package(nlohmann_json 3.10 QUIET)
     if(TARGET nlohmann_json::nlohmann_json)
@@ -55,7 +63,7 @@ foreach(component IN LISTS palpate_components)
     endif()
     set(palpate_missing "VTK 9 (Debian: libvtk9-dev)")
   else()
-    message(FATAL_ERROR "PALPATE_COMPONENTS: there is no component '${component}' (components: collision, json, parallel, vtk).")
+    message(FATAL_ERROR "PALPATE_COMPONENTS: there is no component '${component}' (components: collision, haply, json, parallel, vtk).")
   endif()
   if(NOT palpate_has_${component})
     if(DEFINED PALPATE_COMPONENTS)

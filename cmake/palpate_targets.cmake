@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# palpate::palpate, palpate::collision, palpate::json, palpate::parallel and palpate::vtk, under the names an installed package has.
+# palpate::palpate, palpate::collision, palpate::haply, palpate::json, palpate::parallel and palpate::vtk, under the names an installed
+# package has.
 #
 # All of them always exist and are always installed: they are headers, so what this machine happens to have does not
 # change the package. Only the link items depend on the libraries that were found.
@@ -10,12 +11,15 @@ set(palpate_vtk_headers ${palpate_headers})
 list(FILTER palpate_vtk_headers INCLUDE REGEX "/include/palpate/vtk/")
 set(palpate_collision_headers ${palpate_headers})
 list(FILTER palpate_collision_headers INCLUDE REGEX "/include/palpate/collision/fcl[^/]*\\.hpp$")
+set(palpate_haply_headers ${palpate_headers})
+list(FILTER palpate_haply_headers INCLUDE REGEX "/include/palpate/haply/")
 set(palpate_json_headers ${palpate_headers})
 list(FILTER palpate_json_headers INCLUDE REGEX "/include/palpate/json/")
 set(palpate_parallel_headers ${palpate_headers})
 list(FILTER palpate_parallel_headers INCLUDE REGEX "/include/palpate/parallel/")
 set(palpate_core_headers ${palpate_headers})
-list(REMOVE_ITEM palpate_core_headers ${palpate_vtk_headers} ${palpate_collision_headers} ${palpate_json_headers} ${palpate_parallel_headers})
+list(REMOVE_ITEM palpate_core_headers ${palpate_vtk_headers} ${palpate_collision_headers} ${palpate_haply_headers} ${palpate_json_headers}
+     ${palpate_parallel_headers})
 
 # palpate_add_interface(<target> <exported name> <headers>...)
 function(palpate_add_interface target name)
@@ -34,6 +38,8 @@ target_link_libraries(palpate INTERFACE Eigen3::Eigen Threads::Threads)
 # A target that links a component whose library was not looked for stops at a name that says what to do.
 palpate_add_interface(palpate_collision collision ${palpate_collision_headers})
 set(palpate_collision_items fcl)
+palpate_add_interface(palpate_haply haply ${palpate_haply_headers})
+set(palpate_haply_items Boost::headers nlohmann_json::nlohmann_json)
 palpate_add_interface(palpate_json json ${palpate_json_headers})
 set(palpate_json_items nlohmann_json::nlohmann_json)
 palpate_add_interface(palpate_parallel parallel ${palpate_parallel_headers})

@@ -9,6 +9,12 @@
 #ifdef with_collision
 #include <palpate/collision/fcl_surface.hpp>
 #endif
+#ifdef with_haply
+#include <palpate/haply/options.hpp>
+
+#include <boost/beast/version.hpp>
+#include <nlohmann/json_fwd.hpp>
+#endif
 #ifdef with_json
 #include <palpate/force/liver.hpp>
 #include <palpate/json/network_file.hpp>
@@ -41,6 +47,12 @@ int main() {
   double const distance = surface.distance(palpate::SphereTip<double>{0.1}, {0.5, 0.5, 0.3}).distance;
   std::printf("collision: distance %.3f m\n", distance);
   right = right && near(distance, 0.2);
+#endif
+#ifdef with_haply
+  // The usual axes, right, up, towards the user, in those of the service; both libraries are within reach.
+  auto const axes = palpate::signed_axes(palpate::Inverse3Options{}.axes);
+  std::printf("haply: Beast %d\n", BOOST_BEAST_VERSION);
+  right = right && axes && near((*axes)(2, 1), -1.0);
 #endif
 #ifdef with_json
   // The published loading curve, written and read.

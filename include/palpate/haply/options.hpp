@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/device/capabilities.hpp>
+#include <palpate/haply/frame.hpp>
+
+#include <cmath>
+#include <string>
+
+namespace palpate {
+
+/// How the service wants a force to be written.
+enum class HaplyDialect {
+  by_version,   ///< `vector` from service 3.5 on and where the version is not told, `values` before
+  vector,       ///< {"vector": {"x", "y", "z"}}
+  values        ///< {"values": {"x", "y", "z"}}
+};
+
+struct Inverse3Options {
+  std::string host = "localhost";   ///< where Haply's service runs; another machine's network is hardly fast enough for forces
+  int port = 10001;
+  std::string device = {};   ///< device_id; empty: the only one
+  std::string grip = {};     ///< device_id of the verse grip; empty: the only one, if there is one; "none": no grip
+  HaplyDialect dialect = HaplyDialect::by_version;
+  std::string axes = "XZ-Y";    ///< of the frame here, in Haply's (x right, y forward, z up): x right, y up, z towards the user
+  bool accepts_scale = false;   ///< a service that is set to scale lengths is taken as it is; forces are then not what the hand's motion says
+
+  DeviceValue max_force = guessed(3.0);   ///< N; the service publishes none
+  DeviceWorkspace workspace = {};         ///< m, in the frame here; unknown: a guess, as long as the service neither mounts nor moves the device
+  double rate = 1000.0;                   ///< Hz, of the host's servo
+  double exchange_rate = 2000.0;          ///< Hz, messages a second at most; each brings one state
+
+  double ramp = 0.5;       ///< s, in which the force rises from zero after arming, a jump or a gap
+  double held = 0.02;      ///< s, how long a force is held that is not written anew; an exchange that takes longer is a gap
+  double stall = 0.1;      ///< s: a state that is older, or an answer that takes longer, ends the session
+  double jump = 0.005;     ///< m from one state to the next, beyond what a hand of 2 m/s can do: the force begins at zero again
+  double timeout = 5.0;    ///< s, for each step of opening
+
+  void validate() const {
+    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
+      if (!good) throw InvalidArgument(detail::message("Inverse3Options: ", what, " is ", value, unit, "; ", advice));
+    };
+    auto const positive = [](double value) { return value > 0.0 && std::isfinite(value); };
+    if (host.empty()) throw InvalidArgument("Inverse3Options: .host is empty; give the machine of the service, as localhost");
+    require(port >= 1 && port <= 65535, ".port", port, "", "the service's usual one is 10001");
+    auto const matrix = signed_axes(axes);
+    if (!matrix || matrix->determinant() < 0.0)
+      throw InvalidArgument(detail::message("Inverse3Options: .axes is \"", axes,
+                                            "\"; give each of X, Y and Z once, with signs, without a mirror, as XZ-Y (y up) or XYZ (z up)"));
+    require(max_force >= 0.0 && std::isfinite(max_force), ".max_force", max_force, " N", "give zero or more");
+    require(rate >= 1.0 && rate <= 1e5, ".rate", rate, " Hz", "a servo's usual one is 1000");
+    require(exchange_rate >= 1.0 && exchange_rate <= 1e5, ".exchange_rate", exchange_rate, " Hz", "give 1 to 100000");
+    require(ramp >= 0.0 && std::isfinite(ramp), ".ramp", ramp, " s", "give zero or more");
+    require(positive(held), ".held", held, " s", "give more than zero");
+    require(positive(stall), ".stall", stall, " s", "give more than zero");
+    require(exchange_rate * held >= 2.0 && exchange_rate * stall >= 2.0, ".exchange_rate", exchange_rate, " Hz",
+            "at least two exchanges fit into .held and into .stall");
+    require(positive(jump), ".jump", jump, " m", "give more than zero");
+    require(positive(timeout), ".timeout", timeout, " s", "give more than zero");
+  }
+};
+
+}  // namespace palpate
