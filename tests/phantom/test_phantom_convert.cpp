@@ -12,6 +12,7 @@
 
 using namespace palpate;
 using namespace palpate::detail::phantom;
+using palpate::detail::nearest_rotation;
 
 namespace {
 

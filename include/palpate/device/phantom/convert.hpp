@@ -3,9 +3,9 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/device/concept.hpp>
+#include <palpate/device/detail/nearest_rotation.hpp>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include <array>
 #include <cmath>
@@ -36,21 +36,6 @@ inline std::optional<TransformOrder> order_of(NativeState const& native) noexcep
   bool const columns = fits(12, 13, 14), rows = fits(3, 7, 11);
   if (columns == rows) return std::nullopt;
   return columns ? TransformOrder::by_columns : TransformOrder::by_rows;
-}
-
-/// The rotation nearest to a matrix that almost is one: X ← (X + X⁻ᵀ)/2, the polar factor, quadratically.
-/// Source     \cite higham1986, Newton's iteration
-/// Limits     nothing for a matrix that is not finite, mirrors, or is far from a rotation.
-template <RealScalar Scalar>
-std::optional<Matrix<Scalar, 3, 3>> nearest_rotation(Matrix<Scalar, 3, 3> const& matrix) noexcept {
-  if (!matrix.allFinite() || !(matrix.determinant() > Scalar(0.1))) return std::nullopt;
-  Matrix<Scalar, 3, 3> rotation = matrix;
-  for (int k = 0; k < 8; ++k) {
-    Matrix<Scalar, 3, 3> const inverse = rotation.inverse();
-    rotation = (rotation + inverse.transpose()) / 2;
-  }
-  if (!rotation.allFinite() || (matrix - rotation).norm() > Scalar(0.1)) return std::nullopt;
-  return rotation;
 }
 
 /// In SI units; false, and nothing changed, when position or velocity are not finite. A rotation that is none leaves the orientation as it was.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/device/detail/shared_library.hpp>
 #include <palpate/device/phantom/abi.hpp>
 #include <palpate/device/phantom/faults.hpp>
 
@@ -8,13 +9,7 @@
 #include <filesystem>
 #include <string>
 #include <system_error>
-#include <type_traits>
 #include <vector>
-
-#if defined(__unix__) || defined(__APPLE__)
-#include <dlfcn.h>
-#define PALPATE_PHANTOM_CAN_LOAD 1
-#endif
 
 namespace palpate::detail::phantom {
 
@@ -45,58 +40,34 @@ inline std::vector<std::string> library_candidates(std::string const& asked) {
 /// Fills the table with what `find(name)` gives; throws for the first mandatory function that it does not know.
 template <class Find>
 Functions bind_functions(Find find, std::string const& path) {
-  Functions functions;
-  for_each_function(functions, [&](char const* name, auto& pointer, bool mandatory) {
-    void* const found = find(name);
-    if (found == nullptr && mandatory)
-      throw PhantomError(
-          PhantomProblem::library_incompatible,
-          message(path, " has no function ", name, ": it is not libHD, or of a version that this adapter does not know (3.0 to 3.5 are meant)"));
-    pointer = reinterpret_cast<std::remove_reference_t<decltype(pointer)>>(found);
+  return bound_functions<Functions>(find, [&](char const* name) {
+    throw PhantomError(
+        PhantomProblem::library_incompatible,
+        message(path, " has no function ", name, ": it is not libHD, or of a version that this adapter does not know (3.0 to 3.5 are meant)"));
   });
-  return functions;
 }
 
 /// Loads the first library that can be loaded. Throws with every loader's message as it came: it names a library that is missing further down.
 inline Library load_library(std::string const& asked) {
-#if defined(PALPATE_PHANTOM_CAN_LOAD)
   static_assert(sizeof(void*) == 8 || sizeof(void*) == 4);
+  if constexpr (!can_load_libraries) throw PhantomError(PhantomProblem::library_not_found, "libHD is loaded on Unix alone so far");
   if constexpr (sizeof(void*) != 8) throw PhantomError(PhantomProblem::library_incompatible, "libHD is used on 64-bit systems only");
   auto const candidates = library_candidates(asked);
-  std::string absent, problems;
-  auto const try_all = [&]() -> void* {
-    absent.clear(), problems.clear();
-    for (std::string const& candidate : candidates) {
-      if (void* const handle = ::dlopen(candidate.c_str(), RTLD_NOW | RTLD_LOCAL)) {
-        absent = candidate;   // where it was
-        return handle;
-      }
-      char const* const said = ::dlerror();
-      std::string const text = said != nullptr ? said : "no reason given";
-      if (candidates.size() > 1 && text.starts_with(candidate + ": cannot open shared object file"))
-        absent += (absent.empty() ? "" : ", ") + candidate;
-      else
-        problems += (problems.empty() ? "" : "; ") + text;
-    }
-    return nullptr;
-  };
-  void* handle = try_all();
-  if (handle == nullptr && !problems.empty()) {   // perhaps it wants the driver's names to be there already
+  SharedLibrary library = load_first(candidates);
+#if defined(PALPATE_CAN_LOAD_LIBRARIES)
+  if (library.handle == nullptr && !library.problems.empty()) {   // perhaps it wants the driver's names to be there already
     bool found = false;
     for (char const* const driver : {"libPhantomIOLib42.so", "libPHANToMIO.so.4"})
       found = ::dlopen(driver, RTLD_NOW | RTLD_GLOBAL) != nullptr || found;
-    if (found) handle = try_all();
+    if (found) library = load_first(candidates);
   }
-  if (handle == nullptr)
+#endif
+  if (library.handle == nullptr)
     throw PhantomError(
         PhantomProblem::library_not_found,
-        message("libHD could not be loaded: ", problems, problems.empty() || absent.empty() ? "" : "; ", absent.empty() ? "" : "not found: ", absent,
+        message("libHD could not be loaded: ", library.reason(),
                 ". Install OpenHaptics and the device's driver, or say with PhantomOptions::library or the variable PALPATE_LIBHD where libHD is"));
-  return {bind_functions([handle](char const* name) { return ::dlsym(handle, name); }, absent), absent};
-#else
-  static_cast<void>(asked);
-  throw PhantomError(PhantomProblem::library_not_found, "libHD is loaded on Unix alone so far");
-#endif
+  return {bind_functions([&](char const* name) { return function_of(library, name); }, library.path), library.path};
 }
 
 }  // namespace palpate::detail::phantom
