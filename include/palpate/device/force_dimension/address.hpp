@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/device/device_registry.hpp>
+#include <palpate/device/force_dimension.hpp>
+
+#include <charconv>
+#include <string>
+#include <system_error>
+
+namespace palpate {
+
+/// Adds dhd:INDEX to the devices that a program knows by name; dhd: alone is dhd:0, the first device.
+inline void add_force_dimension(DeviceRegistry<double>& devices) {
+  devices.add({.name = "dhd",
+               .path = "INDEX",
+               .about = "a delta, omega, sigma or lambda of Force Dimension, through the vendor's library that this machine has",
+               .options = {{"library", "file of libdrd or libdhd"},
+                           {"rate", "Hz, 1000"},
+                           {"max_force", "N, the device's"},
+                           {"ramp", "s, 0.5: how the force begins"}},
+               .make = [](DeviceAddress const& address) {
+                 ForceDimensionOptions options{.library = address.text("library", "")};
+                 if (std::string const& index = address.path; !index.empty()) {
+                   auto const [end, problem] = std::from_chars(index.data(), index.data() + index.size(), options.device);
+                   if (problem != std::errc{} || end != index.data() + index.size())
+                     throw InvalidArgument(detail::message("\"", index, "\" is no index of a device; write dhd:0 for the first"));
+                 }
+                 options.rate = address.number("rate", options.rate);
+                 if (address.has("max_force")) options.max_force = address.number("max_force", 0.0);
+                 options.ramp = address.number("ramp", options.ramp);
+                 return AnyDevice<double>(ForceDimensionDevice(options));
+               }});
+}
+
+}  // namespace palpate

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace palpate {
+
+struct ForceDimensionOptions {
+  int device = 0;             ///< index among the devices that the library finds
+  std::string library = {};   ///< file of libdrd or libdhd; empty: the environment's PALPATE_LIBDHD, then the usual names
+  double rate = 1000.0;       ///< Hz, of the host's servo; up to 4000 go through the USB
+  double max_force = std::numeric_limits<double>::infinity();    ///< N; never above what the device reports
+  double max_torque = std::numeric_limits<double>::infinity();   ///< N·m, of a wrist with motors; never above a guess of 0.2
+
+  double ramp = 0.5;       ///< s, in which the force rises from zero after arming, a jump, a gap, or a time without force
+  double silence = 0.1;    ///< s of one and the same sample, after which there is no force until a new one comes
+  double jump = 0.005;     ///< m from one tick to the next, above which the force begins at zero again
+  double gap = 0.05;       ///< s between two reads, above which it does too
+  double timeout = 1.0;    ///< s, that open() waits for a first sample
+
+  bool calibrated_only = true;   ///< without calibration there is no force, and arm() throws
+
+  void validate() const {
+    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
+      if (!good) throw InvalidArgument(detail::message("ForceDimensionOptions: ", what, " is ", value, unit, "; ", advice));
+    };
+    auto const positive = [](double value) { return value > 0.0 && std::isfinite(value); };
+    require(device >= 0 && device < 127, ".device", device, "", "give the device's index, 0 for the first");
+    require(rate >= 1.0 && rate <= 1e5, ".rate", rate, " Hz", "a servo's usual one is 1000");
+    require(max_force >= 0.0, ".max_force", max_force, " N", "give zero or more");
+    require(max_torque >= 0.0, ".max_torque", max_torque, " N m", "give zero or more");
+    require(ramp >= 0.0 && std::isfinite(ramp), ".ramp", ramp, " s", "give zero or more");
+    require(positive(silence), ".silence", silence, " s", "give more than zero");
+    require(positive(jump), ".jump", jump, " m", "give more than zero");
+    require(positive(gap), ".gap", gap, " s", "give more than zero");
+    require(positive(timeout), ".timeout", timeout, " s", "give more than zero");
+  }
+};
+
+}  // namespace palpate
