@@ -31,7 +31,7 @@ namespace palpate {
 /// Errors     ForceDimensionError from open and arm, in one line; faults later: the status of read and write, and pop_fault. After an error of the
 ///            library, or ten reads without a sound state, the motors are off until it is opened again.
 /// Threads    one at a time for all calls of a device. Other devices may be used at the same time.
-/// Cost       read and write are noexcept and neither allocate nor lock here; the library waits for the USB in them, which goes up to 4 kHz. A cable
+/// Cost       read and write are noexcept and neither allocate nor lock here; the library waits for the USB in them, up to 4 kHz. A cable
 ///            that hangs makes the tick hang.
 /// Limits     written to published facts and tested against a stand-in for the library; it has met no real device yet. No force of the gripper. The
 ///            last force stays with the motors when the host no longer ticks.

@@ -50,7 +50,7 @@ constexpr char const* advice(int code) noexcept {
     case error::in_use: return "another program holds the device: end it";
     case error::not_ready: return "switch the device on, and calibrate it as its manual says";
     default:
-      return "check power and USB cable, that this user may read and write the device (the vendor's udev rule), and the index: 0 is the first device";
+      return "check power and USB cable, that this user may read and write the device (a udev rule), and the index: 0 is the first device";
   }
 }
 
