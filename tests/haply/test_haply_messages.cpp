@@ -231,5 +231,8 @@ TEST_CASE("no damage to a message brings out anything but the adapter's own erro
   CHECK(refused > 5000);
   CHECK(read > 500);
   feed(std::string(100000, '['));
+  std::string const deep = std::string(400000, '[') + std::string(400000, ']');   // as deep as a message may be long
+  for (char const* key : {"device_id", "state"}) feed(R"({"inverse3":[{")" + std::string(key) + "\":" + deep + "}]}");
+  feed(deep);
   feed("\xef\xbb\xbf" + good);
 }

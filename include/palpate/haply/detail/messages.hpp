@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -56,8 +57,11 @@ class Field {
   Field(Json const& value, std::string path) : value_(&value), path_(std::move(path)) {}
 
   [[noreturn]] void refuse(std::string_view wanted) const {
+    bool const nested = std::any_of(value_->begin(), value_->end(), [](Json const& entry) { return entry.is_structured(); });
+    std::string const there = nested ? message("a nested ", value_->type_name())   // writing it needs stack for each level, as many as the service likes
+                                     : shown(value_->dump(-1, ' ', true, Json::error_handler_t::replace));
     throw HaplyError(HaplyProblem::protocol,
-                     message("the service sent ", path_, " as ", shown(value_->dump(-1, ' ', true, Json::error_handler_t::replace)),
+                     message("the service sent ", path_, " as ", there,
                              ", which is not ", wanted, "; a service of another format needs an update of it or of palpate"));
   }
   std::optional<Field> find(char const* key) const {
