@@ -246,6 +246,11 @@ TEST_CASE("neither a clutch nor a jump while it is open places the tool, a break
   forget(9);
   tick(0.270, 1);   // 11 mm
   CHECK(servo.placements() == 2);
+  for (bool const known : {true, false}) {
+    forget(60);   // longer than a long gap
+    tick(strings.next.position.x() + (known ? 0.004 : 0.006), 1);
+    CHECK(servo.placements() == (known ? 2 : 3));
+  }
 }
 
 TEST_CASE("a device without new samples is heard for a tenth of a second, then fades", "[simulator][safety]") {

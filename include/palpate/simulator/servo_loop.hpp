@@ -209,8 +209,8 @@ class ServoLoop {
   Vector const& velocity() const noexcept { return velocity_; }
   /// Has there been a pose yet?
   bool placed() const noexcept { return placed_; }
-  /// How often the tip was found farther from where it was than `SafetyLimits::jump`, or than the fastest hand goes while a device has no new samples: after
-  /// a calibration, a long gap, between two sessions. The tool is then elsewhere without having gone the way.
+  /// How often the tip was found farther from where it was than `SafetyLimits::jump`, or than the fastest hand goes while a device has no new samples for a
+  /// while: after a calibration, a long gap between ticks or samples, between two sessions. The tool is then elsewhere without having gone the way.
   std::uint64_t placements() const noexcept { return placements_; }
   double rate() const noexcept { return rate_; }   // Hz
   Device& device() noexcept { return device_; }
@@ -265,11 +265,12 @@ class ServoLoop {
     return (fade_left_ / fade_time) * faded_force_;
   }
 
-  /// m, in the world, that the tip can have moved since the last sample. Where only samples are missing the hand may have gone on at its speed all the
-  /// time; where ticks are, nobody knows what it did.
+  /// m, in the world, that the tip can have moved since the last sample. Where only samples are missing, and not for as long as a long gap, the hand may have
+  /// gone on at its speed all the time; else nobody knows what it did.
   double longest_way() const noexcept {
     SafetyLimits const& limits = chain_.limits();
-    double const way = chain_.interrupted() ? limits.jump : std::fmax(limits.jump, limits.overspeed * since_sample_);
+    bool const unseen = chain_.interrupted() || since_sample_ > limits.long_gap;
+    double const way = unseen ? limits.jump : std::fmax(limits.jump, limits.overspeed * since_sample_);
     return way * static_cast<double>(mapping_.world_from_device().scale());
   }
 
