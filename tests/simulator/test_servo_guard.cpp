@@ -22,12 +22,17 @@
 #include <palpate/force/polynomial_contact.hpp>
 #include <palpate/force/speed_curve.hpp>
 #include <palpate/force/tissue_reaction.hpp>
+#include <palpate/haptics/coupled_force.hpp>
 #include <palpate/haptics/overlay.hpp>
+#include <palpate/haptics/press_then_cut.hpp>
+#include <palpate/haptics/proxy_force.hpp>
+#include <palpate/haptics/spring_then_tissue.hpp>
 #include <palpate/simulator/servo_loop.hpp>
 #include <palpate/training/guidance.hpp>
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -94,6 +99,13 @@ GuardedRun guarded_contacts(Force force, bool moves_a_hand = false) {
     model.tissue_force = {S(0), S(0), S(0.2)};
     model.restorations = k < 300 ? 0u : 1u;
     model.time = k < 320 || k > 350 ? 1e-3 * k : 0.0;   // in between it is too old for a device that moves a hand
+    if (k < 150) {
+      model.surface.patch.stiffness = S(500);
+      model.surface.patch.curvature = S(20);
+      model.surface.planes.try_add({{S(0), S(0), S(1)}, S(0)});
+      model.surface.planes.try_add({{S(-0.6), S(0), S(0.8)}, S(-0.003)});   // it runs into that
+      model.surface.sequence = static_cast<std::uint64_t>(1 + k / 10);
+    }
     S const depth = S(k < 250 ? 4e-5 * (k - 20) : 4e-5 * (480 - k));
     strings.next.position = {S(1e-4 * k), S(0), k == 200 ? std::numeric_limits<S>::quiet_NaN() : -depth};
     ServoGuard const guard;
@@ -110,6 +122,28 @@ GuardedRun guarded_force(Force force) {
   ThisForce<S, Force> any(std::move(force));
   return guarded_contacts<S>(ForceBehind<S>{&any});
 }
+
+/// The same for what answers to the surface.
+struct AnySurfaceForce {
+  virtual ~AnySurfaceForce() = default;
+  virtual Vector3<double> answer(LocalModel<double> const& local, ToolMotion<double> const& motion) noexcept = 0;
+  virtual void begin(double servo_rate, double model_rate) = 0;
+};
+
+template <class Force>
+struct ThisSurfaceForce final : AnySurfaceForce {
+  explicit ThisSurfaceForce(Force given) : force(std::move(given)) {}
+  Vector3<double> answer(LocalModel<double> const& local, ToolMotion<double> const& motion) noexcept override { return force.on_surface(local, motion); }
+  void begin(double servo_rate, double model_rate) override { force.begin_session(servo_rate, model_rate); }
+  Force force;
+};
+
+struct SurfaceForceBehind {
+  AnySurfaceForce* force;
+  Vector3<double> on_surface(LocalModel<double> const& local, ToolMotion<double> const& motion) noexcept { return force->answer(local, motion); }
+  SurfaceKind surface_kind() const noexcept { return SurfaceKind::facets; }
+  void begin_session(double servo_rate, double model_rate) { force->begin(servo_rate, model_rate); }
+};
 
 /// A force model that does on tick 100 what it must not.
 struct Offender {
@@ -200,6 +234,7 @@ TEMPLATE_TEST_CASE("no force model of the library waits in a tick", "[simulator]
   auto const check = [&](char const* name, auto force) { all.push_back({name, guarded_force<S>(std::move(force))}); };
   check("NoForce", NoForce{});
   check("TissueReaction", TissueReaction{});
+  check("SpringThenTissue", SpringThenTissue<S>());
   check("IndentationSpring", CuttingForce(IndentationSpring<S>{}));
   check("PolynomialContact", CuttingForce(PolynomialContact<S>{.linear = S(100), .cubic = S(1e6)}));
   check("ExponentialContact", CuttingForce(ExponentialContact<S>{.scale = S(0.1), .rate = S(100)}));
@@ -229,6 +264,24 @@ TEMPLATE_TEST_CASE("no force model of the library waits in a tick", "[simulator]
     CHECK(run.violations == 0);
     CHECK(run.felt >= (&name == &all.front().name ? 0 : 50));   // NoForce is the first
   }
+}
+
+TEST_CASE("no force that answers to the surface waits in a tick", "[simulator][servo_guard][realtime]") {
+  REQUIRE(palpate_test::trap_works());
+  auto const check = [](char const* name, auto force) {
+    CAPTURE(name);
+    ThisSurfaceForce any(std::move(force));
+    auto const run = guarded_contacts<double>(SurfaceForceBehind{&any});
+    CHECK(run.ticks == 400);
+    CHECK(run.violations == 0);
+    CHECK(run.felt > 100);
+  };
+  auto const proxy = [](SurfaceKind kind) { return ProxyForce<double>({.surface = kind, .static_friction = 0.3, .dynamic_friction = 0.2}); };
+  for (SurfaceKind const kind : {SurfaceKind::plane, SurfaceKind::ball, SurfaceKind::facets}) check("ProxyForce", proxy(kind));
+  PressThenCut const cut(proxy(SurfaceKind::facets), liver_hysteresis<double>());
+  check("PressThenCut", cut);
+  check("CoupledForce", CoupledForce(cut, {.stiffness = 400.0, .damping = 1.0}));
+  check("CoupledForce of a force model", CoupledForce(CuttingForce(liver_hysteresis<double>()), {.stiffness = 400.0, .damping = 1.0}, WindowedVelocity<double, 8>{}));
 }
 
 TEMPLATE_TEST_CASE("all that protects a hand does not wait in a tick", "[simulator][servo_guard][realtime]", PALPATE_TEST_SCALARS) {
