@@ -370,7 +370,8 @@ TEST_CASE("whatever goes wrong in a device of Force Dimension, there is no force
       CHECK_FALSE(device.pop_fault().has_value());
       long const calls = fake.calls;
       fake.plan = {};   // it would be well again
-      CHECK(push(device, 10) == row.status);
+      CHECK(push(device, 200) == row.status);
+      CHECK(device.write({}) == row.status);
       CHECK(fake.calls == calls);   // it is left alone
       CHECK(unsaid(message_of([&] { device.arm(); }), "close it and open it again") == "");
       device.close();
@@ -411,6 +412,7 @@ TEST_CASE("a repeated sample of Force Dimension's library is stale, and many of 
   CHECK(push(device, 20) == DeviceStatus::ok);
   CHECK(felt(fake) == 1.0);
   CHECK_FALSE(device.pop_fault().has_value());
+  CHECK(device.counts().jumps == 0);   // the hand went on meanwhile, by 9 mm along one axis alone
   CHECK(fake.violations == 0);
 
   fake.plan.not_a_number_from = fake.samples + 1, fake.plan.not_a_number = 9;   // one less than what ends a session

@@ -65,7 +65,7 @@ class Connection {
     std::set<std::pair<int (*)(Id), Id>> devices;
   };
   static Held& held() {
-    static Held all;
+    static Held& all = *new Held;   // for ever: a device that is static may go after it
     return all;
   }
 
