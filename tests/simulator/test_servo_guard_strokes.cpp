@@ -8,11 +8,16 @@
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/cutting/separating_cutter.hpp>
+#include <palpate/device/any_device.hpp>
+#include <palpate/device/faulty_device.hpp>
 #include <palpate/device/hand_tremor.hpp>
+#include <palpate/device/mouse_device.hpp>
 #include <palpate/device/null_device.hpp>
 #include <palpate/device/recorded_device.hpp>
 #include <palpate/device/replay_device.hpp>
 #include <palpate/device/scripted_device.hpp>
+#include <palpate/device/simulated_hand.hpp>
+#include <palpate/device/simulated_touch.hpp>
 #include <palpate/force/cutting_force.hpp>
 #include <palpate/force/liver.hpp>
 #include <palpate/force/noise.hpp>
@@ -81,12 +86,21 @@ TEST_CASE("in lock-step with a body that is touched and cut, the servo waits for
 }
 
 TEST_CASE("no device of the library waits in a tick", "[simulator][servo_guard][realtime]") {
-  auto const run = [](auto device) { return guarded_stroke(std::move(device), NoCutter<double>{}, TissueReaction{}, 60).violations; };
+  auto const run = [](AnyDevice<double> device) {
+    device.open();
+    device.arm();
+    return guarded_stroke(std::move(device), NoCutter<double>{}, TissueReaction{}, 60).violations;
+  };
   ScriptedDevice<double> const hand(stroke<double>(0.004, 0.02));
   CHECK(run(NullDevice<double>{}) == 0);
   CHECK(run(hand) == 0);
   CHECK(run(TremblingDevice(hand, HandTremor<double>({.amplitude = 1e-4, .seed = 3}))) == 0);
   CHECK(run(RecordedDevice(hand, 40)) == 0);   // with room for fewer ticks than there are
+  CHECK(run(SimulatedHand<double>(stroke<double>(0.004, 0.02))) == 0);
+  CHECK(run(SimulatedTouch<double>(stroke<double>(0.004, 0.02))) == 0);
+  CHECK(run(FaultyDevice<ScriptedDevice<double>>(hand, {{.kind = FaultKind::fault, .tick = 40, .ticks = 0}})) == 0);
+  Mouse mouse;
+  CHECK(run(MouseDevice<double>(mouse)) == 0);
   std::vector<HandSample> samples(40);
   samples[20].read = DeviceStatus::disconnected;
   CHECK(run(ReplayDevice<double>(samples, hand.capabilities())) == 0);
