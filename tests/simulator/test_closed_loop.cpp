@@ -8,9 +8,9 @@
 
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/device/simulated_hand.hpp>
-#include <palpate/force/cutting_force.hpp>
 #include <palpate/force/liver.hpp>
 #include <palpate/force/organ_force.hpp>
+#include <palpate/haptics/press_then_cut.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/simulator/simulator.hpp>
 
@@ -56,7 +56,9 @@ TEST_CASE("sessions of a hand in the loop: limits hold, no contact gives energy,
   constexpr double stiffest = 800.0, cap = 0.9, slew = 0.5;   // N/m of liver and spring; N; N a tick
 
   Simulator simulator(SimulatedHand<double>(palpate_and_cut(), {.hand = firm_hand(), .quantum = 55e-6, .buttons = 1}), palpate_test::skin<double>(ZoneOfInfluence{.rings = 4, .relaxation = 1e-9}),
-                      ProgressiveCutter<double>({.puncture_depth = 0.006, .snap = 5e-4}), CuttingForce(liver_hysteresis<double>(), OrganForce<double>{.coefficient = 1.0, .wall_normal = {1, 0, 0}}),
+                      ProgressiveCutter<double>({.puncture_depth = 0.006, .snap = 5e-4}),
+                      PressThenCut(ProxyForce<double>({.surface = SurfaceKind::facets, .static_friction = 0.3, .dynamic_friction = 0.2}), liver_hysteresis<double>(),
+                                   OrganForce<double>{.coefficient = 1.0, .wall_normal = {1, 0, 0}}),
                       {.servo = {.safety = {.protects_a_hand = true, .max_force = cap}}});
   simulator.device().set_buttons(1);
   simulator.body().reserve(1000, 2000);
