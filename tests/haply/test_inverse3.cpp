@@ -4,6 +4,7 @@
 #include "allocation_trap.hpp"
 #include "device/message.hpp"
 #include "haply/mock_service.hpp"
+#include "servo_guard.hpp"
 
 #include <palpate/device/session.hpp>
 #include <palpate/haply/address.hpp>
@@ -407,7 +408,7 @@ TEST_CASE("messages in pieces are put together", "[haply]") {
   CHECK(state.position.y() == 0.15);
 }
 
-TEST_CASE("a servo's thread exchanges state and force without allocating, beside the one that opens", "[haply]") {
+TEST_CASE("a servo's thread exchanges state and force without a lock or an allocation, beside the one that opens", "[haply]") {
   REQUIRE(palpate_test::trap_works());
   MockService service;
   Inverse3Device device(at(service, {.ramp = 0.0}));
@@ -419,10 +420,16 @@ TEST_CASE("a servo's thread exchanges state and force without allocating, beside
       DeviceState<double> state;
       palpate_test::AllocationCount const allocations;
       for (int tick = 0; tick < 20000 && fresh < 20; ++tick) {
-        DeviceStatus const status = device.read(state);
+        DeviceStatus status;
+        bool ended;
+        {
+          palpate_test::ServoGuard const guard;
+          status = device.read(state);
+          static_cast<void>(device.write(push(1.0)));
+          ended = device.pop_fault().has_value();
+        }
         (status == DeviceStatus::ok ? fresh : stale).fetch_add(1);
-        static_cast<void>(device.write(push(1.0)));
-        if (device.pop_fault()) break;
+        if (ended) break;
         std::this_thread::sleep_for(std::chrono::microseconds(100));
       }
       allocated = allocations.count();

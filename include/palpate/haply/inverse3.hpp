@@ -116,7 +116,7 @@ class Inverse3Device {
     return std::chrono::duration<double>(Clock::now() - link_->samples.front().asked).count();
   }
 
-  /// What ended the session, once; its number is that of `HaplyProblem`.
+  /// What ended the session, once; its number is that of `HaplyProblem`. The text is valid until the device is opened again.
   std::optional<DeviceFault> pop_fault() noexcept {
     if (!link_ || told_) return std::nullopt;
     auto const ending = link_->ended.load();
