@@ -163,6 +163,7 @@
 #include <palpate/haptics/press_then_cut.hpp>
 #include <palpate/haptics/proxy_force.hpp>
 #include <palpate/haptics/safety_chain.hpp>
+#include <palpate/haptics/safety_event.hpp>
 #include <palpate/haptics/safety_options.hpp>
 #include <palpate/haptics/sampled_wall.hpp>
 #include <palpate/haptics/secant_stiffness.hpp>
