@@ -55,7 +55,11 @@ struct ParticleState {
   }
 
   /// Adds a copy of particle p. Forces on p, and a hand that holds it, stay with p.
-  void add_copy(int p) { add_between<1>({p}, {Scalar(1)}); }
+  void add_copy(int p) {
+    for (auto* columns : {&position, &velocity, &remembered, &home, &normal}) columns->push_back((*columns)[p]);
+    for (auto* columns : {&applied, &load}) columns->push_back(Vector3<Scalar>::Zero());
+    held.push_back(0);
+  }
 
   /// Gives p what the last particle is and carries, before that one goes: momentum is kept, the position is the mean by mass.
   void merge_last(int p, Scalar mass_p, Scalar mass_last) {

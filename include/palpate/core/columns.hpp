@@ -4,6 +4,7 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/room.hpp>
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -29,30 +30,34 @@ class Columns {
     view() = columns;
   }
 
-  int size() const noexcept { return static_cast<int>(data_.size() / Rows); }
+  int size() const noexcept { return static_cast<int>(data_.size()); }
 
-  View view() noexcept { return View(data_.data(), Rows, size()); }
-  ConstView view() const noexcept { return ConstView(data_.data(), Rows, size()); }
+  View view() noexcept { return View(numbers(), Rows, size()); }
+  ConstView view() const noexcept { return ConstView(numbers(), Rows, size()); }
 
-  Column operator[](int column) noexcept { return Column(data_.data() + offset(column)); }
-  ConstColumn operator[](int column) const noexcept { return ConstColumn(data_.data() + offset(column)); }
+  Column operator[](int column) noexcept { return Column(data_[static_cast<std::size_t>(column)].data()); }
+  ConstColumn operator[](int column) const noexcept { return ConstColumn(data_[static_cast<std::size_t>(column)].data()); }
 
   template <class Derived>
   void push_back(Eigen::MatrixBase<Derived> const& column) {
-    Matrix<T, Rows, 1> const value = column;   // the argument may point into this matrix
-    for (int k = 0; k < Rows; ++k) data_.push_back(value[k]);
+    Numbers value;   // the argument may point into this matrix
+    for (int k = 0; k < Rows; ++k) value[static_cast<std::size_t>(k)] = column[k];
+    data_.push_back(value);
   }
 
-  void pop_back() noexcept { data_.resize(data_.size() - Rows); }
-  void resize(int columns) { data_.resize(static_cast<std::size_t>(columns) * Rows); }
-  void reserve(int columns) { data_.reserve(static_cast<std::size_t>(columns) * Rows); }
+  void pop_back() noexcept { data_.pop_back(); }
+  void resize(int columns) { data_.resize(static_cast<std::size_t>(columns)); }   // new columns are zero
+  void reserve(int columns) { data_.reserve(static_cast<std::size_t>(columns)); }
   /// Reserves, and touches what it will grow into; see palpate::make_room.
-  void make_room(int columns) { palpate::make_room(data_, static_cast<std::size_t>(columns) * Rows); }
+  void make_room(int columns) { palpate::make_room(data_, static_cast<std::size_t>(columns)); }
 
  private:
-  static std::size_t offset(int column) noexcept { return static_cast<std::size_t>(column) * Rows; }
+  using Numbers = std::array<T, Rows>;   // of a column
 
-  std::vector<T, Eigen::aligned_allocator<T>> data_;
+  T* numbers() noexcept { return reinterpret_cast<T*>(data_.data()); }
+  T const* numbers() const noexcept { return reinterpret_cast<T const*>(data_.data()); }
+
+  std::vector<Numbers, Eigen::aligned_allocator<Numbers>> data_;
 };
 
 }  // namespace palpate
