@@ -133,7 +133,7 @@ class SurfaceTree {
   /// splits: the new one shares its leaf. Without sibling the leaf that grows least is searched.
   /// Throws `OutOfRange`, or `InvalidArgument` for a corner that is not finite; then nothing changed.
   int add(Points const& points, Corners const& corners, int sibling = -1) {
-    for (int const corner : corners) check_corner<InvalidArgument>(points, size(), corner);
+    check_corners(points, size(), corners);
     if (sibling != -1) detail::check_index("sibling triangle", sibling, size());
     return tree_.add(points, corners, sibling);
   }
@@ -141,22 +141,22 @@ class SurfaceTree {
   /// Gives a triangle other corners. Throws as `add`.
   void replace(Points const& points, int triangle, Corners const& corners) {
     detail::check_index("triangle", triangle, size());
-    for (int const corner : corners) check_corner<InvalidArgument>(points, triangle, corner);
+    check_corners(points, triangle, corners);
     tree_.replace(points, triangle, corners);
   }
 
-  /// Gives a triangle other corners and adds the rest of it beside it: replace and add in one. Returns the new index. Throws as `add`.
+  /// Divides a triangle in two, which together have the corners that it had and new ones. Returns the second one's index. Throws as `add`.
   int divide(Points const& points, int triangle, Corners const& first, Corners const& second) {
     detail::check_index("triangle", triangle, size());
-    for (int const corner : first) check_corner<InvalidArgument>(points, triangle, corner);
-    for (int const corner : second) check_corner<InvalidArgument>(points, size(), corner);
+    check_corners(points, triangle, first);
+    check_corners(points, size(), second);
     return tree_.divide(points, triangle, first, second);
   }
 
   /// Gives a triangle other corners that lie where those before did: the boxes stay. Throws as `add`.
   void relabel(Points const& points, int triangle, Corners const& corners) {
     detail::check_index("triangle", triangle, size());
-    for (int const corner : corners) check_corner<InvalidArgument>(points, triangle, corner);
+    check_corners(points, triangle, corners);
     tree_.relabel(triangle, corners);
   }
 
@@ -191,6 +191,16 @@ class SurfaceTree {
     if (auto const point = points.col(corner); !std::isfinite(0 * point[0] + 0 * point[1] + 0 * point[2]))   // one test for three
       throw Exception(detail::message("triangle ", triangle, " has corner ", corner,
                                       ", whose coordinates are not finite; repair the mesh first"));
+  }
+
+  /// The same for three corners, with one look where nothing is wrong.
+  static void check_corners(Points const& points, int triangle, Corners const& corners) {
+    auto const is_column = [&](int corner) { return corner >= 0 && corner < points.cols(); };
+    if (is_column(corners[0]) && is_column(corners[1]) && is_column(corners[2])) {
+      Vector3<Scalar> const sum = points.col(corners[0]) + points.col(corners[1]) + points.col(corners[2]);
+      if (0 * (sum[0] + sum[1] + sum[2]) == 0) return;
+    }
+    for (int const corner : corners) check_corner<InvalidArgument>(points, triangle, corner);
   }
 
   SurfacePoint<Scalar> find(Points const& points, Vector3<Scalar> const& query, Scalar squared_radius, int hint) const noexcept {

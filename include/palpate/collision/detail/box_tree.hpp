@@ -10,7 +10,6 @@
 #include <array>
 #include <cstddef>
 #include <limits>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -64,14 +63,7 @@ class BoxTree : public BoxNodes<Scalar> {
     grow();
     int const triangle = size();
     place_.push_back(0);
-    int node = root, slot = 0;
-    if (sibling >= 0) {
-      Block const& block = blocks_[place_[std::size_t(sibling)] / capacity];
-      node = block.node;
-      slot = block.slot;
-    } else {
-      std::tie(node, slot) = best_leaf(points, corners);
-    }
+    auto const [node, slot] = sibling >= 0 ? leaf_of(sibling) : best_leaf(points, corners);
     if (nodes_[std::size_t(node)].child[slot] == none) attach(node, slot, ~take_block());
     insert(points, node, slot, triangle, corners);
     return triangle;
@@ -88,10 +80,23 @@ class BoxTree : public BoxNodes<Scalar> {
     blocks_[place / capacity].corners[place % capacity] = corners;
   }
 
+  /// The two together have the corners that the triangle had.
   int divide(Points const& points, int triangle, Corners const& first, Corners const& second) {
     grow();
     relabel(triangle, first);
-    return add(points, second, triangle);   // fits the leaf of both
+    int const added = size();
+    place_.push_back(0);
+    auto const [node, slot] = leaf_of(triangle);
+    int const head = ~nodes_[std::size_t(node)].child[slot];
+    if (blocks_[std::size_t(head)].count == capacity) {
+      insert(points, node, slot, added, second);   // fits the leaf of both
+      return added;
+    }
+    append(head, added, second);
+    Box<Scalar> box = nodes_[std::size_t(node)].box(slot);   // holds the corners that were there
+    box.add(points.col(second[0]), points.col(second[1]), points.col(second[2]));
+    if (store(node, slot, box)) refit_above(node);
+    return added;
   }
 
   void remove(Points const& points, int triangle) noexcept {
@@ -182,6 +187,12 @@ class BoxTree : public BoxNodes<Scalar> {
     one_more(place_);
     one_more(blocks_);
     one_more(nodes_);
+  }
+
+  /// Node and slot of the leaf that holds a triangle.
+  std::pair<int, int> leaf_of(int triangle) const noexcept {
+    Block const& block = blocks_[place_[std::size_t(triangle)] / capacity];
+    return {block.node, block.slot};
   }
 
   int level(int node) const noexcept {
