@@ -23,6 +23,12 @@ class IndexLists {
     return {pool_.data() + l.first, static_cast<std::size_t>(l.count)};
   }
 
+  /// The keys of a list's indices, in the same order.
+  std::span<int const> keys(int list) const noexcept {
+    List const& l = lists_[static_cast<std::size_t>(list)];
+    return {pool_.data() + l.first + l.capacity, static_cast<std::size_t>(l.count)};
+  }
+
   /// The first index with this key, or −1.
   int find(int list, int key) const noexcept {
     List const& l = lists_[static_cast<std::size_t>(list)];

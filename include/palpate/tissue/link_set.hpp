@@ -23,7 +23,7 @@ struct Link {
 
 /// The links of a body and which of them end at each particle.
 /// Invariant  at most one link joins two particles.
-/// Cost       every query and edit is O(links at the particle). A removal moves the last link into the gap.
+/// Cost       every query and edit is O(links at the particles). A removal moves the last link into the gap.
 template <RealScalar Scalar, SpringLaw<Scalar> Law>
 class LinkSet {
  public:
@@ -35,6 +35,9 @@ class LinkSet {
 
   /// The links that end at a particle, in no particular order.
   std::span<int const> at(int particle) const noexcept { return at_[particle]; }
+
+  /// Where they lead, in the same order.
+  std::span<int const> neighbours(int particle) const noexcept { return at_.keys(particle); }
 
   /// The link between two particles, or −1.
   int find(int a, int b) const noexcept { return at_.find(a, b); }
@@ -59,6 +62,16 @@ class LinkSet {
       (*this)[link] = moved;
     }
     links_.pop_back();
+  }
+
+  /// Gives a link the end `now` instead of `before`.
+  void change_end(int link, int before, int now) {
+    LinkType& l = (*this)[link];
+    int const other = l.a == before ? l.b : l.a;
+    (l.a == before ? l.a : l.b) = now;
+    at_.remove(before, link);
+    at_.add(now, link, other);
+    at_.set_key(other, link, now);
   }
 
   void add_particle() { at_.add_list(); }

@@ -52,13 +52,13 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     surface_ = SurfaceTopology(size(), mesh.triangles);
     start(options);
     add_links(edges(mesh), options.link);
-    share_.resize(surface_.triangle_count());
+    add_elements();
     for (int t = 0; t < surface_.triangle_count(); ++t)
       for (int k = 0; k < 3; ++k) {
         auto const corners = surface_.corners(t);
         int const twin = surface_.triangle_with_edge(corners[at((k + 1) % 3)], corners[at(k)]);
         Scalar const area = Elements::triangle_area(t);
-        share_[t][k] = twin < 0 ? Scalar(1) : area / (area + Elements::triangle_area(twin));
+        elements_[at(t)].share[at(k)] = twin < 0 ? Scalar(1) : area / (area + Elements::triangle_area(twin));
       }
     std::vector<Scalar> around(static_cast<std::size_t>(size()));
     for (int i = 0; i < size(); ++i) around[at(i)] = area_around(i);
@@ -73,8 +73,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     from_surface_ = false;
     start(options);
     add_links(edges(mesh), options.link);
-    share_.resize(surface_.triangle_count());
-    share_.view().setZero();
+    add_elements();
     std::vector<Scalar> around(static_cast<std::size_t>(size()), Scalar(0));
     for (int t = 0; t < static_cast<int>(mesh.tetrahedra.cols()); ++t) {
       Vector3<Scalar> const o = mesh.points.col(mesh.tetrahedra(0, t));
@@ -161,7 +160,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
 
   template <class Visit>
   void for_each_neighbour(int i, Visit visit) const {
-    for (int const l : links_.at(i)) visit(links_[l].a == i ? links_[l].b : links_[l].a);
+    for (int const other : links_.neighbours(i)) visit(other);
   }
 
   void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
@@ -277,7 +276,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
       auto const corners = whole.surface_.corners(t);
       if (leads_out(corners)) continue;
       triangles.push_back({now[at(corners[0])], now[at(corners[1])], now[at(corners[2])]});
-      share_.push_back(whole.share_[t]);
+      elements_.push_back(whole.elements_[at(t)]);
     }
     links_.reserve(static_cast<int>(particles.size()), whole.links_.size());
     for (int const i : particles) {
@@ -298,6 +297,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
 
   using Elements::at;
   using Elements::area_around;
+  using Elements::elements_;
   using Elements::exchange_;
   using Elements::from_surface_;
   using Elements::home_;
@@ -307,8 +307,12 @@ class MassSpring : public MassSpringElements<S, SpringType> {
   using Elements::prestrain_;
   using Elements::rest_;
   using Elements::revision_;
-  using Elements::share_;
   using Elements::surface_;
+
+  void add_elements() {
+    elements_.resize(at(surface_.triangle_count()));
+    for (int t = 0; t < surface_.triangle_count(); ++t) elements_[at(t)].area = Elements::measured_area(t);
+  }
 
   static void require_valid_home(HomeSpring<Scalar> const& spring) {
     detail::require_non_negative("home stiffness", spring.stiffness, "N/m");

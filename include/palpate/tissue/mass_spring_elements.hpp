@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -51,12 +52,7 @@ class MassSpringElements {
   std::size_t revision() const noexcept { return revision_; }
 
   /// Rest area of a triangle [m²].
-  Scalar triangle_area(int t) const noexcept {
-    Corners const c = surface_.corners(t);
-    Vector3<Scalar> const a = rest_[c[1]] - rest_[c[0]];
-    Vector3<Scalar> const b = rest_[c[2]] - rest_[c[0]];
-    return a.cross(b).norm() / 2;
-  }
+  Scalar triangle_area(int t) const noexcept { return elements_[at(t)].area; }
   /// Rest area of the triangles that meet at a particle [m²].
   Scalar area_around(int i) const noexcept {
     Scalar sum = 0;
@@ -91,8 +87,10 @@ class MassSpringElements {
     Scalar const right_modulus = right < 0 ? 0 : link_modulus(right, right_area);
     int const n = add_particle((1 - s) * rest_[a] + s * rest_[b], nailed(a) && nailed(b));
     take_mass<2>(n, {a, b}, {1 - s, s}, left_area + right_area);
-    weigh_link(divided, a, b, Scalar(0), law);   // no triangle will hold the whole edge any more
     Division const division{{a, b}, n, {undeformed_length(a, n), undeformed_length(n, b)}, law};
+    links_.change_end(divided, b, n);   // it is the first half from now on
+    links_[divided].rest_length = (1 - prestrain_) * division.lengths[0];
+    links_[divided].weight = 0;         // until its triangles have their shares
     std::array<Scalar, 2> half_shares{};
     if (left >= 0) {
       int const c = third(left, a, b);
@@ -154,13 +152,14 @@ class MassSpringElements {
     surface_.set_triangle(t, corners);
     // On the side of t the old edges have no triangle left, and the new ones have t.
     int const ahead = corners[at((k + 1) % 3)], behind = corners[at((k + 2) % 3)];
-    hand_over_link(before, now, ahead, share_[t][k], share_on(ahead, before), share_on(ahead, now));
-    hand_over_link(before, now, behind, share_[t][(k + 2) % 3], share_on(before, behind), share_on(now, behind));
+    hand_over_link(before, now, ahead, elements_[at(t)].share[at(k)], share_on(ahead, before), share_on(ahead, now));
+    hand_over_link(before, now, behind, elements_[at(t)].share[at((k + 2) % 3)], share_on(before, behind), share_on(now, behind));
   }
 
   /// Lets a particle rest elsewhere. Its links get the rest lengths of the new undeformed shape; stiffness, shares and masses stay.
   void move_rest(int p, Vector3<Scalar> const& rest) noexcept {
     rest_[p] = rest;
+    measure_around(p);
     for (int const l : links_.at(p)) links_[l].rest_length = (1 - prestrain_) * undeformed_length(links_[l].a, links_[l].b);
     ++revision_;
   }
@@ -168,22 +167,24 @@ class MassSpringElements {
   /// Divides triangle t like insert_in_triangle, for the eye only: the new particle has no mass and no springs, and t's springs stay.
   int insert_temporary(int t, Vector3<Scalar> const& w) {
     Corners const c = surface_.corners(t);
-    Vector3<Scalar> const share = share_[t];
+    std::array<Scalar, 3> const share = elements_[at(t)].share;
     int const n = add_particle(w[0] * rest_[c[0]] + w[1] * rest_[c[1]] + w[2] * rest_[c[2]], false);
     surface_.set_triangle(t, {c[0], c[1], n});
-    share_[t] = Vector3<Scalar>(share[0], 0, 0);
-    share_[add_triangle({c[1], c[2], n})] = Vector3<Scalar>(share[1], 0, 0);
-    share_[add_triangle({c[2], c[0], n})] = Vector3<Scalar>(share[2], 0, 0);
+    int const second = add_triangle({c[1], c[2], n}), third = add_triangle({c[2], c[0], n});
+    for (auto const& [part, k] : {std::pair(t, 0), std::pair(second, 1), std::pair(third, 2)}) elements_[at(part)] = {{share[at(k)], 0, 0}, measured_area(part)};
     return n;
   }
 
   /// Moves a temporary particle within its triangle.
-  void move_temporary(int particle, Vector3<Scalar> const& rest) noexcept { rest_[particle] = rest; }
+  void move_temporary(int particle, Vector3<Scalar> const& rest) noexcept {
+    rest_[particle] = rest;
+    measure_around(particle);
+  }
 
   /// Takes the last particle, a temporary one in triangle t, away again; t gets `corners`.
   void remove_temporary(int t, Corners const& corners) {
     int const second = last_triangle() - 1, third = last_triangle();
-    Vector3<Scalar> const share(share_[t][0], share_[second][0], share_[third][0]);
+    std::array<Scalar, 3> const share{elements_[at(t)].share[0], elements_[at(second)].share[0], elements_[at(third)].share[0]};
     std::array<std::array<int, 2>, 3> const outer{{{surface_.corners(t)[0], surface_.corners(t)[1]},
                                                    {surface_.corners(second)[0], surface_.corners(second)[1]},
                                                    {surface_.corners(third)[0], surface_.corners(third)[1]}}};
@@ -191,7 +192,7 @@ class MassSpringElements {
     pop_triangle();
     pop_triangle();
     surface_.set_triangle(t, corners);
-    share_[t] = share;
+    elements_[at(t)] = {share, measured_area(t)};
     for (auto const& edge : outer) refresh_link(edge[0], edge[1], law);
     for (std::size_t k = 0; k < 3; ++k) refresh_link(corners[k], corners[(k + 1) % 3], law);
     pop_particle();
@@ -201,18 +202,34 @@ class MassSpringElements {
   void reserve(int particles, int triangles) {
     auto const n = at(particles);
     rest_.make_room(particles), make_room(mass_, n), make_room(home_, n), make_room(nailed_, n), exchange_.reserve(particles);
-    share_.make_room(triangles);
+    make_room(elements_, at(triangles));
     surface_.reserve(particles, triangles);
     links_.reserve(particles, 3 * triangles);
   }
 
  protected:
+  /// What a triangle brings to its links.
+  struct Element {
+    std::array<Scalar, 3> share{};   // of the link between its corners k and k + 1
+    Scalar area = 0;                 // m², undeformed
+  };
+
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
   int last_triangle() const noexcept { return surface_.triangle_count() - 1; }
 
   int third(int t, int a, int b) const noexcept {
     Corners const c = surface_.corners(t);
     return c[0] != a && c[0] != b ? c[0] : c[1] != a && c[1] != b ? c[1] : c[2];
+  }
+
+  Scalar measured_area(int t) const noexcept {
+    Corners const c = surface_.corners(t);
+    Vector3<Scalar> const a = rest_[c[1]] - rest_[c[0]];
+    Vector3<Scalar> const b = rest_[c[2]] - rest_[c[0]];
+    return a.cross(b).norm() / 2;
+  }
+  void measure_around(int particle) noexcept {
+    for (int const t : surface_.triangles_at(particle)) elements_[at(t)].area = measured_area(t);
   }
 
   Scalar undeformed_length(int a, int b) const noexcept { return (rest_[a] - rest_[b]).norm(); }
@@ -236,13 +253,13 @@ class MassSpringElements {
   }
 
   int add_triangle(Corners const& corners) {
-    share_.push_back(Vector3<Scalar>::Zero());
+    elements_.emplace_back();
     return surface_.add_triangle(corners);
   }
 
   void pop_triangle() noexcept {
     surface_.pop_triangle();
-    share_.pop_back();
+    elements_.pop_back();
   }
 
   template <std::size_t Parents>
@@ -269,7 +286,7 @@ class MassSpringElements {
       int const l = links_.find(c[k], c[(k + 1) % 3]);
       if (l < 0) continue;
       Scalar const length = undeformed_length(c[k], c[(k + 1) % 3]);
-      sum += share_[t][static_cast<int>(k)] * tangent_stiffness_of(links_[l].law, Scalar(0), links_[l].rest_length) * length * length;
+      sum += elements_[at(t)].share[k] * tangent_stiffness_of(links_[l].law, Scalar(0), links_[l].rest_length) * length * length;
     }
     return sum / (3 * area);
   }
@@ -277,14 +294,14 @@ class MassSpringElements {
   /// Sets a divided triangle's shares from its parent's modulus and brings its three links up to date.
   void share_links(int t, Scalar modulus, Law const& law) {
     Corners const c = surface_.corners(t);
-    Scalar const area = triangle_area(t);
+    Scalar const area = elements_[at(t)].area = measured_area(t);
     for (std::size_t k = 0; k < 3; ++k) {
       int const a = c[k], b = c[(k + 1) % 3];
       int const l = links_.find(a, b);
       Scalar const length = undeformed_length(a, b);
       Law const& held = l < 0 ? law : links_[l].law;
       Scalar const share = modulus * area / (length * length * tangent_stiffness_of(held, Scalar(0), (1 - prestrain_) * length));
-      share_[t][static_cast<int>(k)] = share;
+      elements_[at(t)].share[k] = share;
       weigh_link(l, a, b, share + share_on(b, a), law);
     }
   }
@@ -313,27 +330,27 @@ class MassSpringElements {
     for (std::size_t k = 0; k < 2; ++k) {
       int const t = triangles[k], end = edge.ends[k];
       bool const comes_to_end = is_left == (k == 0);   // the triangle is (half, middle, outer), its outer edge c → end; else (half, outer, middle)
-      Scalar const area = triangle_area(t), outer_length = undeformed_length(end, c);
+      Scalar const area = measured_area(t), outer_length = undeformed_length(end, c);
       outer_link[k] = links_.find(end, c);
       Scalar const outer = share_of(modulus, area, outer_length, outer_link[k] < 0 ? edge.law : links_[outer_link[k]].law);
       Scalar const half = share_of(modulus, area, edge.lengths[k], edge.law);
       middle[k] = share_of(modulus, area, middle_length, edge.law);
-      share_[t] = comes_to_end ? Vector3<Scalar>(half, middle[k], outer) : Vector3<Scalar>(half, outer, middle[k]);
+      elements_[at(t)] = {comes_to_end ? std::array{half, middle[k], outer} : std::array{half, outer, middle[k]}, area};
     }
     for (std::size_t k = 0; k < 2; ++k) {
       int const t = triangles[k], end = edge.ends[k];
       bool const comes_to_end = is_left == (k == 0);
-      Scalar const half = share_[t][0] + half_shares[k];
+      Scalar const half = elements_[at(t)].share[0] + half_shares[k];
       if (comes_to_end)
         weigh_link(links_.find(n, end), end, n, half, edge.law);
       else
         weigh_link(links_.find(n, end), n, end, half, edge.law);
-      half_shares[k] = share_[t][0];
+      half_shares[k] = elements_[at(t)].share[0];
       if (k == 0 && is_left) weigh_link(-1, n, c, middle[0] + middle[1], edge.law);
       if (comes_to_end)
-        weigh_link(outer_link[k], c, end, share_[t][2] + share_on(end, c), edge.law);
+        weigh_link(outer_link[k], c, end, elements_[at(t)].share[2] + share_on(end, c), edge.law);
       else
-        weigh_link(outer_link[k], end, c, share_[t][1] + share_on(c, end), edge.law);
+        weigh_link(outer_link[k], end, c, elements_[at(t)].share[1] + share_on(c, end), edge.law);
       if (k == 0 && !is_left) weigh_link(-1, c, n, middle[0] + middle[1], edge.law);
     }
   }
@@ -341,7 +358,7 @@ class MassSpringElements {
   /// What the triangle with the directed edge from → to adds to the weight of its link; 0 where there is none.
   Scalar share_on(int from, int to) const noexcept {
     int const t = surface_.triangle_with_edge(from, to);
-    return t < 0 ? Scalar(0) : share_[t][surface_.corner_of(t, from)];
+    return t < 0 ? Scalar(0) : elements_[at(t)].share[at(surface_.corner_of(t, from))];
   }
 
   /// Triangles have gone from particle p to its copy, t among them: the link to `other`, on the edge of t that has its share in column k, follows.
@@ -352,14 +369,10 @@ class MassSpringElements {
     Law const law = before < 0 ? Law{} : links_[before].law;
     if (beside < 0) {
       weigh_link(before, p, other, ahead ? share_on(other, p) : share_on(p, other), law);
-      weigh_link(-1, copy, other, share_[t][k], law);
+      weigh_link(-1, copy, other, elements_[at(t)].share[at(k)], law);
       return;
     }
-    int const now = links_.find(copy, other);   // between two triangles that have gone: both come here
-    if (now < 0)
-      weigh_link(-1, copy, other, share_[t][k] + share_[beside][surface_.corner_of(beside, ahead ? other : copy)], law);
-    else
-      weigh_link(before, p, other, Scalar(0), law);
+    if (before >= 0) links_.change_end(before, p, copy), ++revision_;   // between two triangles that have gone, and so the first of them is here
   }
 
   /// A triangle's corner goes from one particle to another: the links of both to `other` get the shares of the triangles on their sides.
@@ -392,7 +405,7 @@ class MassSpringElements {
   std::vector<HomeSpring<Scalar>> home_;
   std::vector<char> nailed_;
   SurfaceTopology surface_;
-  Columns<Scalar, 3> share_;   // triangle t, column k: its share of the link between its corners k and k + 1
+  std::vector<Element> elements_;   // of each triangle
   LinkSet<Scalar, Law> links_;
   MassExchange<Scalar> exchange_;
   Scalar prestrain_ = 0;
