@@ -151,7 +151,7 @@ class BodyShape {
         changes_.edited(t);
       }
       ++topology_revision_;
-      disturbed_.insert(disturbed_.end(), {p, n});
+      disturbed_.push_back(p), disturbed_.push_back(n);
       return n;
     });
   }
@@ -179,7 +179,7 @@ class BodyShape {
     tissue_.change_corner(t, before, now);
     temporaries_.change_corner(t, before, now);
     patch_tree(t);
-    disturbed_.insert(disturbed_.end(), {before, now});
+    disturbed_.push_back(before), disturbed_.push_back(now);
   }
 
   /// Shares the mass of two copies of one particle, still together, anew by the area around each. Mass takes its velocity along.
@@ -200,11 +200,16 @@ class BodyShape {
   void even_masses() {
     if constexpr (EvensMasses<Tissue>) {
       auto const moved = [&](int from, int to, Scalar share) { mix_velocity(from, to, share); };
+      last_look_.resize(static_cast<std::size_t>(size()));
+      ++look_;
+      auto const look_at = [&](int p) {   // once: one that gives mass later keeps what it needs
+        if (std::exchange(last_look_[static_cast<std::size_t>(p)], look_) != look_) tissue_.even_mass(p, moved);
+      };
       for (std::size_t k = std::min(evened_, disturbed_.size()); k < disturbed_.size(); ++k) {
         int const p = disturbed_[k];
         if (p >= size()) continue;   // gone again
-        tissue_.even_mass(p, moved);
-        tissue_.for_each_neighbour(p, [&](int q) { tissue_.even_mass(q, moved); });
+        look_at(p);
+        tissue_.for_each_neighbour(p, look_at);
       }
       evened_ = disturbed_.size();
     }
@@ -345,6 +350,7 @@ class BodyShape {
     reserved_triangles_ = std::max(reserved_triangles_, triangles);
     auto const more = static_cast<std::size_t>(std::max(0, particles - size()));
     make_room(disturbed_, 4 * static_cast<std::size_t>(particles), 4 * more);
+    make_room(last_look_, static_cast<std::size_t>(particles));
     temporaries_.reserve(8);
     if constexpr (requires { tissue_.reserve(particles, triangles); }) tissue_.reserve(particles, triangles);
   }
@@ -401,6 +407,8 @@ class BodyShape {
   TemporaryParticles<Scalar> temporaries_;
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
+  std::vector<unsigned> last_look_;   // which of its calls looked at each particle last
+  unsigned look_ = 0;
   std::size_t topology_revision_ = 0;
   std::size_t restorations_ = 0;
   Scalar mean_edge_ = 0;   // m

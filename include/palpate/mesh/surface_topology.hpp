@@ -48,6 +48,15 @@ class SurfaceTopology {
     return c[0] == vertex ? 0 : c[1] == vertex ? 1 : c[2] == vertex ? 2 : -1;
   }
 
+  /// Whether the triangles at a vertex close around it: it lies on no border and no lip.
+  bool is_inside(int vertex) const noexcept {
+    for (int const t : triangles_at(vertex)) {
+      auto const c = triangles_[t];
+      if (triangle_with_edge(vertex, c[0] == vertex ? c[2] : c[1] == vertex ? c[0] : c[1]) < 0) return false;
+    }
+    return true;
+  }
+
   void add_vertex() { at_.add_list(); }
   /// Takes the last vertex away; no triangle may hold it.
   void pop_vertex() noexcept { at_.pop_list(); }

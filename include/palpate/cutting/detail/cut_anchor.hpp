@@ -249,14 +249,19 @@ class CutAnchor {
       fan_.clear();
       auto const around = surface.triangles_at(particle);
       if (around.empty()) return split;
-      fan_.push_back(around.front());
-      for (std::size_t i = 0; i < fan_.size(); ++i) {
-        auto const c = surface.corners(fan_[i]);
-        auto const k = static_cast<std::size_t>(surface.corner_of(fan_[i], particle));
-        int const ahead = c[(k + 1) % 3], behind = c[(k + 2) % 3];
-        for (int const t : {ahead == cut_a || ahead == cut_b ? -1 : surface.triangle_with_edge(ahead, particle),
-                            behind == cut_a || behind == cut_b ? -1 : surface.triangle_with_edge(particle, behind)})
-          if (t >= 0 && std::find(fan_.begin(), fan_.end(), t) == fan_.end()) fan_.push_back(t);
+      auto const corner_after = [&](int t, int k) { return surface.corners(t)[static_cast<std::size_t>((surface.corner_of(t, particle) + k) % 3)]; };
+      auto const is_cut = [&](int corner) { return corner == cut_a || corner == cut_b; };
+      int const first = around.front();
+      for (int t = first; t >= 0 && (t != first || fan_.empty());) {   // round the particle with the clock, up to an edge that does not connect
+        fan_.push_back(t);
+        int const ahead = corner_after(t, 1);
+        t = is_cut(ahead) ? -1 : surface.triangle_with_edge(ahead, particle);
+      }
+      for (int t = first; fan_.size() < around.size();) {   // and against it
+        int const behind = corner_after(t, 2);
+        t = is_cut(behind) ? -1 : surface.triangle_with_edge(particle, behind);
+        if (t < 0 || t == fan_.back()) break;
+        fan_.push_back(t);
       }
       if (fan_.size() == around.size()) return split;
       if (body.keep_temporaries_at(particle)) continue;   // their triangles have other numbers now

@@ -81,16 +81,19 @@ class CutPassage {
   bool runs_along_wound(Vector const& from, Vector const& to, int end) const {
     auto const& surface = body_.tissue().surface();
     Vector const way = to - from;
-    if (!(way.dot(body_.tissue().rest_position(end) - from) > 0)) return false;
+    Vector const at = body_.tissue().rest_position(end);
+    if (!(way.dot(at - from) > 0) || surface.is_inside(end)) return false;
+    Scalar const least = Scalar(0.81) * way.squaredNorm();
     auto const is_along = [&](int other) {
-      Vector const lip = body_.tissue().rest_position(other) - body_.tissue().rest_position(end);
-      return std::abs(way.dot(lip)) > Scalar(0.9) * way.norm() * lip.norm();
+      Vector const lip = body_.tissue().rest_position(other) - at;
+      Scalar const along = way.dot(lip);
+      return along * along > least * lip.squaredNorm();
     };
     for (int const t : surface.triangles_at(end)) {
       auto const c = surface.corners(t);
       auto const k = static_cast<std::size_t>(surface.corner_of(t, end));
       int const ahead = c[(k + 1) % 3], behind = c[(k + 2) % 3];
-      if ((is_lip(ahead, end) && is_along(ahead)) || (is_lip(end, behind) && is_along(behind))) return true;
+      if ((is_along(ahead) && is_lip(ahead, end)) || (is_along(behind) && is_lip(end, behind))) return true;
     }
     return false;
   }
