@@ -59,11 +59,12 @@ class BodySystem {
   void acceleration(Eigen::MatrixBase<X> const& x, Eigen::MatrixBase<V> const& v, Out&& out) {
     WideView<Scalar> const at = with_border(x.derived(), border_x_), speed = with_border(v.derived(), border_v_);
     auto&& result = wide(out);
-    auto const store = [&result](int i, Four const& a) {
+    auto const store = [&result](int i, auto const& a) {
       if constexpr (int{std::remove_cvref_t<decltype(result)>::RowsAtCompileTime} == 4)
         detail::store(result.data() + 4 * static_cast<std::ptrdiff_t>(i), a);
       else
-        for (int k = 0; k < 3; ++k) result(k, i) = a[k];
+        for (int k = 0; k < static_cast<int>(sizeof(a) / sizeof(Scalar)); ++k)
+          if (k % 4 < 3) result(k % 4, i + k / 4) = a[k];
     };
     accelerate(at, speed, [](int, int) {}, [&](int) { return store; });
   }
@@ -89,24 +90,25 @@ class BodySystem {
             parts.before(x_i, v_i, m_i);
             detail::store(x + at, x_i), detail::store(v + at, v_i), detail::store(m + at, m_i);
           };
-          if constexpr (sizeof(detail::Eight<Scalar>) <= detail::register_size)
+          if constexpr (detail::register_holds_eight<Scalar>)
             for (; k + 8 <= last; k += 8) start(std::type_identity<detail::Eight<Scalar>>{}, k);
           for (; k < last; k += 4) start(std::type_identity<Four>{}, k);
         },
         [&, bound = bound_](int block) {
           Divergence<Scalar>* const found = &diverged_[static_cast<std::size_t>(block)];
-          return [=](int i, Four const& acceleration) {
+          return [=]<class Columns>(int i, Columns const& accelerations) {
             std::ptrdiff_t const k = 4 * static_cast<std::ptrdiff_t>(i);
-            Four x_i, v_i, a_i = acceleration;
+            Columns x_i, v_i, a_i = accelerations;
             detail::load(x_i, x + k), detail::load(v_i, v + k);
             parts.after(x_i, v_i, a_i);
-            if (!detail::all_below(Four(x_i * x_i + (v_i - v_i)), bound * bound)) {   // v − v is NaN where v is not finite
-              if (found->particle < 0 || i < found->particle) *found = {i, diverged_value<Scalar>(x_i, v_i, bound)};
-              detail::load(x_i, x + k), detail::load(v_i, v + k);
-              a_i = Four{};
-              parts.after(x_i, v_i, a_i);
+            if (detail::all_below(Columns(x_i * x_i + (v_i - v_i)), bound * bound)) [[likely]] {   // v − v is NaN where v is not finite
+              detail::store(x + k, x_i), detail::store(v + k, v_i), detail::store(m + k, a_i);
+              return;
             }
-            detail::store(x + k, x_i), detail::store(v + k, v_i), detail::store(m + k, a_i);
+            std::array<Scalar, sizeof(Columns) / sizeof(Scalar)> each;
+            detail::store(each.data(), accelerations);
+            for (int one = 0; 4 * one < static_cast<int>(each.size()); ++one)
+              after_or_stay(parts, i + one, x + k + 4 * one, v + k + 4 * one, m + k + 4 * one, each.data() + 4 * one, bound, *found);
           };
         });
     for (Divergence<Scalar> const& found : diverged_)
@@ -239,6 +241,22 @@ class BodySystem {
   using Four = detail::Four<Scalar>;
   using Narrow = typename PaddedColumns<Scalar>::ConstView;
   static Narrow narrow(WideView<Scalar> const& columns) noexcept { return Narrow(columns.data(), 3, columns.cols()); }
+
+  /// What an integrator does to a particle after the forces; one that it would take out of the bound moves on without acceleration, and is noted.
+  template <class Parts>
+  [[gnu::noinline]] static void after_or_stay(Parts const& parts, int i, Scalar* x, Scalar* v, Scalar* m, Scalar const* acceleration,
+                                              Scalar bound, Divergence<Scalar>& found) noexcept {
+    Four x_i, v_i, a_i;
+    detail::load(x_i, x), detail::load(v_i, v), detail::load(a_i, acceleration);
+    parts.after(x_i, v_i, a_i);
+    if (!detail::all_below(Four(x_i * x_i + (v_i - v_i)), bound * bound)) {
+      if (found.particle < 0 || i < found.particle) found = {i, diverged_value<Scalar>(x_i, v_i, bound)};
+      detail::load(x_i, x), detail::load(v_i, v);
+      a_i = Four{};
+      parts.after(x_i, v_i, a_i);
+    }
+    detail::store(x, x_i), detail::store(v, v_i), detail::store(m, a_i);
+  }
 
   template <class D>
   static constexpr bool is_padded = std::same_as<std::remove_cvref_t<D>, NarrowView<Scalar>> || std::same_as<std::remove_cvref_t<D>, WideView<Scalar>>;

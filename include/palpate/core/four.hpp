@@ -65,13 +65,15 @@ struct TwoPairs {
 template <RealScalar Scalar>
 using Four = std::conditional_t<(4 * sizeof(Scalar) > register_size), TwoPairs, typename FourOf<Scalar>::Type>;
 
-/// Two columns behind each other, for what is done to each number by itself; where a register holds them, else the compiler goes through memory.
+/// Two columns behind each other, or one number of eight links; for where a register holds them, else the compiler goes through memory.
 template <RealScalar Scalar>
 struct EightOf {
   typedef Scalar Type __attribute__((vector_size(8 * sizeof(Scalar))));
 };
 template <RealScalar Scalar>
 using Eight = typename EightOf<Scalar>::Type;
+template <RealScalar Scalar>
+inline constexpr bool register_holds_eight = 8 * sizeof(Scalar) <= register_size;
 
 template <class Columns, RealScalar Scalar>
 inline void load(Columns& to, Scalar const* from) noexcept {
@@ -88,6 +90,33 @@ inline void load(TwoPairs& to, double const* from) noexcept {   // pair by pair:
 inline void store(double* to, TwoPairs const& from) noexcept {
   store(to, from.low), store(to + 2, from.high);
 }
+
+/// Two columns as one, and back.
+template <class Two, class One>
+inline void join(Two& to, One const& low, One const& high) noexcept {
+  std::memcpy(&to, &low, sizeof(low)), std::memcpy(reinterpret_cast<char*>(&to) + sizeof(low), &high, sizeof(high));
+}
+template <class One, class Two>
+inline void split(One& low, One& high, Two const& from) noexcept {
+  std::memcpy(&low, &from, sizeof(low)), std::memcpy(&high, reinterpret_cast<char const*>(&from) + sizeof(low), sizeof(high));
+}
+// Where a register holds both, as one instruction each, which takes its second operand from memory: gcc makes shuffles of registers otherwise.
+#ifdef __AVX__
+inline void join(Eight<float>& to, Four<float> const& low, Four<float> const& high) noexcept {
+  to = _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
+}
+inline void split(Four<float>& low, Four<float>& high, Eight<float> const& from) noexcept {
+  low = _mm256_castps256_ps128(from), high = _mm256_extractf128_ps(from, 1);
+}
+#endif
+#ifdef __AVX512F__
+inline void join(Eight<double>& to, Four<double> const& low, Four<double> const& high) noexcept {
+  to = _mm512_insertf64x4(_mm512_castpd256_pd512(low), high, 1);
+}
+inline void split(Four<double>& low, Four<double>& high, Eight<double> const& from) noexcept {
+  low = _mm512_castpd512_pd256(from), high = _mm512_extractf64x4_pd(from, 1);
+}
+#endif
 
 /// to = √from, each correctly rounded.
 inline void square_root(Four<float>& to, Four<float> const& from) noexcept {
@@ -106,6 +135,13 @@ inline void square_root(Four<double>& to, Four<double> const& from) noexcept {
   to = {std::sqrt(from[0]), std::sqrt(from[1]), std::sqrt(from[2]), std::sqrt(from[3])};
 #endif
 }
+
+#ifdef __AVX__
+inline void square_root(Eight<float>& to, Eight<float> const& from) noexcept { to = _mm256_sqrt_ps(from); }
+#endif
+#ifdef __AVX512F__
+inline void square_root(Eight<double>& to, Eight<double> const& from) noexcept { to = _mm512_sqrt_pd(from); }
+#endif
 
 /// sums[k] = the sum of the four of column k. Two shuffles for each pair of columns that are one instruction each.
 inline void sum_each(Four<double>& sums, Four<double> const (&column)[4]) noexcept {
@@ -126,6 +162,37 @@ inline void sum_each(Four<float>& sums, Four<float> const (&column)[4]) noexcept
   sums = __builtin_shufflevector(left, right, 0, 1, 4, 5) + __builtin_shufflevector(left, right, 2, 3, 6, 7);
 }
 
+/// sums[k] and sums[4 + k] = the sums of both columns in column[k].
+inline void sum_each(Eight<float>& sums, Eight<float> const (&column)[4]) noexcept {
+  using Sums = Eight<float>;
+  Sums const left = __builtin_shufflevector(column[0], column[1], 0, 8, 1, 9, 4, 12, 5, 13) +
+                    __builtin_shufflevector(column[0], column[1], 2, 10, 3, 11, 6, 14, 7, 15);
+  Sums const right = __builtin_shufflevector(column[2], column[3], 0, 8, 1, 9, 4, 12, 5, 13) +
+                     __builtin_shufflevector(column[2], column[3], 2, 10, 3, 11, 6, 14, 7, 15);
+  sums = __builtin_shufflevector(left, right, 0, 1, 8, 9, 4, 5, 12, 13) + __builtin_shufflevector(left, right, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+inline void sum_each(Eight<double>& sums, Eight<double> const (&column)[4]) noexcept {
+  using Sums = Eight<double>;
+  Sums const left = __builtin_shufflevector(column[0], column[1], 0, 8, 2, 10, 4, 12, 6, 14) +
+                    __builtin_shufflevector(column[0], column[1], 1, 9, 3, 11, 5, 13, 7, 15);
+  Sums const right = __builtin_shufflevector(column[2], column[3], 0, 8, 2, 10, 4, 12, 6, 14) +
+                     __builtin_shufflevector(column[2], column[3], 1, 9, 3, 11, 5, 13, 7, 15);
+  sums = __builtin_shufflevector(left, right, 0, 1, 8, 9, 4, 5, 12, 13) + __builtin_shufflevector(left, right, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+/// to[k] = column[k] times number k of `factor`; with two columns each, the second times number 4 + k.
+template <class Columns>
+inline void scale_each(Columns (&to)[4], Columns const* column, Columns const& factor) noexcept {
+  if constexpr (sizeof(Columns) == 8 * sizeof(factor[0])) {
+    to[0] = __builtin_shufflevector(factor, factor, 0, 0, 0, 0, 4, 4, 4, 4) * column[0];
+    to[1] = __builtin_shufflevector(factor, factor, 1, 1, 1, 1, 5, 5, 5, 5) * column[1];
+    to[2] = __builtin_shufflevector(factor, factor, 2, 2, 2, 2, 6, 6, 6, 6) * column[2];
+    to[3] = __builtin_shufflevector(factor, factor, 3, 3, 3, 3, 7, 7, 7, 7) * column[3];
+  } else {
+    for (int k = 0; k < 4; ++k) to[k] = factor[k] * column[k];
+  }
+}
+
 /// Each of the four that is below the bound, or NaN, becomes the bound.
 template <class Columns, RealScalar Scalar>
 inline void raise_to(Columns& value, Scalar bound) noexcept {
@@ -133,15 +200,6 @@ inline void raise_to(Columns& value, Scalar bound) noexcept {
 }
 inline void raise_to(TwoPairs& value, double bound) noexcept {
   raise_to(value.low, bound), raise_to(value.high, bound);
-}
-
-/// The fourth becomes zero.
-template <class Columns>
-inline void clear_last(Columns& column) noexcept {
-  column = __builtin_shufflevector(column, Columns{}, 0, 1, 2, 7);
-}
-inline void clear_last(TwoPairs& column) noexcept {
-  column.high = __builtin_shufflevector(column.high, TwoPairs::Pair{}, 0, 3);
 }
 
 /// Whether each of the four is below the bound; a NaN is not.
@@ -162,5 +220,16 @@ inline bool all_below(Four<double> const& value, double bound) noexcept {
   return value[0] < bound && value[1] < bound && value[2] < bound && value[3] < bound;
 #endif
 }
+
+#ifdef __AVX__
+inline bool all_below(Eight<float> const& value, float bound) noexcept {
+  return _mm256_movemask_ps(_mm256_cmp_ps(value, _mm256_set1_ps(bound), _CMP_LT_OQ)) == 255;
+}
+#endif
+#ifdef __AVX512F__
+inline bool all_below(Eight<double> const& value, double bound) noexcept {
+  return _mm512_cmp_pd_mask(value, _mm512_set1_pd(bound), _CMP_LT_OQ) == 255;
+}
+#endif
 
 }  // namespace palpate::detail

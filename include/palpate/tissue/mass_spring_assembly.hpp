@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <type_traits>
 
 namespace palpate {
 
@@ -34,47 +35,45 @@ class MassSpringAssembly {
   /// f += internal forces at (x, v) in the first `moving()` columns; the border's columns are overwritten with partial sums.
   template <class X, class V, class F>
   void add_forces(X const& x, V const& v, F& f) const noexcept {
-    add_link_forces(x, v, f, 0, 0, static_cast<int>(layout_.groups().size()));
+    add_link_forces(columns_of(x), columns_of(v), columns_of(f), 0, 0, static_cast<int>(layout_.groups().size()));
     Four force, home, position, velocity;
     for (int i = 0; i < moving(); ++i) {
-      take(force, f, i), take(position, x, i), take(velocity, v, i);
-      home_force(home, position, velocity, layout_.anchors()[at(i)]);
-      put(f, i, force + home);
+      take_at(force, columns_of(f), 4 * i), take_at(position, columns_of(x), 4 * i), take_at(velocity, columns_of(v), 4 * i);
+      home_force(home, position, velocity, layout_.rest()[at(i)].data(), Spread<Four>(layout_.coefficients(i)));
+      put_at(columns_of(f), 4 * i, force + home);
     }
   }
 
   /// inverse mass · (internal force at (x, v) + pushes) + gravity of the `moving()` particles [m/s²]: add_forces and what a body does with them,
-  /// part by part. `before(first, end)` is called for particles before a link reads their x and v; `after_of(block)(i, acceleration)` when no link will
-  /// read it again: it may change both. `run(n, walk)` calls walk(0) … walk(n − 1), in any order or at once, and returns when all are done.
+  /// part by part. `before(first, end)` is called for particles before a link reads their x and v; `after_of(block)(i, accelerations)` when no
+  /// link will read them again: it may change both. It gets a Four for particle i, or an Eight for i and i + 1. `run(n, walk)` calls
+  /// walk(0) … walk(n − 1), in any order or at once, and returns when all are done.
   /// Shapes     x, v, force: 4 × particles().size(), contiguous, the fourth row 0; force is zero before and after.
   template <class Run, class Before, class AfterOf>
   void accelerate(Scalar const* x, Scalar const* v, Vector3<Scalar> const& gravity, std::span<ColumnForce<Scalar> const> pushes, Scalar* force,
                   Run const& run, Before const& before, AfterOf const& after_of) const {
-    auto const all = static_cast<Eigen::Index>(particles().size());
-    WideView<Scalar> const at_x(const_cast<Scalar*>(x), 4, all), at_v(const_cast<Scalar*>(v), 4, all);
-    WideView<Scalar> f(force, 4, all);
     run(static_cast<int>(layout_.blocks().size()), [&](int b) {
       auto const block = layout_.blocks()[at(b)];
-      auto after = after_of(b);
+      auto const after = after_of(b);
       auto next_push = pushes.begin();
       int prepared = layout_.parts()[at(block.first_part)].first;
       for (int k = block.first_part; k < block.end_part; ++k) {
         auto const part = layout_.parts()[at(k)];
         if (prepared < part.reach) before(prepared, part.reach);
         prepared = part.reach;
-        add_link_forces(at_x, at_v, f, part.first_row, part.first_group, part.end_group);
-        if (!part.is_open) finish(at_x, at_v, gravity, f, part, pushes, next_push, after);
+        add_link_forces(x, v, force, part.first_row, part.first_group, part.end_group);
+        if (!part.is_open) finish(x, v, gravity, force, part, pushes, next_push, after);
       }
     });
     int const leaving = layout_.first_leaving_group(), groups = static_cast<int>(layout_.groups().size());
     if (leaving < groups) {
-      add_link_forces(at_x, at_v, f, layout_.first_leaving_row(), leaving, groups);
-      auto after = after_of(0);
+      add_link_forces(x, v, force, layout_.first_leaving_row(), leaving, groups);
+      auto const after = after_of(0);
       auto next_push = pushes.begin();
       for (auto const& part : layout_.parts())
-        if (part.is_open) finish(at_x, at_v, gravity, f, part, pushes, next_push, after);
+        if (part.is_open) finish(x, v, gravity, force, part, pushes, next_push, after);
     }
-    f.rightCols(all - moving()).setZero();
+    std::fill(force + 4 * static_cast<std::ptrdiff_t>(moving()), force + 4 * static_cast<std::ptrdiff_t>(particles().size()), Scalar(0));
   }
   /// Blocks that accelerate() walks: those that can be walked at once.
   int blocks() const noexcept { return static_cast<int>(layout_.blocks().size()); }
@@ -84,19 +83,21 @@ class MassSpringAssembly {
   void linearise(X const& x, Scalar const* inverse_mass)
     requires StatesStiffness<Law, Scalar>
   {
-    tangent_.particles.reserve(layout_.anchor_capacity()), tangent_.groups.reserve(layout_.group_capacity());
-    tangent_.rows.reserve(layout_.row_capacity());
+    tangent_.particles.reserve(layout_.particle_capacity()), tangent_.groups.reserve(width / 4 * layout_.group_capacity());
+    tangent_.rows.reserve(width / 4 * layout_.row_capacity());
     tangent_.particles.clear(), tangent_.groups.clear(), tangent_.rows.clear();
     tangent_.all = static_cast<int>(particles().size());
     for (int i = 0; i < moving(); ++i) {
-      auto const& anchor = layout_.anchors()[at(i)];
-      tangent_.particles.push_back({1 / inverse_mass[i], anchor.damping, anchor.rest_and_stiffness[3]});
+      auto const& own = layout_.coefficients(i);
+      tangent_.particles.push_back({1 / inverse_mass[i], own.damping, own.stiffness});
     }
     int row = 0;
     for (Group const& group : layout_.groups()) {
-      tangent_.groups.push_back({group.own, group.rows});
-      for (int const end = row + group.rows; row < end; ++row)
-        set_tangent(tangent_.rows.emplace_back(), x, group, layout_.rows()[at(row)], layout_.laws(row));
+      for (int first = 0; first < width; first += 4) {
+        tangent_.groups.push_back({{group.own[at(first)], group.own[at(first + 1)], group.own[at(first + 2)], group.own[at(first + 3)]}, group.rows});
+        for (int r = row; r < row + group.rows; ++r) set_tangent(tangent_.rows.emplace_back(), x, group, r, first);
+      }
+      row += group.rows;
     }
   }
   /// out = (mass M + damping C + stiffness K) d, and the diagonal of that matrix; for shapes see MassSpringTangent.
@@ -121,88 +122,142 @@ class MassSpringAssembly {
  private:
   using Four = detail::Four<Scalar>;
   using Layout = MassSpringLayout<Scalar, Law>;
+  using Wide = std::conditional_t<Layout::width == 8, detail::Eight<Scalar>, Four>;   // a number of each link of a row, or width / 4 columns
   using Row = typename Layout::Row;
   using Laws = typename Layout::Laws;
   using Group = typename Layout::Group;
-  using Anchor = typename Layout::Anchor;
+  using Weights = typename Layout::Weights;
+  using Coefficients = typename Layout::Coefficients;
 
+  static constexpr int width = Layout::width;
   static constexpr int most_rows = Layout::most_rows;   // of a pass
   /// Squared lengths below this count as this: such a link is far shorter than any rounding of its ends.
   static constexpr Scalar least = std::numeric_limits<Scalar>::min() * 4096 * 4096;
 
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
 
+  /// Where columns begin that are four numbers each and contiguous; of others, where the matrix is. By value: stores cannot change it then.
   template <class Columns>
-  static constexpr bool is_wide = int{Columns::RowsAtCompileTime} == 4;
-
-  template <class Columns>
-  static void take(Four& to, Columns const& from, int i) noexcept {
-    take_at(to, from, 4 * i);
-  }
-  template <class Columns>
-  static void put(Columns& to, int i, Four const& from) noexcept {
-    put_at(to, 4 * i, from);
+  static auto columns_of(Columns& columns) noexcept {
+    if constexpr (int{Columns::RowsAtCompileTime} == 4)
+      return columns.data();
+    else
+      return &columns;
   }
   /// The column at 4 i: what rows and groups hold, so that the processor need not multiply.
+  static void take_at(Four& to, Scalar const* from, int offset) noexcept { detail::load(to, from + offset); }
+  static void put_at(Scalar* to, int offset, Four const& from) noexcept { detail::store(to + offset, from); }
   template <class Columns>
-  static void take_at(Four& to, Columns const& from, int offset) noexcept {
-    if constexpr (is_wide<Columns>)
-      detail::load(to, from.data() + offset);
-    else
-      to = Four{from(0, offset / 4), from(1, offset / 4), from(2, offset / 4), Scalar(0)};
+  static void take_at(Four& to, Columns const* from, int offset) noexcept {
+    Columns const& columns = *from;
+    to = Four{columns(0, offset / 4), columns(1, offset / 4), columns(2, offset / 4), Scalar(0)};
   }
   template <class Columns>
-  static void put_at(Columns& to, int offset, Four const& from) noexcept {
-    if constexpr (is_wide<Columns>)
-      detail::store(to.data() + offset, from);
-    else
-      for (int k = 0; k < 3; ++k) to(k, offset / 4) = from[at(k)];
+  static void put_at(Columns* to, int offset, Four const& from) noexcept {
+    for (int k = 0; k < 3; ++k) (*to)(k, offset / 4) = from[at(k)];
   }
 
-  static void home_force(Four& force, Four const& position, Four const& velocity, Anchor const& anchor) noexcept {
-    Four rest;
-    detail::load(rest, anchor.rest_and_stiffness.data());
-    Scalar const stiffness = rest[3];
-    detail::clear_last(rest);
-    force = stiffness * (rest - position) - anchor.damping * velocity;
+  /// Columns k and, where Wide holds two, k + 4 of those at `offsets`.
+  template <class Columns>
+  static void take_at(Wide& to, Columns const* from, std::array<int, width> const& offsets, int k) noexcept {
+    if constexpr (width == 8) {
+      Four low, high;
+      take_at(low, from, offsets[at(k)]), take_at(high, from, offsets[at(k + 4)]);
+      detail::join(to, low, high);
+    } else {
+      take_at(to, from, offsets[at(k)]);
+    }
+  }
+  /// One after the other: both may be the same.
+  template <class Columns>
+  static void add_at(Columns* to, std::array<int, width> const& offsets, int k, Wide const& what) noexcept {
+    if constexpr (width == 8) {
+      Four low, high;
+      detail::split(low, high, what);
+      add_at(to, offsets[at(k)], low), add_at(to, offsets[at(k + 4)], high);
+    } else {
+      add_at(to, offsets[at(k)], what);
+    }
+  }
+  template <class Columns>
+  static void add_at(Columns* to, int offset, Four const& what) noexcept {
+    Four there;
+    take_at(there, to, offset);
+    put_at(to, offset, there + what);
+  }
+
+  /// A particle's coefficients, each for all numbers of its column; or those of two.
+  template <class Columns>
+  struct Spread {
+    Columns stiffness, damping, inverse_mass;
+    explicit Spread(Coefficients const& of) noexcept : Spread(of, of) {}
+    Spread(Coefficients const& a, Coefficients const& b) noexcept
+        : stiffness(spread(a.stiffness, b.stiffness)), damping(spread(a.damping, b.damping)), inverse_mass(spread(a.inverse_mass, b.inverse_mass)) {}
+    static Columns spread(Scalar a, Scalar b) noexcept {
+      if constexpr (sizeof(Columns) == 8 * sizeof(Scalar))
+        return Columns{a, a, a, a, b, b, b, b};
+      else
+        return Columns{a, a, a, a};
+    }
+  };
+
+  template <class Columns>
+  static void home_force(Columns& force, Columns const& position, Columns const& velocity, Scalar const* at_rest,
+                         Spread<Columns> const& own) noexcept {
+    Columns rest;
+    detail::load(rest, at_rest);
+    force = own.stiffness * (rest - position) - own.damping * velocity;
   }
 
   /// From forces to what `after` makes of accelerations, for a part whose links have all been walked. The forces are zero then.
   template <class NextPush, class After>
-  void finish(WideView<Scalar> const& x, WideView<Scalar> const& v, Vector3<Scalar> const& gravity, WideView<Scalar>& f,
-              typename Layout::Part const part, std::span<ColumnForce<Scalar> const> pushes, NextPush& next_push, After& after) const noexcept {
+  void finish(Scalar const* x, Scalar const* v, Vector3<Scalar> const& gravity, Scalar* f, typename Layout::Part const part,
+              std::span<ColumnForce<Scalar> const> pushes, NextPush& next_push, After const& after_one_or_two) const noexcept {
     while (next_push != pushes.end() && next_push->column < part.first) ++next_push;
     for (; next_push != pushes.end() && next_push->column < part.end; ++next_push)
-      f.col(next_push->column).template head<3>() += next_push->force;
-    Four const weight = {gravity[0], gravity[1], gravity[2], Scalar(0)};
-    Anchor const* const anchors = layout_.anchors().data();
-    Four sum, home, position, velocity;
-    for (int i = part.first; i < part.end; ++i) {
-      take(sum, f, i), take(position, x, i), take(velocity, v, i);
-      put(f, i, Four{});
-      home_force(home, position, velocity, anchors[i]);
-      after(i, anchors[i].inverse_mass * (sum + home) + weight);
+      for (int k = 0; k < 3; ++k) f[4 * next_push->column + k] += next_push->force[k];
+    After const after = after_one_or_two;   // a copy that no store reaches stays in registers
+    Scalar const* const rest = layout_.rest().front().data();
+    std::array<Scalar, 8> const twice = {gravity[0], gravity[1], gravity[2], 0, gravity[0], gravity[1], gravity[2], 0};
+    auto const finish_at = [=]<class Columns>(int i, Spread<Columns> const& own) {
+      std::ptrdiff_t const k = 4 * static_cast<std::ptrdiff_t>(i);
+      Columns sum, home, position, velocity, weight;
+      detail::load(sum, f + k), detail::load(position, x + k), detail::load(velocity, v + k), detail::load(weight, twice.data());
+      detail::store(f + k, Columns{});
+      home_force(home, position, velocity, rest + k, own);
+      after(i, Columns(own.inverse_mass * (sum + home) + weight));
+    };
+    int i = part.first;
+    if constexpr (width == 8) {
+      if (layout_.has_one_coefficients())
+        for (Spread<Wide> const own(layout_.coefficients(0)); i + 1 < part.end; i += 2) finish_at(i, own);
+      else
+        for (; i + 1 < part.end; i += 2) finish_at(i, Spread<Wide>(layout_.coefficients(i), layout_.coefficients(i + 1)));
     }
+    for (; i < part.end; ++i) finish_at(i, Spread<Four>(layout_.coefficients(i)));
   }
 
   /// The links of groups first_group … end_group − 1, whose rows begin at first_row.
   template <class X, class V, class F>
-  void add_link_forces(X const& x, V const& v, F& f, int first_row, int first_group, int end_group) const noexcept {
+  void add_link_forces(X const* x, V const* v, F* f, int first_row, int first_group, int end_group) const noexcept {
+    if (first_group == end_group) return;
     Row const* row = layout_.rows().data() + first_row;
-    Four difference[4 * most_rows], squared_length[most_rows], factor[most_rows];
+    Wide difference[4 * most_rows], squared_length[most_rows], factor[most_rows];
     auto const* const end = layout_.groups().data() + end_group;
+    bool const is_uniform = layout_.has_one_law() && layout_.weights_are_one();
+    Law const one_law = layout_.laws(0)[0];
     for (auto const* group = layout_.groups().data() + first_group; group != end;) {
       int rows = 0;
       auto const* last = group;
       for (; last != end && rows + last->rows <= most_rows; ++last) {
-        Four own_x[4], own_v[4];
-        for (int k = 0; k < 4; ++k) take_at(own_x[k], x, last->own[at(k)]), take_at(own_v[k], v, last->own[at(k)]);
+        Wide own_x[4], own_v[4];
+        for (int k = 0; k < 4; ++k) take_at(own_x[k], x, last->own, k), take_at(own_v[k], v, last->own, k);
         for (int const after = rows + last->rows; rows < after; ++rows) {
-          Four squares[4], products[4];
+          Wide squares[4], products[4];
           for (int k = 0; k < 4; ++k) {
-            Four other_x, other_v;
-            take_at(other_x, x, row[rows].other[at(k)]), take_at(other_v, v, row[rows].other[at(k)]);
-            Four const d = own_x[k] - other_x;
+            Wide other_x, other_v;
+            take_at(other_x, x, row[rows].other, k), take_at(other_v, v, row[rows].other, k);
+            Wide const d = own_x[k] - other_x;
             difference[4 * rows + k] = d;
             squares[k] = d * d;
             products[k] = d * (own_v[k] - other_v);
@@ -211,52 +266,62 @@ class MassSpringAssembly {
           detail::sum_each(factor[rows], products);   // d·(v_i − v_j)
         }
       }
-      if (layout_.has_one_law())
-        for (int r = 0; r < rows; ++r) set_factor(factor[r], squared_length[r], row[r], layout_.laws(0));
+      if (is_uniform)
+        for (int r = 0; r < rows; ++r) set_factor(factor[r], squared_length[r], row[r], [&](std::size_t) -> Law const& { return one_law; });
       else
-        for (int r = 0; r < rows; ++r) set_factor(factor[r], squared_length[r], row[r], layout_.laws(row - layout_.rows().data() + r));
-      for (int r = 0; group != last; ++group) {
-        Four sum[4] = {};
-        for (int const after = r + group->rows; r < after; ++r)
-          for (int k = 0; k < 4; ++k) {
-            int const j = row[r].other[at(k)];
-            Four const pull = factor[r][at(k)] * difference[4 * r + k];
-            Four there;
-            take_at(there, f, j);
-            put_at(f, j, there + pull);
-            sum[k] -= pull;
-          }
-        for (int k = 0; k < 4; ++k) {
-          Four here;
-          take_at(here, f, group->own[at(k)]);
-          put_at(f, group->own[at(k)], here + sum[k]);
+        for (int r = 0; r < rows; ++r) {
+          std::ptrdiff_t const number = row - layout_.rows().data() + r;
+          Laws const& laws = layout_.laws(number);
+          Wide weight;
+          set_factor(factor[r], squared_length[r], row[r], [&](std::size_t k) -> Law const& { return laws[k]; });
+          detail::load(weight, layout_.weights(number).data());
+          factor[r] *= weight;
         }
+      for (int r = 0; group != last; ++group) {
+        Wide sum[4] = {};
+        for (int const after = r + group->rows; r < after; ++r) {
+          Wide pulls[4];
+          detail::scale_each(pulls, difference + 4 * r, factor[r]);
+          for (int k = 0; k < 4; ++k) {
+            add_at(f, row[r].other, k, pulls[k]);
+            sum[k] -= pulls[k];
+          }
+        }
+        for (int k = 0; k < 4; ++k) add_at(f, group->own, k, sum[k]);
       }
       row += rows;
     }
   }
 
-  /// From d·(v_i − v_j) to the factor of d in the pull of a link.
-  static void set_factor(Four& factor, Four const& squared_length, Row const& row, Laws const& law) noexcept {
-    Four square = squared_length, length, rest_length, weight;
-    detail::load(rest_length, row.rest_length.data()), detail::load(weight, row.weight.data());
+  /// From d·(v_i − v_j) to the factor of d in the pull of a link of weight 1.
+  template <class LawOf>
+  static void set_factor(Wide& factor, Wide const& squared_length, Row const& row, LawOf const& law_of) noexcept {
+    Wide square = squared_length, length, rest_length;
+    detail::load(rest_length, row.rest_length.data());
     detail::raise_to(square, least);
     detail::square_root(length, square);
-    Four const elongation = length - rest_length;
-    auto const tension_of = [&](std::size_t k) { return static_cast<Scalar>(law[k].tension(elongation[k], rest_length[k])); };
-    auto const damping_of = [&](std::size_t k) { return static_cast<Scalar>(law[k].damping); };
-    Four const tension = {tension_of(0), tension_of(1), tension_of(2), tension_of(3)};
-    Four const damping = {damping_of(0), damping_of(1), damping_of(2), damping_of(3)};
-    factor = weight * (tension * length + damping * factor) / square;
+    Wide const elongation = length - rest_length;
+    auto const tension_of = [&](std::size_t k) { return static_cast<Scalar>(law_of(k).tension(elongation[k], rest_length[k])); };
+    auto const damping_of = [&](std::size_t k) { return static_cast<Scalar>(law_of(k).damping); };
+    auto const each = [](auto const& of) {
+      if constexpr (width == 8)
+        return Wide{of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)};
+      else
+        return Wide{of(0), of(1), of(2), of(3)};
+    };
+    factor = (each(tension_of) * length + each(damping_of) * factor) / square;
   }
 
+  /// Links first … first + 3 of a row.
   template <class TangentRow, class X>
-  static void set_tangent(TangentRow& to, X const& x, Group const& group, Row const& row, Laws const& laws) noexcept {
+  void set_tangent(TangentRow& to, X const& x, Group const& group, int row_number, int first) const noexcept {
+    Row const& row = layout_.rows()[at(row_number)];
     Four squares[4], squared_length, length, rest_length, weight;
-    detail::load(rest_length, row.rest_length.data()), detail::load(weight, row.weight.data());
+    detail::load(rest_length, row.rest_length.data() + first), detail::load(weight, layout_.weights(row_number).data() + first);
     for (int k = 0; k < 4; ++k) {
       Four own, other;
-      take_at(own, x, group.own[at(k)]), take_at(other, x, row.other[at(k)]);
+      to.other[at(k)] = row.other[at(first + k)];
+      take_at(own, columns_of(x), group.own[at(first + k)]), take_at(other, columns_of(x), to.other[at(k)]);
       to.direction[k] = own - other;
       squares[k] = to.direction[k] * to.direction[k];
     }
@@ -267,17 +332,17 @@ class MassSpringAssembly {
     Four const per_length = Scalar(1) / length;
     std::array<Scalar, 4> across, more_along, damping;
     for (std::size_t k = 0; k < 4; ++k) {
-      Law const& law = laws[k];
+      Law const& law = layout_.laws(row_number)[at(first) + k];
+      bool const is_link = row.other[at(first) + k] != group.own[at(first) + k];
       Scalar const tension = static_cast<Scalar>(law.tension(elongation[k], rest_length[k]));
       Scalar const along = static_cast<Scalar>(law.tangent_stiffness(elongation[k], rest_length[k]));
-      across[k] = std::max(Scalar(0), tension) * per_length[k];
+      across[k] = is_link ? std::max(Scalar(0), tension) * per_length[k] : Scalar(0);
       more_along[k] = std::max(Scalar(0), along) - across[k];
       damping[k] = static_cast<Scalar>(law.damping);
       to.direction[k] *= per_length[k];
     }
     detail::load(to.across, across.data()), detail::load(to.more_along, more_along.data()), detail::load(to.damping, damping.data());
     to.across *= weight, to.more_along *= weight, to.damping *= weight;
-    to.other = row.other;
   }
 
   Layout layout_;

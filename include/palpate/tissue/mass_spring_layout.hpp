@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/four.hpp>
 #include <palpate/tissue/mass_spring_options.hpp>
 
 #include <algorithm>
@@ -16,26 +17,29 @@ namespace palpate {
 /// The springs that act on a chosen set of particles, in the order in which the force loop walks them.
 /// Particles 0 … moving−1 are the chosen ones; after them comes the border: particles that only hold an end of a spring.
 /// Each link is stored once, with its lower end; a link between two border particles is left out.
-/// Row, group  four particles form a group, and a row holds one link of each: the group's positions, velocities and forces stay in
+/// Row, group  `width` particles form a group, and a row holds one link of each: the group's positions, velocities and forces stay in
 ///             registers while its rows are walked. Groups are made of particles of a part with as many links of their own, so that few
-///             places in a row are empty; an empty place is a link of weight 0 from its particle to itself.
+///             places in a row are empty; an empty place is a link from its particle to itself, which pulls nowhere.
 /// Part        32 particles that follow each other, with the groups they own. After a part no link of its block acts on its particles any
 ///             more. Small, so that what is read next has time to arrive.
 /// Block       parts that follow each other: a sixteenth of the particles, but 4,096 or more. Links that leave a block come after all blocks,
 ///             and the parts they act on are open until then: blocks can be walked one after the other or at once, with the same result.
-/// Law         kept for each link, or once where all links have the same.
+/// Law, weight, coefficients   kept for each link or particle, or once where all have the same.
 template <RealScalar Scalar, SpringLaw<Scalar> Law>
 class MassSpringLayout {
  public:
+  /// Links of a row: as many numbers as a register holds.
+  static constexpr int width = detail::register_holds_eight<Scalar> ? 8 : 4;
+
   /// A link of each of a group's particles.
   struct Row {
-    std::array<Scalar, 4> rest_length;   // m
-    std::array<Scalar, 4> weight;
-    std::array<int, 4> other;            // 4 × the upper ends: where their columns begin
+    std::array<Scalar, width> rest_length;   // m
+    std::array<int, width> other;            // 4 × the upper ends: where their columns begin
   };
-  using Laws = std::array<Law, 4>;   // of a row
+  using Laws = std::array<Law, width>;   // of a row
+  using Weights = std::array<Scalar, width>;
   struct Group {
-    std::array<int, 4> own;   // 4 × the lower ends
+    std::array<int, width> own;   // 4 × the lower ends
     int rows;
   };
   struct Part {
@@ -48,18 +52,19 @@ class MassSpringLayout {
   struct Block {
     int first_part, end_part;
   };
-  /// What holds a particle at its home.
-  struct Anchor {
-    std::array<Scalar, 4> rest_and_stiffness;   // m, N/m
-    Scalar damping;                             // N·s/m
-    Scalar inverse_mass;                        // 1/kg
+  /// How a particle answers to what acts on it alone.
+  struct Coefficients {
+    Scalar stiffness, damping;   // of its home spring, N/m, N·s/m
+    Scalar inverse_mass;         // 1/kg
   };
 
   static constexpr int most_rows = 8;   // of a group
 
   std::span<int const> particles() const noexcept { return particles_; }   // local particle → particle of the body
   int moving() const noexcept { return moving_; }
-  std::span<Anchor const> anchors() const noexcept { return anchors_; }
+  std::span<std::array<Scalar, 4> const> rest() const noexcept { return rest_; }   // m, the fourth number 0
+  bool has_one_coefficients() const noexcept { return has_one_coefficients_; }
+  Coefficients const& coefficients(int i) const noexcept { return coefficients_[has_one_coefficients_ ? 0 : at(i)]; }
   std::span<Block const> blocks() const noexcept { return blocks_; }
   std::span<Part const> parts() const noexcept { return parts_; }
   std::span<Group const> groups() const noexcept { return groups_; }
@@ -69,9 +74,11 @@ class MassSpringLayout {
   int first_leaving_row() const noexcept { return first_leaving_row_; }
   bool has_one_law() const noexcept { return has_one_law_; }
   Laws const& laws(std::ptrdiff_t row) const noexcept { return laws_[has_one_law_ ? 0 : static_cast<std::size_t>(row)]; }
+  bool weights_are_one() const noexcept { return weights_are_one_; }
+  Weights const& weights(std::ptrdiff_t row) const noexcept { return weights_[weights_are_one_ ? 0 : static_cast<std::size_t>(row)]; }
 
   /// What there is room for.
-  std::size_t anchor_capacity() const noexcept { return anchors_.capacity(); }
+  std::size_t particle_capacity() const noexcept { return rest_.capacity(); }
   std::size_t group_capacity() const noexcept { return groups_.capacity(); }
   std::size_t row_capacity() const noexcept { return rows_.capacity(); }
 
@@ -86,7 +93,7 @@ class MassSpringLayout {
     block_size_ = std::max(least_block_size, (moving_ / most_blocks / part_size + 1) * part_size);
     for (int i = 0; i < moving_; ++i) local_[at(moving[at(i)])] = i;
 
-    anchors_.clear(), blocks_.clear(), parts_.clear(), groups_.clear(), rows_.clear(), laws_.clear();
+    rest_.clear(), coefficients_.clear(), blocks_.clear(), parts_.clear(), groups_.clear(), rows_.clear(), laws_.clear(), weights_.clear();
     inside_.clear(), leaving_.clear();
     for (int i = 0; i < moving_; ++i) {
       int const p = moving[at(i)];
@@ -105,16 +112,18 @@ class MassSpringLayout {
       inside_.end_particle(), leaving_.end_particle();
       Vector3<Scalar> const rest = tissue.rest_position(p);
       auto const& home = tissue.home(p);
-      anchors_.push_back({{rest[0], rest[1], rest[2], home.stiffness}, home.damping, 1 / tissue.mass(p)});
+      rest_.push_back({rest[0], rest[1], rest[2], Scalar(0)});
+      coefficients_.push_back({home.stiffness, home.damping, 1 / tissue.mass(p)});
     }
     for (int first = 0; first < moving_; first += part_size) add_part(tissue, first, std::min(first + part_size, moving_));
     add_leaving(tissue);
-    find_one_law();
+    find_what_is_one();
   }
 
   void reserve(int particles, int links) {
     auto const n = static_cast<std::size_t>(particles), m = static_cast<std::size_t>(links);
-    particles_.reserve(n), local_.reserve(n), anchors_.reserve(n), groups_.reserve(n), rows_.reserve(m / 2 + 64), laws_.reserve(m / 2 + 64);
+    particles_.reserve(n), local_.reserve(n), rest_.reserve(n), coefficients_.reserve(n), groups_.reserve(n);
+    rows_.reserve(m / 2 + 64), laws_.reserve(m / 2 + 64), weights_.reserve(m / 2 + 64);
     parts_.reserve(n / part_size + 1), blocks_.reserve(most_blocks);
     inside_.ends.reserve(n), leaving_.ends.reserve(n), inside_.links.reserve(m);
     if (particles > least_block_size) leaving_.links.reserve(m);
@@ -165,46 +174,61 @@ class MassSpringLayout {
       }
   }
 
-  /// Puts the particles first … last − 1 into groups of four, those with most links of their own first.
+  using Members = std::array<int, width>;
+
+  /// Puts the particles first … last − 1 into groups, those with most links of their own first.
   template <class Tissue>
   void group(Tissue const& tissue, Own const& own, int first, int last) {
-    int most = 0, members = 0;
+    int most = 0, count = 0;
     for (int i = first; i < last; ++i) most = std::max(most, own.count(i));
-    std::array<int, 4> four{};
-    for (int count = most; count > 0; --count)
+    Members members{};
+    for (int links = most; links > 0; --links)
       for (int i = first; i < last; ++i) {
-        if (own.count(i) != count) continue;
-        four[at(members++)] = i;
-        if (members < 4) continue;
-        add_group(tissue, own, four, 4);
-        members = 0;
+        if (own.count(i) != links) continue;
+        members[at(count++)] = i;
+        if (count < width) continue;
+        add_group(tissue, own, members, width);
+        count = 0;
       }
-    if (members > 0) {
-      for (int k = members; k < 4; ++k) four[at(k)] = four[0];
-      add_group(tissue, own, four, members);
+    if (count > 0) {
+      for (int k = count; k < width; ++k) members[at(k)] = members[0];
+      add_group(tissue, own, members, count);
     }
   }
 
   template <class Tissue>
-  void add_group(Tissue const& tissue, Own const& own, std::array<int, 4> const& four, int members) {
-    int const count = own.count(four[0]);   // none has more
-    for (int k = 0; k < count; ++k) {
-      if (k % most_rows == 0) groups_.push_back({{4 * four[0], 4 * four[1], 4 * four[2], 4 * four[3]}, std::min(most_rows, count - k)});
+  void add_group(Tissue const& tissue, Own const& own, Members const& members, int count) {
+    int const most = own.count(members[0]);   // none has more
+    for (int k = 0; k < most; ++k) {
+      if (k % most_rows == 0) {
+        Group& group = groups_.emplace_back();
+        for (std::size_t m = 0; m < width; ++m) group.own[m] = 4 * members[m];
+        group.rows = std::min(most_rows, most - k);
+      }
       Row& row = rows_.emplace_back();
       Laws& laws = laws_.emplace_back();
-      for (int m = 0; m < 4; ++m) {
-        bool const is_link = m < members && k < own.count(four[at(m)]);
-        OwnLink const& chosen = own.links[at(own.begin(four[is_link ? at(m) : 0]) + k)];
+      Weights& weights = weights_.emplace_back();
+      for (int m = 0; m < width; ++m) {
+        bool const is_link = m < count && k < own.count(members[at(m)]);
+        OwnLink const& chosen = own.links[at(own.begin(members[is_link ? at(m) : 0]) + k)];
         auto const& link = tissue.links()[chosen.link];
         row.rest_length[at(m)] = link.rest_length;
-        row.weight[at(m)] = is_link ? link.weight : Scalar(0);
-        row.other[at(m)] = 4 * (is_link ? chosen.other : four[at(m)]);
+        row.other[at(m)] = 4 * (is_link ? chosen.other : members[at(m)]);
         laws[at(m)] = link.law;
+        weights[at(m)] = is_link ? link.weight : Scalar(1);   // whatever: it pulls nowhere
       }
     }
   }
 
-  void find_one_law() {
+  void find_what_is_one() {
+    auto const differs = [](Coefficients const& a, Coefficients const& b) {
+      return a.stiffness != b.stiffness || a.damping != b.damping || a.inverse_mass != b.inverse_mass;
+    };
+    has_one_coefficients_ = std::adjacent_find(coefficients_.begin(), coefficients_.end(), differs) == coefficients_.end();
+    Weights ones;
+    ones.fill(1);
+    weights_are_one_ = std::all_of(weights_.begin(), weights_.end(), [&](Weights const& weights) { return weights == ones; });
+    if (weights_are_one_) weights_.assign(1, ones);
     has_one_law_ = false;
     if constexpr (std::is_trivially_copyable_v<Law>) {
       if (laws_.empty()) return;
@@ -220,15 +244,17 @@ class MassSpringLayout {
   int moving_ = 0;
   int block_size_ = 0;
   int first_leaving_group_ = 0, first_leaving_row_ = 0;
-  bool has_one_law_ = false;
+  bool has_one_law_ = false, weights_are_one_ = false, has_one_coefficients_ = false;
   std::vector<int> particles_;
   std::vector<int> local_;   // particle of the body → local particle, −1 outside
-  std::vector<Anchor> anchors_;
+  std::vector<std::array<Scalar, 4>> rest_;
+  std::vector<Coefficients> coefficients_;   // of each moving particle
   std::vector<Block> blocks_;
   std::vector<Part> parts_;
   std::vector<Group> groups_;
   std::vector<Row> rows_;
-  std::vector<Laws> laws_;   // of each row, or one for all
+  std::vector<Laws> laws_;         // of each row, or one for all
+  std::vector<Weights> weights_;   // the same
   Own inside_, leaving_;     // links within a block, and those from it to a later one or to the border
 };
 
