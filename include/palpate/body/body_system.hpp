@@ -160,7 +160,11 @@ class BodySystem {
     tissue.assemble(moving, assembly_);
     moving_ = static_cast<int>(moving.size());
     all_ = static_cast<int>(assembly_.particles().size());
-    for (auto* columns : {&x_, &v_, &memory_, &border_x_, &border_v_, &force_}) columns->resize(all_);
+    for (auto* columns : {&x_, &v_, &memory_, &border_x_, &border_v_}) columns->resize(all_);
+    if constexpr (requires { assembly_.force_columns(); })
+      force_.resize(assembly_.force_columns());
+    else
+      force_.resize(all_);
     inverse_mass_.resize(static_cast<std::size_t>(moving_));
     is_whole_ = moving_ == tissue.size();
     for (int k = 0; k < moving_; ++k) {
@@ -179,6 +183,7 @@ class BodySystem {
     for (auto& columns : scratch_) columns.reserve(particles);
     place_.reserve(static_cast<std::size_t>(particles)), pushes_.reserve(2 * static_cast<std::size_t>(particles)), diverged_.reserve(16);
     if constexpr (requires { assembly_.reserve(particles, links); }) assembly_.reserve(particles, links);
+    if constexpr (requires { assembly_.force_columns(); }) force_.reserve(assembly_.most_force_columns(particles));
   }
 
   /// What is gathered is void: the state was changed from outside.
@@ -348,7 +353,7 @@ class BodySystem {
   Scalar bound_ = 0;
   Execution run_;
   PaddedColumns<Scalar> x_, v_, memory_;                    // moving set, then border; or the whole body before the step
-  PaddedColumns<Scalar> border_x_, border_v_, force_;       // as x_; force_ is zero between calls
+  PaddedColumns<Scalar> border_x_, border_v_, force_;       // as x_, force_ with windows behind; it is zero between calls
   PaddedColumns<Scalar> direction_, product_;               // as x_: of multiply_tangent
   std::array<PaddedColumns<Scalar>, 12> scratch_;
   std::vector<Scalar> inverse_mass_;      // 1/kg, moving set

@@ -48,7 +48,9 @@ class MassSpringAssembly {
   /// part by part. `before(first, end)` is called for particles before a link reads their x and v; `after_of(block)(i, accelerations)` when no
   /// link will read them again: it may change both. It gets a Four for particle i, or an Eight for i and i + 1. `run(n, walk)` calls
   /// walk(0) … walk(n − 1), in any order or at once, and returns when all are done.
-  /// Shapes     x, v, force: 4 × particles().size(), contiguous, the fourth row 0; force is zero before and after.
+  /// Shapes     x, v: 4 × particles().size(), force: 4 × force_columns(), contiguous, the fourth row 0; force is zero before and after.
+  /// Memory     a particle's force is of use from the first link that acts on it to the last. In a large body it stands in a window that moves
+  ///            along with the parts and stays near the processor; what links that leave a block act on goes to its own column.
   template <class Run, class Before, class AfterOf>
   void accelerate(Scalar const* x, Scalar const* v, Vector3<Scalar> const& gravity, std::span<ColumnForce<Scalar> const> pushes, Scalar* force,
                   Run const& run, Before const& before, AfterOf const& after_of) const {
@@ -57,12 +59,18 @@ class MassSpringAssembly {
       auto const after = after_of(b);
       auto next_push = pushes.begin();
       int prepared = layout_.parts()[at(block.first_part)].first;
+      Window window(layout_.window() > 0 ? force + column(static_cast<int>(particles().size()) + b * layout_.window()) : nullptr, prepared);
       for (int k = block.first_part; k < block.end_part; ++k) {
         auto const part = layout_.parts()[at(k)];
         if (prepared < part.reach) before(prepared, part.reach);
+        if (window.columns != nullptr && part.reach - window.first > layout_.window()) window.move(part.first, prepared);
         prepared = part.reach;
-        add_link_forces(x, v, force, part.first_row, part.first_group, part.end_group);
-        if (!part.is_open) finish(x, v, gravity, force, part, pushes, next_push, after);
+        Scalar* const f = window.columns != nullptr ? window.columns - column(window.first) : force;
+        add_link_forces(x, v, f, part.first_row, part.first_group, part.end_group);
+        if (!part.is_open)
+          finish(x, v, gravity, f, part, pushes, next_push, after);
+        else if (f != force)
+          hand_over(f + column(part.first), f + column(part.end), force + column(part.first));
       }
     });
     int const leaving = layout_.first_leaving_group(), groups = static_cast<int>(layout_.groups().size());
@@ -75,6 +83,9 @@ class MassSpringAssembly {
     }
     std::fill(force + 4 * static_cast<std::ptrdiff_t>(moving()), force + 4 * static_cast<std::ptrdiff_t>(particles().size()), Scalar(0));
   }
+  /// Of what accelerate() needs: one for each particle, then a window for each block.
+  int force_columns() const noexcept { return static_cast<int>(particles().size()) + blocks() * layout_.window(); }
+  static int most_force_columns(int particles) noexcept { return particles + Layout::most_window_columns(particles); }
   /// Blocks that accelerate() walks: those that can be walked at once.
   int blocks() const noexcept { return static_cast<int>(layout_.blocks().size()); }
 
@@ -135,6 +146,25 @@ class MassSpringAssembly {
   static constexpr Scalar least = std::numeric_limits<Scalar>::min() * 4096 * 4096;
 
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
+  static std::ptrdiff_t column(int i) noexcept { return 4 * static_cast<std::ptrdiff_t>(i); }
+
+  /// The forces on the particles from `first` on, as many as a window has columns; zero where no link has acted yet.
+  struct Window {
+    Scalar* columns;   // none: there is no window
+    int first;
+    Window(Scalar* begin, int particle) noexcept : columns(begin), first(particle) {}
+    /// Moves along: `particle` becomes the first; forces have been added up to `end` − 1.
+    void move(int particle, int end) noexcept {
+      Scalar *const from = columns + column(particle - first), *const last = columns + column(end - first);
+      first = particle;
+      std::copy(from, last, columns);
+      std::fill(std::max(columns + (last - from), from), last, Scalar(0));
+    }
+  };
+  static void hand_over(Scalar* first, Scalar* last, Scalar* to) noexcept {
+    std::copy(first, last, to);
+    std::fill(first, last, Scalar(0));
+  }
 
   /// Where columns begin that are four numbers each and contiguous; of others, where the matrix is. By value: stores cannot change it then.
   template <class Columns>

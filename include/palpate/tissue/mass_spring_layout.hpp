@@ -69,6 +69,9 @@ class MassSpringLayout {
   std::span<Part const> parts() const noexcept { return parts_; }
   std::span<Group const> groups() const noexcept { return groups_; }
   std::span<Row const> rows() const noexcept { return rows_; }
+  /// Columns of forces that a walk through a block needs at once, a few times over, so that they need not be moved along with every part; 0: its
+  /// particles' own columns are as good.
+  int window() const noexcept { return window_; }
   /// Where the groups of links that leave a block begin, and their rows.
   int first_leaving_group() const noexcept { return first_leaving_group_; }
   int first_leaving_row() const noexcept { return first_leaving_row_; }
@@ -118,7 +121,11 @@ class MassSpringLayout {
     for (int first = 0; first < moving_; first += part_size) add_part(tissue, first, std::min(first + part_size, moving_));
     add_leaving(tissue);
     find_what_is_one();
+    find_window();
   }
+
+  /// As many columns as the windows of all blocks take, at most.
+  static int most_window_columns(int particles) noexcept { return particles > least_block_size ? particles / 2 + least_block_size / 2 + particles / most_blocks : 0; }
 
   void reserve(int particles, int links) {
     auto const n = static_cast<std::size_t>(particles), m = static_cast<std::size_t>(links);
@@ -220,6 +227,12 @@ class MassSpringLayout {
     }
   }
 
+  void find_window() noexcept {
+    int reach = 0;
+    for (Part const& part : parts_) reach = std::max(reach, part.reach - part.first);
+    window_ = blocks_.size() > 1 && 3 * reach <= block_size_ / 2 ? 3 * reach : 0;
+  }
+
   void find_what_is_one() {
     auto const differs = [](Coefficients const& a, Coefficients const& b) {
       return a.stiffness != b.stiffness || a.damping != b.damping || a.inverse_mass != b.inverse_mass;
@@ -243,6 +256,7 @@ class MassSpringLayout {
 
   int moving_ = 0;
   int block_size_ = 0;
+  int window_ = 0;
   int first_leaving_group_ = 0, first_leaving_row_ = 0;
   bool has_one_law_ = false, weights_are_one_ = false, has_one_coefficients_ = false;
   std::vector<int> particles_;
