@@ -2,12 +2,14 @@
 #include "hand_device.hpp"
 
 #include <palpate/device/built_in_devices.hpp>
+#include <palpate/device/force_dimension/address.hpp>
 #include <palpate/device/phantom/address.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/training/replay_address.hpp>
 
 namespace incision {
 
+using palpate::ForceDimensionDevice;
 using palpate::PhantomDevice;
 
 Device make_device(Options const& options, Hand const& hand) {
@@ -15,6 +17,7 @@ Device make_device(Options const& options, Hand const& hand) {
   palpate::DeviceRegistry<double> devices = palpate::built_in_devices();
   palpate::add_replay(devices);
   palpate::add_phantom(devices);
+  palpate::add_force_dimension(devices);
   return devices.make(options.device);
 }
 
@@ -26,6 +29,7 @@ palpate::WorkspaceMapping<double> mapping_of(Options const& options, Hand const&
 }
 
 bool keeps_time(Device& device) {
+  if (device.get_if<ForceDimensionDevice>() != nullptr) return true;
   PhantomDevice* const phantom = device.get_if<PhantomDevice>();
   if (phantom == nullptr) return false;
   phantom->open();
@@ -36,8 +40,9 @@ bool keeps_time(Device& device) {
 
 std::string description_of(Device& device) {
   auto const who = device.description();
-  if (PhantomDevice* const phantom = device.get_if<PhantomDevice>())
-    return palpate::detail::message(who.model, ", ", who.driver, " (", phantom->library(), ")");
+  auto const with_driver = [&](auto const& maker) { return palpate::detail::message(who.model, ", ", who.driver, " (", maker.library(), ")"); };
+  if (PhantomDevice const* const phantom = device.get_if<PhantomDevice>()) return with_driver(*phantom);
+  if (ForceDimensionDevice const* const delta = device.get_if<ForceDimensionDevice>()) return with_driver(*delta);
   return who.model;
 }
 

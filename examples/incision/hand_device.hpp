@@ -13,7 +13,7 @@ namespace incision {
 
 using Device = palpate::AnyDevice<double>;
 
-/// The scripted hand, or what `--device` names: what the library has built in, a replay, a PHANToM. Throws palpate::Error for a name that is none.
+/// The scripted hand, or what `--device` names: what the library has built in, a replay, a PHANToM, a device of Force Dimension. Throws palpate::Error for a name that is none.
 Device make_device(Options const& options, Hand const& hand);
 
 /// Where the device is in the scene. What `--device` names has the middle of its workspace on the organ's upper side, in the middle of the stroke,

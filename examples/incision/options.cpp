@@ -41,8 +41,8 @@ Parsed parse_options(int argc, char** argv) {
   auto* const tool = app.add_option("--tool", o.tool, "path of the tool tip, CSV with columns time_s,x_m,y_m,z_m; default: a stroke on the upper side");
   tool->group(organ);
   app.add_option("--device", o.device,
-                 "script: the scripted hand; hd: or hd:<name>: a PHANToM or Touch through the vendor's libHD, found at run time; or null:, script:FILE.csv, "
-                 "sim:hand, sim:touch, replay:FILE, with their options: sim:touch?hand=light")
+                 "script: the scripted hand; hd: or hd:<name>: a PHANToM or Touch through the vendor's libHD, dhd: or dhd:<index>: a device of Force Dimension through "
+                 "libdhd, both found at run time; or null:, script:FILE.csv, sim:hand, sim:touch, replay:FILE, with their options: sim:touch?hand=light")
       ->capture_default_str()->excludes(tool)->group(organ);
   app.add_option("--seconds", o.seconds, "simulated time; default: the path and 2.2 s more, 10 s with a device")->check(CLI::Range(0.01, longest_run))->group(organ);
 

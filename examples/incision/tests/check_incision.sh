@@ -1,9 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # Runs the main job small and checks what it writes, says and returns, with good and with bad input.
-#   sh check_incision.sh path/to/incision [path/to/fake/libHD.so]
+#   sh check_incision.sh path/to/incision [path/to/fake/libHD.so path/to/fake/libdhd.so]
 program=$1
 fake_libhd=${2-}
+fake_libdhd=${3-}
 . "${0%/*}/../../check.sh"
 
 # refused NAME TEXT ARGUMENTS...: exit code 2, one line with TEXT on standard error, nothing left behind
@@ -93,6 +94,17 @@ if [ -n "$fake_libhd" ]; then
   grep -q '^rates  *servo .* Hz (' device_clock.out || fail "device_clock: not in real time: $(cat device_clock.out)"
   unset PALPATE_LIBHD
 fi
+if [ -n "$fake_libdhd" ]; then
+  PALPATE_LIBDHD=$fake_libdhd
+  export PALPATE_LIBDHD
+  run delta 0 --device dhd: --resolution 600 --seconds 1 --out delta --no-pictures
+  grep -q '^device  *.*libdhd' delta.out || fail "delta: $(cat delta.out)"
+  grep -q '^rates  *servo .* Hz (' delta.out || fail "delta: not in real time: $(cat delta.out)"
+fi
+PALPATE_LIBDHD=/nowhere/libdhd.so
+export PALPATE_LIBDHD
+refused no_libdhd "/nowhere/libdhd.so: cannot open" --device dhd:
+unset PALPATE_LIBDHD
 PALPATE_LIBHD=/nowhere/libHD.so
 export PALPATE_LIBHD
 refused no_libhd "libHD could not be loaded: /nowhere/libHD.so: cannot open" --device hd:
@@ -103,7 +115,7 @@ run hand 0 --device "sim:hand?hand=firm&path=poke.csv" --resolution 600 --second
 grep -q ",indenting," hand/session.csv || fail "hand: it never presses: $(cat hand.out)"
 run touch 0 --device "sim:touch?hand=firm&path=poke.csv" --resolution 600 --seconds 1 --out touch --no-pictures
 grep -q '^device  *simulated Touch' touch.out || fail "touch: $(cat touch.out)"
-refused no_name "nothing is called omni; there are hd:NAME, null:, replay:FILE, script:FILE.csv, sim:hand, sim:touch" --device omni:
+refused no_name "nothing is called omni; there are dhd:INDEX, hd:NAME, null:, replay:FILE, script:FILE.csv, sim:hand, sim:touch" --device omni:
 refused no_colon "has no colon" --device omni
 refused no_option "sim:hand has no option speed" --device "sim:hand?speed=3"
 refused no_replay "nowhere.bin" --device replay:nowhere.bin
