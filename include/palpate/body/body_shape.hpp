@@ -6,6 +6,7 @@
 #include <palpate/body/temporary_particles.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/large_vector.hpp>
 #include <palpate/core/room.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
@@ -407,7 +408,7 @@ class BodyShape {
   TemporaryParticles<Scalar> temporaries_;
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
-  std::vector<unsigned> last_look_;   // which of its calls looked at each particle last
+  LargeVector<unsigned> last_look_;   // which of its calls looked at each particle last
   unsigned look_ = 0;
   std::size_t topology_revision_ = 0;
   std::size_t restorations_ = 0;

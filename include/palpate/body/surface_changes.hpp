@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/large_vector.hpp>
+
 #include <algorithm>
 #include <cstddef>
 #include <span>
@@ -70,7 +72,7 @@ class ChangeRecord {
 
  private:
   std::vector<int> listed_;
-  std::vector<char> is_listed_;   // by triangle
+  LargeVector<char> is_listed_;   // by triangle
   int first_particle_ = 0, first_triangle_ = 0;
 };
 

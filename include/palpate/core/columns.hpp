@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/large_vector.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/room.hpp>
 
 #include <array>
 #include <cstddef>
-#include <vector>
 
 namespace palpate {
 
 /// A matrix of Rows × n that grows and shrinks at its last column, as particles and triangles do while tissue is cut. Its memory is
-/// aligned as Eigen's own.
+/// aligned for any register.
 /// Cost       push_back is amortised O(Rows); nothing is allocated while n stays within what was reserved.
 /// Limits     a view is void after the next push_back, resize or reserve.
 template <class T, int Rows>
@@ -57,7 +57,7 @@ class Columns {
   T* numbers() noexcept { return reinterpret_cast<T*>(data_.data()); }
   T const* numbers() const noexcept { return reinterpret_cast<T const*>(data_.data()); }
 
-  std::vector<Numbers, Eigen::aligned_allocator<Numbers>> data_;
+  LargeVector<Numbers> data_;
 };
 
 }  // namespace palpate

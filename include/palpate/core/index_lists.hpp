@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/large_vector.hpp>
 #include <palpate/core/room.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <span>
-#include <vector>
 
 namespace palpate {
 
@@ -111,8 +111,8 @@ class IndexLists {
     l.capacity = capacity;
   }
 
-  std::vector<List> lists_;
-  std::vector<int> pool_;
+  LargeVector<List> lists_;
+  LargeVector<int> pool_;
 };
 
 }  // namespace palpate

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <palpate/core/index_lists.hpp>
+#include <palpate/core/large_vector.hpp>
 #include <palpate/tissue/spring_law.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <span>
-#include <vector>
 
 namespace palpate {
 
@@ -85,7 +85,7 @@ class LinkSet {
   }
 
  private:
-  std::vector<LinkType> links_;
+  LargeVector<LinkType> links_;
   IndexLists at_;   // links, each with its other end
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/large_vector.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/room.hpp>
 
@@ -9,7 +10,6 @@
 #include <cstddef>
 #include <limits>
 #include <span>
-#include <vector>
 
 namespace palpate {
 
@@ -155,7 +155,7 @@ class MassExchange {
       if (origin.weights[k] > 0) move(child, origin.parents[k], origin.weights[k] * amount);
   }
 
-  std::vector<Origin> origins_;
+  LargeVector<Origin> origins_;
 };
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/columns.hpp>
+#include <palpate/core/large_vector.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 #include <palpate/tissue/link_set.hpp>
 #include <palpate/tissue/mass_exchange.hpp>
@@ -12,7 +13,6 @@
 #include <cstddef>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace palpate {
 
@@ -401,11 +401,11 @@ class MassSpringElements {
   }
 
   Columns<Scalar, 3> rest_;
-  std::vector<Scalar> mass_;
-  std::vector<HomeSpring<Scalar>> home_;
-  std::vector<char> nailed_;
+  LargeVector<Scalar> mass_;
+  LargeVector<HomeSpring<Scalar>> home_;
+  LargeVector<char> nailed_;
   SurfaceTopology surface_;
-  std::vector<Element> elements_;   // of each triangle
+  LargeVector<Element> elements_;   // of each triangle
   LinkSet<Scalar, Law> links_;
   MassExchange<Scalar> exchange_;
   Scalar prestrain_ = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/collision/detail/box.hpp>
+#include <palpate/core/large_vector.hpp>
 #include <palpate/core/matrix.hpp>
 
 #include <algorithm>
@@ -10,7 +11,6 @@
 #include <cstddef>
 #include <limits>
 #include <utility>
-#include <vector>
 
 namespace palpate::detail {
 
@@ -289,9 +289,9 @@ class BoxNodes {
     return true;
   }
 
-  std::vector<Node> nodes_ = std::vector<Node>(1);
-  std::vector<Block> blocks_;
-  std::vector<std::size_t> place_;   // of each triangle: block · capacity + position
+  LargeVector<Node> nodes_ = LargeVector<Node>(1);
+  LargeVector<Block> blocks_;
+  LargeVector<std::size_t> place_;   // of each triangle: block · capacity + position
   int free_node_ = -1, free_block_ = -1;
 };
 
