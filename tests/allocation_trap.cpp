@@ -100,6 +100,15 @@ void operator delete(void* block) noexcept {
 }
 void operator delete(void* block, std::size_t) noexcept { ::operator delete(block); }
 
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  note("operator new");
+  auto const step = static_cast<std::size_t>(alignment);
+  if (void* const block = std::aligned_alloc(step, (size + step) / step * step)) return block;
+  throw std::bad_alloc();
+}
+void operator delete(void* block, std::align_val_t) noexcept { ::operator delete(block); }
+void operator delete(void* block, std::size_t, std::align_val_t) noexcept { ::operator delete(block); }
+
 #endif
 
 namespace palpate_test {
@@ -112,7 +121,11 @@ bool trap_works() noexcept {
   AllocationCount const allocated;
   void* volatile const block = ::operator new(16);   // volatile: the pair may not be optimised away
   ::operator delete(block);
-  return allocated.count() > 0;
+  long const plain = allocated.count();
+  std::align_val_t const alignment{64};
+  void* volatile const aligned = ::operator new(16, alignment);
+  ::operator delete(aligned, alignment);
+  return plain > 0 && allocated.count() > plain;
 }
 
 bool trap_sees_malloc() noexcept {
