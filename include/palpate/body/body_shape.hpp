@@ -203,7 +203,7 @@ class BodyShape {
       auto const moved = [&](int from, int to, Scalar share) { mix_velocity(from, to, share); };
       last_look_.resize(static_cast<std::size_t>(size()));
       ++look_;
-      auto const look_at = [&](int p) {   // once: one that gives mass later keeps what it needs
+      auto const look_at = [&](int p) {   // once: one that gives mass later keeps what it needs, by the receiver's measure
         if (std::exchange(last_look_[static_cast<std::size_t>(p)], look_) != look_) tissue_.even_mass(p, moved);
       };
       for (std::size_t k = std::min(evened_, disturbed_.size()); k < disturbed_.size(); ++k) {
@@ -343,7 +343,8 @@ class BodyShape {
   int take_kept(TemporaryId id) noexcept { return temporaries_.take_kept(id); }
 
   /// Room for this many particles and triangles: up to there cutting does not allocate, also after restore(). A cutter grows its own lists
-  /// once. Temporary particles and triangles count: leave room for two and two.
+  /// once. Temporary particles and triangles count: leave room for two and two. What such a cut commonly grows into is touched; in large bodies
+  /// the first touch of the rest waits for a page of 2 MiB.
   void reserve(int particles, int triangles) {
     state_.reserve(particles);
     tree_.reserve(triangles);
@@ -365,6 +366,7 @@ class BodyShape {
     set_normals();
     build_tree();
     mean_edge_ = mean_edge_length(rest_mesh());
+    last_look_.resize(static_cast<std::size_t>(size()));   // now, not in the tick that cuts first
   }
 
   void check(int particle) const { detail::check_index("particle", particle, size()); }

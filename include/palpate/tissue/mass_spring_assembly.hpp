@@ -140,6 +140,8 @@ class MassSpringAssembly {
   using Weights = typename Layout::Weights;
   using Coefficients = typename Layout::Coefficients;
 
+  using Kept = std::conditional_t<std::is_trivially_copyable_v<Law>, Law, Law const&>;   // a law in registers, where it may stand there
+
   static constexpr int width = Layout::width;
   static constexpr int most_rows = Layout::most_rows;   // of a pass
   /// Squared lengths below this count as this: such a link is far shorter than any rounding of its ends.
@@ -275,7 +277,7 @@ class MassSpringAssembly {
     Wide difference[4 * most_rows], squared_length[most_rows], factor[most_rows];
     auto const* const end = layout_.groups().data() + end_group;
     bool const is_uniform = layout_.has_one_law() && layout_.weights_are_one();
-    Law const one_law = layout_.laws(0)[0];
+    Kept const one_law = layout_.laws(0)[0];
     for (auto const* group = layout_.groups().data() + first_group; group != end;) {
       int rows = 0;
       auto const* last = group;
