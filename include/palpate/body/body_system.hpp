@@ -87,11 +87,12 @@ class BodySystem {
             Columns x_i, v_i, m_i;
             detail::load(x_i, x + at), detail::load(v_i, v + at), detail::load(m_i, m + at);
             if (keeps) detail::store(kept_x + at, x_i), detail::store(kept_v + at, v_i), detail::store(kept_m + at, m_i);
-            parts.before(x_i, v_i, m_i);
-            detail::store(x + at, x_i), detail::store(v + at, v_i), detail::store(m + at, m_i);
+            parts.before(x_i, std::as_const(v_i), m_i);
+            detail::store(x + at, x_i), detail::store(m + at, m_i);
           };
-          if constexpr (detail::register_holds_eight<Scalar>)
-            for (; k + 8 <= last; k += 8) start(std::type_identity<detail::Eight<Scalar>>{}, k);
+          constexpr int several = 4 * detail::columns_in_register<Scalar>;
+          if constexpr (several > 4)
+            for (; k + several <= last; k += several) start(std::type_identity<detail::ColumnsInRegister<Scalar>>{}, k);
           for (; k < last; k += 4) start(std::type_identity<Four>{}, k);
         },
         [&, bound = bound_](int block) {

@@ -23,12 +23,12 @@ inline constexpr int register_size = 32;
 inline constexpr int register_size = 16;
 #endif
 
-/// Four scalars that are added, multiplied and divided at once: a column (x, y, z, 0), or one number of four links.
+/// So many scalars that are added, multiplied and divided at once.
 /// A vector type of gcc and clang. Functions take it by reference: how it is passed by value depends on the processor that is compiled for.
 /// Not Eigen's arrays: those would not stay in registers through the force loop, and std::sqrt is not vectorised as long as it may set errno.
-template <RealScalar Scalar>
-struct FourOf {
-  typedef Scalar Type __attribute__((vector_size(4 * sizeof(Scalar))));   // `using` takes no dependent attribute in clang
+template <RealScalar Scalar, int Count>
+struct PackOf {
+  typedef Scalar Type __attribute__((vector_size(Count * sizeof(Scalar))));   // `using` takes no dependent attribute in clang
 };
 
 /// Four doubles where a register holds two: a vector type of that width would be taken apart into single numbers.
@@ -62,18 +62,21 @@ struct TwoPairs {
   TwoPairs& operator/=(double b) noexcept { return *this = *this / b; }
 };
 
+/// A column (x, y, z, 0), or one number of four links.
 template <RealScalar Scalar>
-using Four = std::conditional_t<(4 * sizeof(Scalar) > register_size), TwoPairs, typename FourOf<Scalar>::Type>;
+using Four = std::conditional_t<(4 * sizeof(Scalar) > register_size), TwoPairs, typename PackOf<Scalar, 4>::Type>;
 
 /// Two columns behind each other, or one number of eight links; for where a register holds them, else the compiler goes through memory.
 template <RealScalar Scalar>
-struct EightOf {
-  typedef Scalar Type __attribute__((vector_size(8 * sizeof(Scalar))));
-};
-template <RealScalar Scalar>
-using Eight = typename EightOf<Scalar>::Type;
+using Eight = typename PackOf<Scalar, 8>::Type;
 template <RealScalar Scalar>
 inline constexpr bool register_holds_eight = 8 * sizeof(Scalar) <= register_size;
+
+/// As many columns behind each other as a register holds; one where it does not hold that.
+template <RealScalar Scalar>
+inline constexpr int columns_in_register = register_holds_eight<Scalar> ? register_size / static_cast<int>(4 * sizeof(Scalar)) : 1;
+template <RealScalar Scalar>
+using ColumnsInRegister = std::conditional_t<(columns_in_register<Scalar> > 1), typename PackOf<Scalar, 4 * columns_in_register<Scalar>>::Type, Four<Scalar>>;
 
 template <class Columns, RealScalar Scalar>
 inline void load(Columns& to, Scalar const* from) noexcept {
@@ -141,6 +144,30 @@ inline void square_root(Eight<float>& to, Eight<float> const& from) noexcept { t
 #endif
 #ifdef __AVX512F__
 inline void square_root(Eight<double>& to, Eight<double> const& from) noexcept { to = _mm512_sqrt_pd(from); }
+#endif
+
+/// root = √from, each correctly rounded, and inverse = 1/root, to a unit in the last place; 0 < from < ∞.
+template <class Columns>
+inline void root_and_inverse(Columns& root, Columns& inverse, Columns const& from) noexcept {
+  square_root(root, from);
+  inverse = 1 / root;
+}
+#ifdef __AVX512F__
+/// A root and a division of eight doubles take 40 cycles in which a core does no other; this takes 10. Goldschmidt's iteration doubles the
+/// digits of √from and 1/(2√from) twice, from 14 binary ones; then what is left of from − root² and 1 − root · inverse, which a fused
+/// multiplication has exactly, rounds both as they should be \cite markstein2004.
+inline void root_and_inverse(Eight<double>& root, Eight<double>& inverse, Eight<double> const& from) noexcept {
+  __m512d const half = _mm512_set1_pd(0.5), one = _mm512_set1_pd(1.0);
+  __m512d const guess = _mm512_maskz_rsqrt14_pd(255, from);   // without the mask gcc 12 warns of its own header
+  __m512d r = from * guess, h = half * guess;
+  for (int k = 0; k < 2; ++k) {
+    __m512d const rest = _mm512_fnmadd_pd(r, h, half);
+    r = _mm512_fmadd_pd(r, rest, r), h = _mm512_fmadd_pd(h, rest, h);
+  }
+  r = _mm512_fmadd_pd(_mm512_fnmadd_pd(r, r, from), h, r);
+  __m512d const twice = h + h;
+  root = r, inverse = _mm512_fmadd_pd(_mm512_fnmadd_pd(r, twice, one), twice, twice);
+}
 #endif
 
 /// sums[k] = the sum of the four of column k. Two shuffles for each pair of columns that are one instruction each.
@@ -229,6 +256,9 @@ inline bool all_below(Eight<float> const& value, float bound) noexcept {
 #ifdef __AVX512F__
 inline bool all_below(Eight<double> const& value, double bound) noexcept {
   return _mm512_cmp_pd_mask(value, _mm512_set1_pd(bound), _CMP_LT_OQ) == 255;
+}
+inline bool all_below(ColumnsInRegister<float> const& value, float bound) noexcept {
+  return _mm512_cmp_ps_mask(value, _mm512_set1_ps(bound), _CMP_LT_OQ) == 65535;
 }
 #endif
 

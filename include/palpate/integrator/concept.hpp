@@ -92,7 +92,7 @@ template <class I>
 concept StepsByParts = Integrator<I> && requires { requires I::by_parts; };
 
 /// A step that does the same to each particle by itself, then asks for the forces once, then does the same to each again:
-///   parts.before(x, v, m)   m is what was remembered; leaves there the velocity that the forces are asked for at
+///   parts.before(x, v, m)   m is what was remembered; leaves there the velocity that the forces are asked for at. v is const
 ///   parts.after(x, v, a)    a is the acceleration at (x, m); what is left there will be remembered
 ///   parts.undo(x, v, a)     from x, v and a after the step back to x and v before it, to rounding
 /// x, v, m and a are what one particle has of each: columns that can be added, subtracted and multiplied by a number. A body goes through its
@@ -113,7 +113,7 @@ void step_by_parts(S& system, Parts const& parts) {
         x.col(i) = x_i, v.col(i) = v_i, m.col(i) = m_i;
       }
     };
-    each([&](auto& x_i, auto& v_i, auto& m_i) { parts.before(x_i, v_i, m_i); });
+    each([&](auto& x_i, auto const& v_i, auto& m_i) { parts.before(x_i, v_i, m_i); });
     system.acceleration(x, m, m);
     each([&](auto& x_i, auto& v_i, auto& a_i) { parts.after(x_i, v_i, a_i); });
   }

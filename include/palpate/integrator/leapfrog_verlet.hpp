@@ -25,7 +25,7 @@ struct LeapfrogVerlet {
   struct Parts {
     Scalar h;
     template <class Column>
-    void before(Column& x, Column& v, Column& a) const noexcept {
+    void before(Column& x, Column const& v, Column& a) const noexcept {
       x += h / 2 * v;
       a = v + h / 2 * a;
     }

@@ -17,7 +17,7 @@
 namespace palpate {
 
 /// The springs that act on a chosen set of particles, and their forces.
-///   f_i −= (w/|d|²) (T(|d| − L) |d| + c d·(v_i − v_j)) d,   d = x_i − x_j; the same with + on j
+///   f_i −= (w/|d|) (T(|d| − L) + c d·(v_i − v_j)/|d|) d,   d = x_i − x_j; the same with + on j
 /// Order      that of MassSpringLayout. Up to eight rows go through three short loops: differences, then factors, then pulls; one long loop
 ///            would wait for roots and divisions. A step goes through the particles part by part and finishes each part while its numbers
 ///            are near the processor.
@@ -39,14 +39,14 @@ class MassSpringAssembly {
     Four force, home, position, velocity;
     for (int i = 0; i < moving(); ++i) {
       take_at(force, columns_of(f), 4 * i), take_at(position, columns_of(x), 4 * i), take_at(velocity, columns_of(v), 4 * i);
-      home_force(home, position, velocity, layout_.rest()[at(i)].data(), Spread<Four>(layout_.coefficients(i)));
+      home_force(home, position, velocity, layout_.rest()[at(i)].data(), Spread<Four>([&](int) { return layout_.coefficients(i); }));
       put_at(columns_of(f), 4 * i, force + home);
     }
   }
 
   /// inverse mass · (internal force at (x, v) + pushes) + gravity of the `moving()` particles [m/s²]: add_forces and what a body does with them,
   /// part by part. `before(first, end)` is called for particles before a link reads their x and v; `after_of(block)(i, accelerations)` when no
-  /// link will read them again: it may change both. It gets a Four for particle i, or an Eight for i and i + 1. `run(n, walk)` calls
+  /// link will read them again: it may change both. It gets a Four for particle i, or columns_in_register of them from i on. `run(n, walk)` calls
   /// walk(0) … walk(n − 1), in any order or at once, and returns when all are done.
   /// Shapes     x, v: 4 × particles().size(), force: 4 × force_columns(), contiguous, the fourth row 0; force is zero before and after.
   /// Memory     a particle's force is of use from the first link that acts on it to the last. In a large body it stands in a window that moves
@@ -218,18 +218,31 @@ class MassSpringAssembly {
     put_at(to, offset, there + what);
   }
 
-  /// A particle's coefficients, each for all numbers of its column; or those of two.
+  /// The coefficients of as many particles as there are columns, each for all numbers of its column.
   template <class Columns>
   struct Spread {
+    static constexpr int count = static_cast<int>(sizeof(Columns) / (4 * sizeof(Scalar)));
     Columns stiffness, damping, inverse_mass;
-    explicit Spread(Coefficients const& of) noexcept : Spread(of, of) {}
-    Spread(Coefficients const& a, Coefficients const& b) noexcept
-        : stiffness(spread(a.stiffness, b.stiffness)), damping(spread(a.damping, b.damping)), inverse_mass(spread(a.inverse_mass, b.inverse_mass)) {}
-    static Columns spread(Scalar a, Scalar b) noexcept {
-      if constexpr (sizeof(Columns) == 8 * sizeof(Scalar))
-        return Columns{a, a, a, a, b, b, b, b};
-      else
-        return Columns{a, a, a, a};
+    /// `of(k)` are those of column k.
+    template <class Of>
+    explicit Spread(Of const& of) noexcept {
+      spread(stiffness, [&](int k) { return of(k).stiffness; }), spread(damping, [&](int k) { return of(k).damping; });
+      spread(inverse_mass, [&](int k) { return of(k).inverse_mass; });
+    }
+
+   private:
+    template <class Number>
+    static void spread(Columns& to, Number const& number) noexcept {
+      Scalar const a = number(0);
+      if constexpr (count == 1) {
+        to = Columns{a, a, a, a};
+      } else if constexpr (count == 2) {
+        Scalar const b = number(1);
+        to = Columns{a, a, a, a, b, b, b, b};
+      } else {
+        Scalar const b = number(1), c = number(2), d = number(3);
+        to = Columns{a, a, a, a, b, b, b, b, c, c, c, c, d, d, d, d};
+      }
     }
   };
 
@@ -244,29 +257,32 @@ class MassSpringAssembly {
   /// From forces to what `after` makes of accelerations, for a part whose links have all been walked. The forces are zero then.
   template <class NextPush, class After>
   void finish(Scalar const* x, Scalar const* v, Vector3<Scalar> const& gravity, Scalar* f, typename Layout::Part const part,
-              std::span<ColumnForce<Scalar> const> pushes, NextPush& next_push, After const& after_one_or_two) const noexcept {
+              std::span<ColumnForce<Scalar> const> pushes, NextPush& next_push, After const& after_some) const noexcept {
     while (next_push != pushes.end() && next_push->column < part.first) ++next_push;
     for (; next_push != pushes.end() && next_push->column < part.end; ++next_push)
       for (int k = 0; k < 3; ++k) f[4 * next_push->column + k] += next_push->force[k];
-    After const after = after_one_or_two;   // a copy that no store reaches stays in registers
+    After const after = after_some;   // a copy that no store reaches stays in registers
     Scalar const* const rest = layout_.rest().front().data();
-    std::array<Scalar, 8> const twice = {gravity[0], gravity[1], gravity[2], 0, gravity[0], gravity[1], gravity[2], 0};
+    using Several = detail::ColumnsInRegister<Scalar>;
+    constexpr int count = detail::columns_in_register<Scalar>;
+    std::array<Scalar, 4 * count> gravities{};
+    for (int k = 0; k < 4 * count; ++k) gravities[at(k)] = k % 4 < 3 ? gravity[k % 4] : Scalar(0);
     auto const finish_at = [=]<class Columns>(int i, Spread<Columns> const& own) {
       std::ptrdiff_t const k = 4 * static_cast<std::ptrdiff_t>(i);
       Columns sum, home, position, velocity, weight;
-      detail::load(sum, f + k), detail::load(position, x + k), detail::load(velocity, v + k), detail::load(weight, twice.data());
+      detail::load(sum, f + k), detail::load(position, x + k), detail::load(velocity, v + k), detail::load(weight, gravities.data());
       detail::store(f + k, Columns{});
       home_force(home, position, velocity, rest + k, own);
       after(i, Columns(own.inverse_mass * (sum + home) + weight));
     };
     int i = part.first;
-    if constexpr (width == 8) {
+    if constexpr (count > 1) {
       if (layout_.has_one_coefficients())
-        for (Spread<Wide> const own(layout_.coefficients(0)); i + 1 < part.end; i += 2) finish_at(i, own);
+        for (Spread<Several> const own([&](int) { return layout_.coefficients(0); }); i + count <= part.end; i += count) finish_at(i, own);
       else
-        for (; i + 1 < part.end; i += 2) finish_at(i, Spread<Wide>(layout_.coefficients(i), layout_.coefficients(i + 1)));
+        for (; i + count <= part.end; i += count) finish_at(i, Spread<Several>([&](int k) { return layout_.coefficients(i + k); }));
     }
-    for (; i < part.end; ++i) finish_at(i, Spread<Four>(layout_.coefficients(i)));
+    for (; i < part.end; ++i) finish_at(i, Spread<Four>([&](int) { return layout_.coefficients(i); }));
   }
 
   /// The links of groups first_group … end_group − 1, whose rows begin at first_row.
@@ -328,10 +344,10 @@ class MassSpringAssembly {
   /// From d·(v_i − v_j) to the factor of d in the pull of a link of weight 1.
   template <class LawOf>
   static void set_factor(Wide& factor, Wide const& squared_length, Row const& row, LawOf const& law_of) noexcept {
-    Wide square = squared_length, length, rest_length;
+    Wide square = squared_length, length, per_length, rest_length;
     detail::load(rest_length, row.rest_length.data());
     detail::raise_to(square, least);
-    detail::square_root(length, square);
+    detail::root_and_inverse(length, per_length, square);
     Wide const elongation = length - rest_length;
     auto const tension_of = [&](std::size_t k) { return static_cast<Scalar>(law_of(k).tension(elongation[k], rest_length[k])); };
     auto const damping_of = [&](std::size_t k) { return static_cast<Scalar>(law_of(k).damping); };
@@ -341,7 +357,7 @@ class MassSpringAssembly {
       else
         return Wide{of(0), of(1), of(2), of(3)};
     };
-    factor = (each(tension_of) * length + each(damping_of) * factor) / square;
+    factor = (each(tension_of) + each(damping_of) * (factor * per_length)) * per_length;
   }
 
   /// Links first … first + 3 of a row.
