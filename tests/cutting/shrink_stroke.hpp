@@ -46,6 +46,7 @@ StrokeCase<S> shrunk(StrokeCase<S> strokes, Fails fails, int most = 4000) {
       if (still(smaller)) again = true;
     };
     simpler(&StrokeCase<S>::steps, 0);
+    simpler(&StrokeCase<S>::crossings, 100);
     simpler(&StrokeCase<S>::blades, 1);
     simpler(&StrokeCase<S>::snap, std::optional<S>{});
   }
@@ -81,6 +82,7 @@ std::string to_test_case(StrokeCase<S> const& strokes, std::string const& violat
   text += "  StrokeCase<" + scalar + "> const strokes{.mesh = \"" + strokes.mesh + "\"";
   if (strokes.snap) text += ", .snap = " + number(*strokes.snap);
   if (strokes.steps != 0) text += ", .steps = " + std::to_string(strokes.steps);
+  if (strokes.crossings != 100) text += ", .crossings = " + std::to_string(strokes.crossings);
   if (strokes.blades != 1) text += ", .blades = " + std::to_string(strokes.blades);
   text += ", .strokes = {";
   for (std::size_t k = 0; k < strokes.strokes.size(); ++k) {

@@ -12,7 +12,7 @@
 
 /// Strokes out of any bytes, for a fuzzer: all bytes mean something, and small changes of them change the strokes a little.
 ///
-///   byte 0   mesh           byte 1   snap          byte 2   0: the body rests; else it steps, or several blades
+///   byte 0   mesh           byte 1   snap          byte 2   0: the body rests; else it steps, or several blades, or few crossings a tick
 ///   then five bytes a tick: what it does, and its four numbers
 ///   0 … 31     the blade is lifted; a new stroke begins
 ///   32 … 95    to a vertex, exactly                         96 … 127   to a point of an edge
@@ -36,6 +36,7 @@ StrokeCase<S> strokes_from_bytes(std::span<std::uint8_t const> bytes, std::size_
   int const kind = next();
   strokes.steps = kind >= 192 ? 1 : 0;
   strokes.blades = kind % 4 == 3 ? most_blades : 1;
+  if (kind % 8 >= 6) strokes.crossings = 1 + kind / 8 % 4;
   auto const normals = palpate::vertex_normals(mesh);
   palpate::Vector3<S> at = mesh.points.col(0), normal = normals.col(0);
   S depth = S(0.4) * scene.edge;

@@ -22,6 +22,7 @@ struct StrokeCase {
   std::string mesh = "grid";             ///< see stroke_mesh()
   std::optional<S> snap = {};            ///< m, of the cutter
   int steps = 0;                         ///< of the body between two ticks; 0: it rests
+  int crossings = 100;                   ///< crossings_per_tick of the cutter
   int blades = 1;                        ///< so many strokes are drawn at once, tick by tick in turn
   std::vector<Points<S>> strokes = {};   ///< of the tip, one point a tick
 };
@@ -97,7 +98,7 @@ StrokeScene<S> const& stroke_scene(std::string const& name) {
 
 template <class S>
 palpate::ProgressiveCutter<S> scalpel_of(StrokeCase<S> const& strokes) {
-  return palpate::ProgressiveCutter<S>({.puncture_depth = S(0.2) * stroke_scene<S>(strokes.mesh).edge, .snap = strokes.snap});
+  return palpate::ProgressiveCutter<S>({.puncture_depth = S(0.2) * stroke_scene<S>(strokes.mesh).edge, .snap = strokes.snap, .crossings_per_tick = strokes.crossings});
 }
 
 /// What the report of a cut says, beside what came into the mesh since its puncture. For one blade in a body.

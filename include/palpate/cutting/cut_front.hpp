@@ -14,6 +14,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -26,11 +27,13 @@ namespace palpate {
 /// when the fan of triangles around it is open. Inside the host a temporary particle follows the blade, and the anchor is open already.
 /// The blade does not pass a border or a lip beside the anchor: it waits in the host until it can go on.
 /// Where another blade comes to the temporary particle, that one stays, and this cut goes on from there.
+/// A call crosses so many edges at most. Where the way to the blade has more, the front is *behind*: it has no host, and goes on to where the
+/// blade was with the calls that follow, before it follows the blade again.
 /// Where      everything is decided in the undeformed shape.
 /// Source     \cite zheng2006 ch. 3, restated: a cut is a set of cut edges, and each vertex has one copy per connected fan of triangles around it.
 /// Invariant  between calls every particle has one fan of triangles; while the anchor is open, without the temporary particle the host
 ///            hangs on the left copy.
-/// Cost       O(triangles crossed).
+/// Cost       O(triangles crossed), of which a call has a largest number.
 template <RealScalar Scalar>
 class CutFront {
  public:
@@ -39,9 +42,13 @@ class CutFront {
   CutReport const& report() const noexcept { return anchor_.report; }
   std::vector<std::array<int, 2>> const& lips() const noexcept { return anchor_.lips(); }
 
-  /// A triangle at the front, to go on walking from.
+  /// The cut has not come to where the blade was.
+  bool is_behind() const noexcept { return is_behind_; }
+
+  /// A triangle where the blade was, to go on walking from.
   template <class Body>
   int triangle(Body const& body) const noexcept {
+    if (is_behind_) return target_.triangle;
     if (host_ >= 0) return host_;
     return body.tissue().surface().triangles_at(anchor_.left()).front();
   }
@@ -53,95 +60,46 @@ class CutFront {
     return temporary >= 0 ? temporary : anchor_.left();
   }
 
-  /// Punctures: the path begins at a point of a triangle, or at the vertex or edge that it snaps to.
+  /// Punctures: the path begins at a point of a triangle, or at the vertex or edge that it snaps to. `most_crossings`: of edges, in a call.
   template <class Body>
-  void start(Body& body, int triangle, Vector const& barycentric, detail::Snapping<Scalar> const& snapping) {
+  void start(Body& body, int triangle, Vector const& barycentric, detail::Snapping<Scalar> const& snapping, int most_crossings) {
     snapping_ = snapping.on(body.mean_edge());
+    most_crossings_ = most_crossings;
     anchor_.begin();
     host_ = -1;
     temporary_ = 0;
-    is_kept_ = false;
+    is_kept_ = is_behind_ = false;
     Vector const point = detail::rest_point(body, triangle, barycentric);
     triangle = without_temporary(body, triangle, point);
     anchor_.place(put(body, triangle, detail::rest_weights(body, triangle, point)));
   }
 
-  /// The blade moves to a point of a triangle of the body as it is.
+  /// The blade moves to a point of a triangle of the body as it is. Not for a front that is behind.
   template <class Body>
   void advance(Body& body, int triangle, Vector const& barycentric) {
     go_on_from_kept(body);
-    Vector const target = detail::rest_point(body, triangle, barycentric);
-    Vector const target_normal = detail::rest_normal(body, triangle, barycentric);
+    Target const target{triangle, detail::rest_point(body, triangle, barycentric), detail::rest_normal(body, triangle, barycentric)};
     if (body.divides(temporary_, triangle)) {   // still in the host
-      blade_ = target;
-      blade_normal_ = target_normal;
+      blade_ = target.point;
+      blade_normal_ = target.normal;
       body.move_temporary(temporary_, inside(body));
       return;
     }
-    triangle = without_temporary(body, triangle, target);
-    anchor_.find_where_it_came_from(body);
-    take_temporary_away(body);
-    if (host_ < 0 && is_kept_ && (target - body.tissue().rest_position(anchor_.left())).norm() < body.mean_edge() / 10) return;
-    is_kept_ = false;
-    Vector from = host_ >= 0 ? blade_ : body.tissue().rest_position(anchor_.left());
-    Vector from_normal = host_ >= 0 ? blade_normal_ : Vector(body.home_normal(anchor_.left()));
-    bool arrived = false;
-    for (int anchors = 0; anchors < most_anchors && !arrived; ++anchors) {
-      detail::RestWay<Scalar> const way(from, from_normal, target, target_normal);
-      if (!(way.length2 > 0)) break;
-      if (host_ < 0) host_ = host_towards(body, way, triangle);
-      if (host_ >= 0 && body.keep_temporary_in(host_) >= 0) host_ = host_towards(body, way, triangle);
-      if (host_ < 0) {
-        if (step_over_wound(body, way)) {
-          from = body.tissue().rest_position(anchor_.left());
-          from_normal = body.home_normal(anchor_.left());
-          continue;
-        }
-        if (!enter_beyond_wound(body, way, triangle, target)) return;   // not ahead: the front waits
-        from = body.tissue().rest_position(anchor_.left());
-        from_normal = body.home_normal(anchor_.left());
-        continue;
-      }
-      Exit exit;
-      Scalar progress = -way.length2;
-      bool is_at_lip = false;
-      while (true) {   // round the anchor, until the way leaves over the edge that faces it
-        arrived = host_ == triangle;
-        if (arrived) break;
-        exit = detail::exit_of(body, host_, way);
-        bool const ends = exit.edge < 0 || exit.progress > way.length2 * (1 + Scalar(1e-6)) || !(exit.progress > progress);
-        if (!ends && faces_anchor(body, exit)) break;
-        arrived = ends;
-        if (arrived) break;
-        if (!turn(body, exit)) {
-          is_at_lip = true;
-          break;
-        }
-        progress = exit.progress;
-      }
-      if (is_at_lip) {
-        if (!enter_beyond_wound(body, way, triangle, target)) break;   // the blade waits in the host
-        from = body.tissue().rest_position(anchor_.left());
-        from_normal = body.home_normal(anchor_.left());
-        continue;
-      }
-      if (arrived) break;
-      from_normal = exit_normal(body, exit);
-      bool const target_is_beyond = beyond(body, exit) == triangle;
-      cross(body, exit);
-      if (target_is_beyond) triangle = holder(body, anchor_.left(), target, triangle);
-      from = body.tissue().rest_position(anchor_.left());
-    }
-    if (host_ < 0) return;
-    Vector const w = detail::rest_weights(body, host_, target);
-    blade_ = w.minCoeff() >= 0 ? target : detail::rest_point(body, host_, detail::clamped(w));
-    blade_normal_ = target_normal;
-    put_temporary(body);
+    go_to(body, target);
   }
 
-  /// The blade is lifted: its last point becomes permanent. It snaps to the corners and edges of the host like the start.
+  /// A front that is behind goes on to where the blade was.
+  template <class Body>
+  void catch_up(Body& body) {
+    target_.triangle = holder_near(body, target_.triangle, target_.point);   // others may have divided it
+    go_to(body, target_);
+  }
+
+  /// The blade is lifted: its last point becomes permanent. It snaps to the corners and edges of the host like the start. A cut that is behind
+  /// ends where it has come to.
   template <class Body>
   void finish(Body& body) {
+    is_behind_ = false;
     go_on_from_kept(body);
     if (host_ < 0) return;
     take_temporary_away(body);
@@ -170,7 +128,82 @@ class CutFront {
 
  private:
   using Exit = detail::RestExit<Scalar>;
-  static constexpr int most_anchors = 100000;
+  /// Where the blade is to come to, undeformed.
+  struct Target {
+    int triangle = -1;
+    Vector point = Vector::Zero(), normal = Vector::Zero();
+  };
+
+  template <class Body>
+  void go_to(Body& body, Target to) {
+    bool const goes_on = std::exchange(is_behind_, false);
+    to.triangle = without_temporary(body, to.triangle, to.point);
+    anchor_.find_where_it_came_from(body);
+    take_temporary_away(body);
+    if (host_ < 0 && is_kept_ && (to.point - body.tissue().rest_position(anchor_.left())).norm() < body.mean_edge() / 10) return;
+    is_kept_ = false;
+    Vector from = host_ >= 0 ? blade_ : body.tissue().rest_position(anchor_.left());
+    Vector from_normal = host_ >= 0 || goes_on ? blade_normal_ : Vector(body.home_normal(anchor_.left()));
+    bool arrived = false;
+    for (int crossed = 0; !arrived; ++crossed) {
+      if (crossed == most_crossings_) {
+        target_ = to;
+        blade_normal_ = from_normal;
+        is_behind_ = true;
+        return;
+      }
+      detail::RestWay<Scalar> const way(from, from_normal, to.point, to.normal);
+      if (!(way.length2 > 0)) break;
+      if (host_ < 0) host_ = host_towards(body, way, to.triangle);
+      if (host_ >= 0 && body.keep_temporary_in(host_) >= 0) host_ = host_towards(body, way, to.triangle);
+      if (host_ < 0) {
+        if (step_over_wound(body, way)) {
+          from = body.tissue().rest_position(anchor_.left());
+          from_normal = body.home_normal(anchor_.left());
+          continue;
+        }
+        if (!enter_beyond_wound(body, way, to.triangle, to.point)) return;   // not ahead: the front waits
+        from = body.tissue().rest_position(anchor_.left());
+        from_normal = body.home_normal(anchor_.left());
+        continue;
+      }
+      Exit exit;
+      Scalar progress = -way.length2;
+      bool is_at_lip = false;
+      while (true) {   // round the anchor, until the way leaves over the edge that faces it
+        arrived = host_ == to.triangle;
+        if (arrived) break;
+        exit = detail::exit_of(body, host_, way);
+        bool const ends = exit.edge < 0 || exit.progress > way.length2 * (1 + Scalar(1e-6)) || !(exit.progress > progress);
+        if (!ends && faces_anchor(body, exit)) break;
+        arrived = ends;
+        if (arrived) break;
+        if (!turn(body, exit)) {
+          is_at_lip = true;
+          break;
+        }
+        progress = exit.progress;
+      }
+      if (is_at_lip) {
+        if (!enter_beyond_wound(body, way, to.triangle, to.point)) break;   // the blade waits in the host
+        from = body.tissue().rest_position(anchor_.left());
+        from_normal = body.home_normal(anchor_.left());
+        continue;
+      }
+      if (arrived) break;
+      from_normal = exit_normal(body, exit);
+      bool const target_is_beyond = beyond(body, exit) == to.triangle;
+      cross(body, exit);
+      if (target_is_beyond) to.triangle = holder(body, anchor_.left(), to.point, to.triangle);
+      from = body.tissue().rest_position(anchor_.left());
+    }
+    if (host_ < 0) return;
+    Vector const w = detail::rest_weights(body, host_, to.point);
+    blade_ = w.minCoeff() >= 0 ? to.point : detail::rest_point(body, host_, detail::clamped(w));
+    blade_normal_ = to.normal;
+    put_temporary(body);
+  }
+
   // --- the mesh around the anchor -----------------------------------------------------------------------------------
   template <class Body>
   std::array<int, 2> ends(Body const& body, Exit const& exit) const {
@@ -230,6 +263,19 @@ class CutFront {
       if (least > best) best = least, otherwise = t;
     }
     return otherwise;
+  }
+
+  /// The same, from a triangle on that held the point before others were divided: on to whichever beside holds it better.
+  template <class Body>
+  int holder_near(Body const& body, int t, Vector const& point) const {
+    auto const& surface = body.tissue().surface();
+    t = std::min(t, static_cast<int>(body.triangles().cols()) - 1);
+    Scalar best = detail::rest_weights(body, t, point).minCoeff();
+    for (int from = -1; best < 0 && t != std::exchange(from, t);)
+      for (int const corner : surface.corners(from))
+        for (int const beside : surface.triangles_at(corner))
+          if (Scalar const least = detail::rest_weights(body, beside, point).minCoeff(); least > best) best = least, t = beside;
+    return t;
   }
 
   // --- edits --------------------------------------------------------------------------------------------------------
@@ -418,14 +464,17 @@ class CutFront {
   }
 
   detail::Snapping<Scalar> snapping_;
+  int most_crossings_ = 1;
   detail::CutAnchor anchor_;
   detail::SpotKind kind_ = detail::SpotKind::interior;   // what the anchor was before the cut reached it
   int host_ = -1;                                        // the triangle that holds the blade, or −1 when the blade is at the anchor
   std::size_t temporary_ = 0;                            // the particle that divides the host for the eye, or 0
+  bool is_behind_ = false;                               // the way to the target has more edges than a call may cross
+  Target target_;                                        // while it is
   bool is_kept_ = false;                                 // the anchor was a temporary particle; the cut goes on once the blade has left it
   std::array<int, 3> host_corners_{-1, -1, -1};          // of the host before it was divided
   Vector blade_ = Vector::Zero();                        // where the blade is, undeformed
-  Vector blade_normal_ = Vector::Zero();
+  Vector blade_normal_ = Vector::Zero();                 // there, or at the front that is behind
 };
 
 }  // namespace palpate

@@ -16,6 +16,8 @@ namespace palpate::detail {
 ///
 ///   no contact → indenting → moving → no contact
 ///
+/// A front may fall behind a tip that is fast; then it catches up in the ticks that follow, also when the tip has left already. The next puncture
+/// waits for that.
 /// Invariant  state() is moving from the puncture until the tip leaves the surface, the tool is taken away or the body is restored.
 template <RealScalar Scalar, class Front>
 class Blade {
@@ -40,13 +42,16 @@ class Blade {
     if (!body.tissue().cuttable())
       throw InvalidArgument("this body is built from a volume; only a body built from a surface can be cut");
     if (touch_.was_restored(body)) reset(body);
+    bool const was_behind = catch_up(body), was_lifted = is_lifted_;
+    if (is_lifted_) end(body);
     SurfaceContact<Scalar> const& contact = touch_.update(body, tip, state_ == CuttingPhase::moving);
     if (!contact.touching) {
-      if (state_ == CuttingPhase::moving) front_.finish(body), body.even_masses();
+      if (state_ == CuttingPhase::moving) is_lifted_ = true, end(body);
       state_ = CuttingPhase::no_contact;
       is_held_ = false;
       return;
     }
+    if (was_behind && state_ == CuttingPhase::moving) return;
     int restart = -1;
     is_held_ = state_ == CuttingPhase::moving && edge_ && !contact.off_surface && !edge_->cuts(contact.home_point - cut_to_, contact.normal);
     if (is_held_) return;
@@ -55,7 +60,7 @@ class Blade {
       restart = go_on(front_, contact);
     } else {
       state_ = CuttingPhase::indenting;
-      if (contact.depth < puncture_depth_ && !(force >= puncture_force_)) return;
+      if (was_lifted || (contact.depth < puncture_depth_ && !(force >= puncture_force_))) return;
       state_ = CuttingPhase::moving;
       restart = start(front_, contact);
     }
@@ -68,11 +73,11 @@ class Blade {
   void reset(Body& body) {
     if (touch_.was_restored(body))
       front_ = {};   // what it knew of the body does not exist any more
-    else if (state_ == CuttingPhase::moving)
+    else if (state_ == CuttingPhase::moving || is_lifted_)
       front_.finish(body), body.even_masses();
     touch_.reset();
     state_ = CuttingPhase::no_contact;
-    is_held_ = false;
+    is_held_ = is_lifted_ = false;
   }
 
   /// The edge turns with the tool.
@@ -90,11 +95,33 @@ class Blade {
     return BladeHold<Scalar>{front_.blade_particle(body), edge_->slip_force};
   }
 
+  /// The cut has not come to where the tip was: so much way is not cut in one tick.
+  bool is_behind() const noexcept {
+    if constexpr (requires { front_.is_behind(); }) return front_.is_behind();
+    return false;
+  }
+
   CuttingPhase state() const noexcept { return state_; }
   SurfaceContact<Scalar> const& contact() const noexcept { return touch_.contact(); }
   Front const& front() const noexcept { return front_; }
 
  private:
+  /// Returns whether the front was behind.
+  template <class Body>
+  bool catch_up(Body& body) {
+    if (!is_behind()) return false;
+    if constexpr (requires { front_.catch_up(body); }) front_.catch_up(body), body.even_masses();
+    return true;
+  }
+
+  /// Ends the cut of a tip that has left, unless the front is behind.
+  template <class Body>
+  void end(Body& body) {
+    if (is_behind()) return;
+    front_.finish(body), body.even_masses();
+    is_lifted_ = false;
+  }
+
   static void require_positive(std::string_view what, Scalar value, std::string_view unit) {
     if (!(value > 0)) throw InvalidArgument(message(what, " is ", value, " ", unit, "; it must be positive"));
   }
@@ -102,6 +129,7 @@ class Blade {
   Scalar puncture_depth_, puncture_force_;
   std::optional<BladeEdge<Scalar>> edge_;
   bool is_held_ = false;              // across its edge
+  bool is_lifted_ = false;            // the tip has left the surface, and the front is behind
   Vector cut_to_ = Vector::Zero();    // m, where the blade has cut to, in the undisturbed body
   Touch<Scalar> touch_;
   Front front_;
