@@ -4,6 +4,7 @@
 //               (SeparatingCutter) count: "median" and "p99" of them, the time is their mean. "begin" is the mean tick in which a stroke begins.
 //   inside      a tick that stays in its triangle.
 //   thousand    one tick of 450 edges on a grid of 10⁶, after a short stroke elsewhere: it crosses `triangles`, or opens `edges`.
+//   leap        the same with the crossings a tick that are preset: the longest of the `ticks` that it takes to cross all `triangles`.
 #include <palpate/body/soft_body.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/cutting/separating_cutter.hpp>
@@ -17,6 +18,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -44,6 +46,15 @@ std::unique_ptr<Body> grid_of(long triangles) {
 template <class Cutter>
 Cutter scalpel() {
   return Cutter({.puncture_depth = depth / 2});
+}
+
+/// A progressive cutter that crosses all triangles in the tick.
+template <class Cutter>
+Cutter unbounded_scalpel() {
+  if constexpr (std::same_as<Cutter, ProgressiveCutter<double>>)
+    return Cutter({.puncture_depth = depth / 2, .crossings_per_tick = std::numeric_limits<int>::max()});
+  else
+    return scalpel<Cutter>();
 }
 
 /// From above the surface to the blade's depth.
@@ -115,25 +126,52 @@ void inside(benchmark::State& state) {
   if (passed(cutter) != passed_before) state.SkipWithError("the blade left its triangle");
 }
 
+/// Into the tissue of a grid of 10⁶ triangles after a short stroke elsewhere; the point `edges` of an edge farther is where the leap ends.
+template <class Cutter>
+Vector before_a_leap(Cutter& cutter, Body& body, double edges) {
+  Vector const before = edge * Vector(50.0, 600.0, 0.0);
+  puncture(cutter, body, before);
+  for (int k = 1; k <= 100; ++k) cutter.advance(body, before + k * edge / 10 * along - Vector(0, 0, depth));
+  cutter.reset(body);
+  Vector const from = edge * Vector(50.2, 550.3, 0.0);
+  puncture(cutter, body, from);
+  return from + edges * edge * across - Vector(0, 0, depth);
+}
+
 template <class Cutter>
 void thousand(benchmark::State& state) {
   double crossed = 0;
   for (auto _ : state) {
     auto const body = grid_of(1000000);
-    Cutter cutter = scalpel<Cutter>();
-    Vector const before = edge * Vector(50.0, 600.0, 0.0);
-    puncture(cutter, *body, before);
-    for (int k = 1; k <= 100; ++k) cutter.advance(*body, before + k * edge / 10 * along - Vector(0, 0, depth));
-    cutter.reset(*body);
-    Vector const from = edge * Vector(50.2, 550.3, 0.0);
-    puncture(cutter, *body, from);
-    Vector const tip = from + static_cast<double>(state.range(0)) * edge * across - Vector(0, 0, depth);
+    Cutter cutter = unbounded_scalpel<Cutter>();
+    Vector const tip = before_a_leap(cutter, *body, static_cast<double>(state.range(0)));
     auto const start = Clock::now();
     cutter.advance(*body, tip);
     state.SetIterationTime(seconds_since(start));
     crossed = passed(cutter);
   }
   state.counters[std::same_as<Cutter, ProgressiveCutter<double>> ? "triangles" : "edges"] = crossed;
+}
+
+void leap(benchmark::State& state) {
+  double crossed = 0, ticks = 0;
+  for (auto _ : state) {
+    auto const body = grid_of(1000000);
+    auto cutter = scalpel<ProgressiveCutter<double>>();
+    Vector const tip = before_a_leap(cutter, *body, static_cast<double>(state.range(0)));
+    double longest = 0;
+    ticks = 0;
+    do {
+      auto const start = Clock::now();
+      cutter.advance(*body, tip);
+      longest = std::max(longest, seconds_since(start));
+      ++ticks;
+    } while (cutter.is_behind());
+    state.SetIterationTime(longest);
+    crossed = passed(cutter);
+  }
+  state.counters["triangles"] = crossed;
+  state.counters["ticks"] = ticks;
 }
 
 void grids(benchmark::internal::Benchmark* benchmark) {
@@ -143,6 +181,7 @@ void grids(benchmark::internal::Benchmark* benchmark) {
 BENCHMARK(crossing<ProgressiveCutter<double>>)->Apply(grids)->Iterations(20)->UseManualTime();
 BENCHMARK(inside<ProgressiveCutter<double>>)->Apply(grids);
 BENCHMARK(thousand<ProgressiveCutter<double>>)->Arg(450)->Iterations(5)->UseManualTime();
+BENCHMARK(leap)->Arg(450)->Iterations(5)->UseManualTime();
 BENCHMARK(crossing<SeparatingCutter<double>>)->Apply(grids)->Iterations(20)->UseManualTime();
 BENCHMARK(inside<SeparatingCutter<double>>)->Apply(grids);
 BENCHMARK(thousand<SeparatingCutter<double>>)->Arg(450)->Iterations(5)->UseManualTime();
