@@ -7,6 +7,7 @@
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
+#include <palpate/testing/cut_invariants.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
 #include "body/random_edits.hpp"
@@ -175,4 +176,28 @@ TEST_CASE("a slit in a stretched sheet opens by itself, in a zone too, and far f
   CHECK(whole > 1e-4);
   CHECK(zone > 0.3 * whole);   // only the slit's own neighbours move in the zone
   CHECK(moving_zone == 0);
+}
+
+TEST_CASE("an edge whose triangle on one side hangs on a copy for the eye can be divided") {
+  // A blade has come along the edge p–q to p, and divides a triangle with that edge: the part at the edge hangs on a copy of p, so that the
+  // wound is open up to the blade. Then the edge is a border of the triangle on its other side, and only that one is divided.
+  Random random(Seed{25});
+  auto body = moving_body(make_grid<double>(6, 5, 0.01), random);
+  auto const& surface = body.tissue().surface();
+  int const p = 14, q = 15, host = surface.triangle_with_edge(p, q);   // in the middle
+  REQUIRE(surface.triangles_at(p).size() == 6);
+  int const copy = body.split_particle(p, {});
+  auto const id = body.insert_temporary(host, {0.4, 0.3, 0.3});
+  body.change_corner(surface.triangle_with_edge(p, q), p, copy);
+  REQUIRE(surface.triangle_with_edge(p, q) < 0);
+  REQUIRE(surface.triangle_with_edge(copy, q) >= 0);
+  auto const triangles = body.triangles().cols();
+  int const n = body.insert_on_edge(p, q, 0.25);
+  CHECK(body.triangles().cols() == triangles + 1);
+  CHECK(surface.triangles_at(n).size() == 2);
+  CHECK(surface.triangle_with_edge(copy, q) >= 0);
+  CHECK(body.take_kept(id) >= 0);   // the particle at the blade stays
+  CHECK(body.temporary_count() == 0);
+  CHECK(testing::to_text(testing::CutInvariants(body).check(body)) == "");
+  check_search(body, random);
 }

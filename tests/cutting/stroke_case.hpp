@@ -101,6 +101,14 @@ palpate::ProgressiveCutter<S> scalpel_of(StrokeCase<S> const& strokes) {
   return palpate::ProgressiveCutter<S>({.puncture_depth = S(0.2) * stroke_scene<S>(strokes.mesh).edge, .snap = strokes.snap, .crossings_per_tick = strokes.crossings});
 }
 
+/// Whether a cut is not over.
+template <class Cutter>
+bool is_cutting(Cutter const& cutter) {
+  if constexpr (requires { cutter.is_behind(); })
+    if (cutter.is_behind()) return true;
+  return cutter.state() == palpate::CuttingPhase::moving;
+}
+
 /// What the report of a cut says, beside what came into the mesh since its puncture. For one blade in a body.
 template <class Body>
 class ReportCheck {
@@ -158,7 +166,7 @@ class StrokeRun {
       for (std::size_t k = 0; k < together.size(); ++k) {
         Cutter& cutter = cutters[k];
         if (i > together[k].size()) continue;
-        bool const was_cutting = cutter.state() == palpate::CuttingPhase::moving;
+        bool const was_cutting = is_cutting(cutter);
         int const size = body_.size() - body_.temporary_count();
         int const triangles = static_cast<int>(body_.triangles().cols()) - 2 * body_.temporary_count();
         palpate::testing::CutMotion const motion(body_);
@@ -169,7 +177,7 @@ class StrokeRun {
           else
             cutter.reset(body_);   // taken away
           ++ticks_;
-          cuts_ += !was_cutting && cutter.state() == palpate::CuttingPhase::moving ? 1 : 0;
+          cuts_ += !was_cutting && is_cutting(cutter) ? 1 : 0;
           found = palpate::testing::to_text(scene_.before.check(body_)) + palpate::testing::to_text(motion.check(body_));
           if (found.empty() && together.size() == 1) found = report.check(body_, cutter, was_cutting, size, triangles);
         } catch (std::exception const& error) {

@@ -118,3 +118,13 @@ TEST_CASE("a blade that rests on the temporary triangle of another finds the sur
                                                {{0.0079, 0.0101, 0.0005}, {0.012, 0.009, -0.003}, {0.013, 0.009, -0.003}, {0.014, 0.008, -0.003}}}};
   CHECK(violations_of(strokes) == "");
 }
+
+TEST_CASE("a blade that punctures where another has just opened the tissue keeps the ground under it when that one is lifted", "[cutting]") {
+  StrokeCase<double> const strokes{
+      .mesh = "grid",
+      .snap = 5e-4,
+      .blades = 2,
+      .strokes = {{{0.013, 0.0347, 0.004}, {0.013, 0.0347, -0.003}, {0.015, 0.0347, -0.003}, {0.015, 0.0347, -0.003}, {0.015, 0.0347, 0.004}},
+                  {{0.0145, 0.0346, 0.004}, {0.0145, 0.0346, 0.004}, {0.0145, 0.0346, 0.004}, {0.0145, 0.0346, -0.003}, {0.0145, 0.02, -0.003}}}};
+  CHECK(violations_of(strokes) == "");
+}

@@ -125,8 +125,7 @@ class BodyShape {
   int insert_on_edge(int a, int b, Scalar s)
     requires CuttableTissue<Tissue>
   {
-    for (int const t : {tissue_.surface().triangle_with_edge(a, b), tissue_.surface().triangle_with_edge(b, a)})
-      if (t >= 0) keep_temporary_in(t);
+    while (Temporary const* const temporary = temporaries_.at_edge(a, b)) keep_temporary(temporary->id);
     return edit_below_temporaries([&] {
       int const left = tissue_.surface().triangle_with_edge(a, b);
       int const right = tissue_.surface().triangle_with_edge(b, a);
@@ -339,6 +338,9 @@ class BodyShape {
   {
     while (!temporaries_.empty()) keep_temporary(temporaries_[0].id);
   }
+  /// A cut that is being made ends a tick on a particle that may have been there before: whoever has parted that one no longer joins it again.
+  void stand_on_particle() noexcept { ++stands_; }
+  std::size_t stands() const noexcept { return stands_; }
   /// The particle that a temporary one has become, or −1; told once.
   int take_kept(TemporaryId id) noexcept { return temporaries_.take_kept(id); }
 
@@ -408,6 +410,7 @@ class BodyShape {
   SurfaceTree<Scalar> tree_;
   bool tree_is_fitted_ = false;
   TemporaryParticles<Scalar> temporaries_;
+  std::size_t stands_ = 0;   // how often a cut has come to stand on a particle
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
   LargeVector<unsigned> last_look_;   // which of its calls looked at each particle last

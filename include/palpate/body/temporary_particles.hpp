@@ -85,6 +85,10 @@ class TemporaryParticles {
   Particle const* in_triangle(int t) const noexcept {
     return const_cast<TemporaryParticles*>(this)->find_if([&](Particle const& temporary) { return temporary.divides(t); });
   }
+  /// One in a triangle that had the edge a–b while it was whole: of a wound beside its blade, either lip.
+  Particle const* at_edge(int a, int b) const noexcept {
+    return const_cast<TemporaryParticles*>(this)->find_if([&](Particle const& temporary) { return temporary.follows(a) && temporary.follows(b); });
+  }
   Particle const* following(int p) const noexcept {
     return const_cast<TemporaryParticles*>(this)->find_if([&](Particle const& temporary) { return temporary.follows(p); });
   }

@@ -72,6 +72,7 @@ class CutFront {
     Vector const point = detail::rest_point(body, triangle, barycentric);
     triangle = without_temporary(body, triangle, point);
     anchor_.place(put(body, triangle, detail::rest_weights(body, triangle, point)));
+    body.stand_on_particle();
   }
 
   /// The blade moves to a point of a triangle of the body as it is. Not for a front that is behind.
@@ -85,7 +86,9 @@ class CutFront {
       body.move_temporary(temporary_, inside(body));
       return;
     }
+    moves_ = 0;
     go_to(body, target);
+    if (host_ < 0) body.stand_on_particle();
   }
 
   /// A front that is behind goes on to where the blade was.
@@ -93,6 +96,7 @@ class CutFront {
   void catch_up(Body& body) {
     target_.triangle = holder_near(body, target_.triangle, target_.point);   // others may have divided it
     go_to(body, target_);
+    if (host_ < 0) body.stand_on_particle();
   }
 
   /// The blade is lifted: its last point becomes permanent. It snaps to the corners and edges of the host like the start. A cut that is behind
@@ -134,6 +138,8 @@ class CutFront {
     Vector point = Vector::Zero(), normal = Vector::Zero();
   };
 
+  static constexpr int most_moves = 32;   // over wounds, between two crossings: where lips lie on each other, rounding may lead to and fro
+
   template <class Body>
   void go_to(Body& body, Target to) {
     bool const goes_on = std::exchange(is_behind_, false);
@@ -157,12 +163,7 @@ class CutFront {
       if (host_ < 0) host_ = host_towards(body, way, to.triangle);
       if (host_ >= 0 && body.keep_temporary_in(host_) >= 0) host_ = host_towards(body, way, to.triangle);
       if (host_ < 0) {
-        if (step_over_wound(body, way)) {
-          from = body.tissue().rest_position(anchor_.left());
-          from_normal = body.home_normal(anchor_.left());
-          continue;
-        }
-        if (!enter_beyond_wound(body, way, to.triangle, to.point)) return;   // not ahead: the front waits
+        if (++moves_ > most_moves || !(step_over_wound(body, way) || enter_beyond_wound(body, way, to.triangle, to.point))) return;   // the front waits
         from = body.tissue().rest_position(anchor_.left());
         from_normal = body.home_normal(anchor_.left());
         continue;
@@ -185,7 +186,7 @@ class CutFront {
         progress = exit.progress;
       }
       if (is_at_lip) {
-        if (!enter_beyond_wound(body, way, to.triangle, to.point)) break;   // the blade waits in the host
+        if (++moves_ > most_moves || !enter_beyond_wound(body, way, to.triangle, to.point)) break;   // the blade waits in the host
         from = body.tissue().rest_position(anchor_.left());
         from_normal = body.home_normal(anchor_.left());
         continue;
@@ -194,6 +195,7 @@ class CutFront {
       from_normal = exit_normal(body, exit);
       bool const target_is_beyond = beyond(body, exit) == to.triangle;
       cross(body, exit);
+      moves_ = 0;
       if (target_is_beyond) to.triangle = holder(body, anchor_.left(), to.point, to.triangle);
       from = body.tissue().rest_position(anchor_.left());
     }
@@ -269,9 +271,10 @@ class CutFront {
   template <class Body>
   int holder_near(Body const& body, int t, Vector const& point) const {
     auto const& surface = body.tissue().surface();
+    constexpr Scalar outside = Scalar(-1e-4);   // more than rounding
     t = std::min(t, static_cast<int>(body.triangles().cols()) - 1);
     Scalar best = detail::rest_weights(body, t, point).minCoeff();
-    for (int from = -1; best < 0 && t != std::exchange(from, t);)
+    for (int from = -1; best < outside && t != std::exchange(from, t);)
       for (int const corner : surface.corners(from))
         for (int const beside : surface.triangles_at(corner))
           if (Scalar const least = detail::rest_weights(body, beside, point).minCoeff(); least > best) best = least, t = beside;
@@ -465,6 +468,7 @@ class CutFront {
 
   detail::Snapping<Scalar> snapping_;
   int most_crossings_ = 1;
+  int moves_ = 0;                                        // over wounds since the last crossing
   detail::CutAnchor anchor_;
   detail::SpotKind kind_ = detail::SpotKind::interior;   // what the anchor was before the cut reached it
   int host_ = -1;                                        // the triangle that holds the blade, or −1 when the blade is at the anchor

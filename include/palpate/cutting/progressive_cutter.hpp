@@ -39,7 +39,8 @@ struct ProgressiveCutterOptions {
 /// their mean normal: the same path in material coordinates cuts the same way however the body moves.
 /// A tick cuts across `crossings_per_tick` edges at most, so that it ends in time however fast the tip is. Where the way has more, the cut is_behind():
 /// the ticks that follow bring it to where the tip was, along the same way, and then on to where the tip is. It goes on also when the tip has left
-/// the surface, and the next puncture waits for its end. A program that moves the tip in leaps and not in ticks allows more.
+/// the surface: state() is no_contact then, report() and lips() still change, the next puncture waits for its end, and the cutter still belongs to this
+/// body. A program that moves the tip in leaps and not in ticks allows more.
 /// Once punctured, cutting goes on until the tip leaves the surface. A stroke that comes to a border or an earlier wound opens it there, and goes
 /// on from the other side when the tip is on the surface beyond. Masses are evened out after each tick; see MassExchange.
 /// A body that is restored under the blade is a new one to it: the cut that was in progress is gone with the state it was in, its report
@@ -47,7 +48,7 @@ struct ProgressiveCutterOptions {
 /// Units      m, N.
 /// Source     \cite zheng2006 ch. 3.
 /// Invariant  after every tick: a valid mesh, the mass and the rest area unchanged.
-/// Cost       a tick is O(triangles crossed), some 4 µs for each and so 0.4 ms at most with the 100 that are preset. It allocates when the body outgrows what was reserved.
+/// Cost       a tick is O(triangles crossed), some 4 µs for each and so 0.4 ms with the 100 that are preset; wounds on the way cost more. It allocates when the body outgrows what was reserved.
 /// Limits     only surfaces. Where another blade comes to a triangle beside, what divided the triangle for the eye stays; see docs/cutting.md.
 template <RealScalar Scalar>
 class ProgressiveCutter {

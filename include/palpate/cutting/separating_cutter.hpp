@@ -76,6 +76,8 @@ class SeparatingCutter {
   void turn_edge(Vector const& axis) { blade_.turn(axis); }
 
   CuttingPhase state() const noexcept { return blade_.state(); }
+  /// Never: a tick cuts all the way to the tip, see ProgressiveCutter.
+  bool is_behind() const noexcept { return blade_.is_behind(); }
   SeparatingReport<Scalar> const& report() const noexcept { return blade_.front().report(); }
   SurfaceContact<Scalar> const& contact() const noexcept { return blade_.contact(); }
   /// What the blade drags along while it is moved across its edge; nothing while it cuts.
@@ -95,11 +97,14 @@ class SeparatingCutter {
     auto const start = [&](Front& front, Contact const& contact) {
       is_away_ = false;
       front.start(body, contact.triangle, contact.barycentric);
+      body.stand_on_particle();
       return -1;
     };
     auto const go_on = [&](Front& front, Contact const& contact) {
       body.keep_temporary_in(contact.triangle);   // another blade's
-      return move(body, front, contact, tip) ? contact.triangle : -1;
+      bool const changed = move(body, front, contact, tip);
+      body.stand_on_particle();
+      return changed ? contact.triangle : -1;
     };
     blade_.advance(body, tip, force, start, go_on);
   }

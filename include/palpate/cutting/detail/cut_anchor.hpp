@@ -113,6 +113,7 @@ class CutAnchor {
     if (opens && body.keep_temporaries_at(left_)) fan_to_the_right(body, host);   // their triangles have other numbers now
     if (opens) {
       right_ = body.split_particle(left_, {});
+      stands_ = body.stands();
       lips_.push_back({left_, right_});
       report.particles_added += 1;
     }
@@ -191,10 +192,10 @@ class CutAnchor {
     join(body, n);
   }
 
-  /// Whether the anchor's copies can become one again: another blade has added nothing since they were parted.
+  /// Whether the anchor's copies can become one again: another blade has added nothing since they were parted, and none has come to stand on one.
   template <class Body>
   bool can_close(Body const& body) const noexcept {
-    return !is_open() || std::max(left_, right_) == body.size() - body.temporary_count() - 1;
+    return !is_open() || (stands_ == body.stands() && std::max(left_, right_) == body.size() - body.temporary_count() - 1);
   }
 
   /// Nothing is cut at the anchor after all: its copies become one again.
@@ -278,6 +279,7 @@ class CutAnchor {
   int left_end_ = -1;    // while it is open: where its fan of triangles ends
   int right_end_ = -1;
   int came_from_ = -1;   // the other end of the last cut edge, if that edge is still closed
+  std::size_t stands_ = 0;   // of the body, when the copies were parted
 };
 
 }  // namespace palpate::detail
