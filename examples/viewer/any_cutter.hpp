@@ -47,6 +47,12 @@ class AnyCutter {
   palpate::CuttingPhase state() const noexcept {
     return with([](auto const& cutter) { return cutter.state(); });
   }
+  bool is_behind() const noexcept {
+    return with([](auto const& cutter) {
+      if constexpr (requires { cutter.is_behind(); }) return cutter.is_behind();
+      return false;
+    });
+  }
   palpate::CutReport const& report() const noexcept {
     return *with([](auto const& cutter) { return static_cast<palpate::CutReport const*>(&cutter.report()); });
   }

@@ -64,7 +64,7 @@ class SimulationOf final : public Simulation {
   }
 
   void remember() override {
-    if (simulator_.cutter().state() != palpate::CuttingPhase::no_contact || simulator_.body().topology_revision() == marked_) return;
+    if (simulator_.cutter().state() != palpate::CuttingPhase::no_contact || simulator_.cutter().is_behind() || simulator_.body().topology_revision() == marked_) return;
     if (marks_.size() > most_marks) marks_.erase(marks_.begin() + 1);   // the first is the uncut body
     marks_.push_back(simulator_.mark());
     marked_ = simulator_.body().topology_revision();
