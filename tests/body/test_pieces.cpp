@@ -106,3 +106,17 @@ TEST_CASE("what is no whole piece can not be taken out, and the error says why")
   REQUIRE(cutting.temporary_count() == 1);
   CHECK_THROWS_WITH(part_of(cutting, connected_components(cutting.mesh())[0]), Catch::Contains("cut is in progress"));
 }
+
+TEST_CASE("a piece can be taken out right after an edit that took a particle away") {
+  SoftBody body(MassSpring<double>(make_grid<double>(4, 4, 0.01), {.mass = {.total = 0.1}, .link = {.stiffness = 60.0}}), LeapfrogVerlet{}, WholeBody{});
+  std::vector<int> all;
+  for (int i = 0; i < body.size(); ++i) all.push_back(i);
+  int const copy = body.split_particle(5, {});
+  REQUIRE(copy == 16);
+  body.step(1e-5);   // it is computed as well
+  body.merge_last_particle(5);
+  auto part = part_of(body, all);
+  CHECK(part.size() == 16);
+  CHECK(part.positions() == body.positions());
+  CHECK(part.step(1e-5));
+}

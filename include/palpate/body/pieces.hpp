@@ -29,8 +29,8 @@ Body part_of(Body const& body, std::span<int const> particles) {
   for (std::size_t k = 0; k < particles.size(); ++k) now[static_cast<std::size_t>(particles[k])] = static_cast<int>(k);
   auto const follow = [&](std::vector<int>& list) {
     std::vector<int> kept;
-    for (int const i : list)
-      if (int const there = now[static_cast<std::size_t>(i)]; there >= 0) kept.push_back(there);
+    for (int const i : list)   // one that was there in the last step may be gone
+      if (i < body.size() && now[static_cast<std::size_t>(i)] >= 0) kept.push_back(now[static_cast<std::size_t>(i)]);
     list = std::move(kept);
   };
   follow(state.held), follow(state.forced), follow(state.moving.particles);
