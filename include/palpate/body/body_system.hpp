@@ -216,11 +216,11 @@ class BodySystem {
   /// The step counts: hands its state back.
   void commit(State& state) const noexcept {
     if (direct_ != nullptr) return;
-    for (int i = 0; i < moving_; ++i) {
-      int const p = assembly_.particles()[static_cast<std::size_t>(i)];
-      state.position[p] = x_[i];
-      state.velocity[p] = v_[i];
-      state.remembered[p] = memory_[i];
+    auto const particles = assembly_.particles();
+    for (int i = 0, count = 1; i < moving_; i += count, count = 1) {
+      int const p = particles[static_cast<std::size_t>(i)];
+      while (i + count < moving_ && particles[static_cast<std::size_t>(i + count)] == p + count) ++count;   // neighbours in the body, mostly
+      copy(x_, i, count, state.position, p), copy(v_, i, count, state.velocity, p), copy(memory_, i, count, state.remembered, p);
     }
   }
   /// It does not: the state is as before. Where it is so to rounding only, because no copy was kept, what the integrator remembered is lost:
@@ -262,6 +262,10 @@ class BodySystem {
       parts.after(x_i, v_i, a_i);
     }
     detail::store(x, x_i), detail::store(v, v_i), detail::store(m, a_i);
+  }
+
+  static void copy(PaddedColumns<Scalar> const& from, int first, int count, PaddedColumns<Scalar>& to, int place) noexcept {
+    std::copy_n(from.wide().data() + 4 * static_cast<std::ptrdiff_t>(first), 4 * count, to.wide().data() + 4 * static_cast<std::ptrdiff_t>(place));
   }
 
   template <class D>
