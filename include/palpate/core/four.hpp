@@ -153,9 +153,9 @@ inline void root_and_inverse(Columns& root, Columns& inverse, Columns const& fro
   inverse = 1 / root;
 }
 #ifdef __AVX512F__
-/// A root and a division of eight doubles take 40 cycles in which a core does no other; this takes 10. Goldschmidt's iteration doubles the
-/// digits of √from and 1/(2√from) twice, from 14 binary ones; then what is left of from − root² and 1 − root · inverse, which a fused
-/// multiplication has exactly, rounds both as they should be \cite markstein2004.
+/// Without the unit that takes roots and divides, for which eight doubles would wait. Goldschmidt's iteration doubles the digits of √from and
+/// 1/(2√from) twice, from 14 binary ones; then what is left of from − root² and 1 − root · inverse, which a fused multiplication has exactly,
+/// rounds both as they should be \cite markstein2004, the inverse but for a root whose digits are all ones.
 inline void root_and_inverse(Eight<double>& root, Eight<double>& inverse, Eight<double> const& from) noexcept {
   __m512d const half = _mm512_set1_pd(0.5), one = _mm512_set1_pd(1.0);
   __m512d const guess = _mm512_maskz_rsqrt14_pd(255, from);   // without the mask gcc 12 warns of its own header

@@ -48,7 +48,8 @@ struct ProgressiveCutterOptions {
 /// Units      m, N.
 /// Source     \cite zheng2006 ch. 3.
 /// Invariant  after every tick: a valid mesh, the mass and the rest area unchanged.
-/// Cost       a tick is O(triangles crossed), some 4 µs for each and so 0.4 ms with the 100 that are preset; wounds on the way cost more. It allocates when the body outgrows what was reserved.
+/// Cost       a tick is O(triangles crossed), and wounds on the way cost more; docs/cutting.md has times. It allocates when the body outgrows what was
+///            reserved.
 /// Limits     only surfaces. Where another blade comes to a triangle beside, what divided the triangle for the eye stays; see docs/cutting.md.
 template <RealScalar Scalar>
 class ProgressiveCutter {
