@@ -66,7 +66,7 @@ class BodySystem {
         for (int k = 0; k < static_cast<int>(sizeof(a) / sizeof(Scalar)); ++k)
           if (k % 4 < 3) result(k % 4, i + k / 4) = a[k];
     };
-    accelerate(at, speed, [](int, int) {}, [&](int) { return store; });
+    accelerate(at, speed, std::array<Scalar const*, 2>{at.data(), speed.data()}, [](int, int) {}, [&](int) { return store; });
   }
 
   /// A whole step of an integrator that StepsByParts: see palpate::step_by_parts. In a body of more than one block no copy is kept: a
@@ -79,7 +79,7 @@ class BodySystem {
     Scalar *const kept_x = x_.wide().data(), *const kept_v = v_.wide().data(), *const kept_m = memory_.wide().data();
     diverged_.assign(static_cast<std::size_t>(blocks()), {});
     accelerate(
-        WideView<Scalar>(x, 4, all_), WideView<Scalar>(m, 4, all_),
+        WideView<Scalar>(x, 4, all_), WideView<Scalar>(m, 4, all_), std::array<Scalar const*, 3>{x, v, m},
         [=, keeps = keeps_](int first, int end) {
           std::ptrdiff_t k = 4 * static_cast<std::ptrdiff_t>(first);
           std::ptrdiff_t const last = 4 * static_cast<std::ptrdiff_t>(end);
@@ -300,10 +300,12 @@ class BodySystem {
     is_gathered_ = true;
   }
 
-  template <class Before, class AfterOf>
-  void accelerate(WideView<Scalar> const& x, WideView<Scalar> const& v, Before const& before, AfterOf const& after_of) {
+  template <std::size_t Count, class Before, class AfterOf>
+  void accelerate(WideView<Scalar> const& x, WideView<Scalar> const& v, std::array<Scalar const*, Count> const& columns, Before const& before,
+                  AfterOf const& after_of) {
     if constexpr (requires { assembly_.blocks(); }) {
-      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), force_.wide().data(), run_, before, after_of);
+      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), force_.wide().data(), run_, columns, before,
+                           after_of);
     } else {
       before(0, moving_);
       auto force = force_.view();

@@ -47,13 +47,14 @@ class MassSpringAssembly {
   /// inverse mass · (internal force at (x, v) + pushes) + gravity of the `moving()` particles [m/s²]: add_forces and what a body does with them,
   /// part by part. `before(first, end)` is called for particles before a link reads their x and v; `after_of(block)(i, accelerations)` when no
   /// link will read them again: it may change both. It gets a Four for particle i, or columns_in_register of them from i on. `run(n, walk)` calls
-  /// walk(0) … walk(n − 1), in any order or at once, and returns when all are done.
+  /// walk(0) … walk(n − 1), in any order or at once, and returns when all are done. `columns` are those that `before` and `after_of` go through; of a
+  /// large body they are called for before that.
   /// Shapes     x, v: 4 × particles().size(), force: 4 × force_columns(), contiguous, the fourth row 0; force is zero before and after.
   /// Memory     a particle's force is of use from the first link that acts on it to the last. In a large body it stands in a window that moves
   ///            along with the parts and stays near the processor; what links that leave a block act on goes to its own column.
-  template <class Run, class Before, class AfterOf>
+  template <class Run, std::size_t Count, class Before, class AfterOf>
   void accelerate(Scalar const* x, Scalar const* v, Vector3<Scalar> const& gravity, std::span<ColumnForce<Scalar> const> pushes, Scalar* force,
-                  Run const& run, Before const& before, AfterOf const& after_of) const {
+                  Run const& run, std::array<Scalar const*, Count> const& columns, Before const& before, AfterOf const& after_of) const {
     run(static_cast<int>(layout_.blocks().size()), [&](int b) {
       auto const block = layout_.blocks()[at(b)];
       auto const after = after_of(b);
@@ -66,7 +67,12 @@ class MassSpringAssembly {
         if (window.columns != nullptr && part.reach - window.first > layout_.window()) window.move(part.first, prepared);
         prepared = part.reach;
         Scalar* const f = window.columns != nullptr ? window.columns - column(window.first) : force;
-        add_link_forces(x, v, f, part.first_row, part.first_group, part.end_group);
+        int const groups = part.end_group - part.first_group;
+        if (layout_.blocks().size() > 1)
+          add_link_forces(x, v, f, part.first_row, part.first_group, part.end_group,
+                          Ahead<Count>(columns, prepared, std::min(prepared + part.end - part.first, moving()), groups));
+        else   // all of it is near the processor
+          add_link_forces(x, v, f, part.first_row, part.first_group, part.end_group);
         if (!part.is_open)
           finish(x, v, gravity, f, part, pushes, next_push, after);
         else if (f != force)
@@ -163,6 +169,28 @@ class MassSpringAssembly {
       std::fill(std::max(columns + (last - from), from), last, Scalar(0));
     }
   };
+
+  /// What the part to come will go through: it is called for a little with each group, so that memory has something to do while the processor
+  /// computes. By itself the processor sees such columns coming, but no farther than the end of a page.
+  template <std::size_t Count>
+  struct Ahead {
+    static constexpr std::ptrdiff_t line = 64 / sizeof(Scalar);   // numbers that come at once
+
+    std::array<Scalar const*, Count> columns{};
+    std::ptrdiff_t next = 0, end = 0, share = 0;
+
+    Ahead() = default;
+    /// Columns `first` … `last` − 1, with so many groups.
+    Ahead(std::array<Scalar const*, Count> const& of, int first, int last, int groups) noexcept
+        : columns(of), next(column(first)), end(column(last)), share(((end - next) / std::max(groups, 1) / line + 1) * line) {}
+
+    [[gnu::always_inline]] void call() noexcept {   // inlined: gcc drops a call of what does nothing but this
+      if constexpr (Count > 0)
+        for (std::ptrdiff_t const last = std::min(next + share, end); next < last; next += line)
+          for (Scalar const* const each : columns) __builtin_prefetch(each + next);
+    }
+  };
+
   static void hand_over(Scalar* first, Scalar* last, Scalar* to) noexcept {
     std::copy(first, last, to);
     std::fill(first, last, Scalar(0));
@@ -286,8 +314,8 @@ class MassSpringAssembly {
   }
 
   /// The links of groups first_group … end_group − 1, whose rows begin at first_row.
-  template <class X, class V, class F>
-  void add_link_forces(X const* x, V const* v, F* f, int first_row, int first_group, int end_group) const noexcept {
+  template <class X, class V, class F, std::size_t Count = 0>
+  void add_link_forces(X const* x, V const* v, F* f, int first_row, int first_group, int end_group, Ahead<Count> ahead = {}) const noexcept {
     if (first_group == end_group) return;
     Row const* row = layout_.rows().data() + first_row;
     Wide difference[4 * most_rows], squared_length[most_rows], factor[most_rows];
@@ -298,6 +326,7 @@ class MassSpringAssembly {
       int rows = 0;
       auto const* last = group;
       for (; last != end && rows + last->rows <= most_rows; ++last) {
+        ahead.call();
         Wide own_x[4], own_v[4];
         for (int k = 0; k < 4; ++k) take_at(own_x[k], x, last->own, k), take_at(own_v[k], v, last->own, k);
         for (int const after = rows + last->rows; rows < after; ++rows) {
