@@ -94,7 +94,7 @@ class CutFront {
   /// A front that is behind goes on to where the blade was.
   template <class Body>
   void catch_up(Body& body) {
-    target_.triangle = holder_near(body, target_.triangle, target_.point);   // others may have divided it
+    target_.triangle = detail::triangle_near(body, target_.triangle, target_.point);   // others may have divided it
     go_to(body, target_);
     if (host_ < 0) body.stand_on_particle();
   }
@@ -265,20 +265,6 @@ class CutFront {
       if (least > best) best = least, otherwise = t;
     }
     return otherwise;
-  }
-
-  /// The same, from a triangle on that held the point before others were divided: on to whichever beside holds it better.
-  template <class Body>
-  int holder_near(Body const& body, int t, Vector const& point) const {
-    auto const& surface = body.tissue().surface();
-    constexpr Scalar outside = Scalar(-1e-4);   // more than rounding
-    t = std::min(t, static_cast<int>(body.triangles().cols()) - 1);
-    Scalar best = detail::rest_weights(body, t, point).minCoeff();
-    for (int from = -1; best < outside && t != std::exchange(from, t);)
-      for (int const corner : surface.corners(from))
-        for (int const beside : surface.triangles_at(corner))
-          if (Scalar const least = detail::rest_weights(body, beside, point).minCoeff(); least > best) best = least, t = beside;
-    return t;
   }
 
   // --- edits --------------------------------------------------------------------------------------------------------

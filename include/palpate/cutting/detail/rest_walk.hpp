@@ -3,9 +3,11 @@
 
 #include <palpate/core/matrix.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <type_traits>
+#include <utility>
 
 namespace palpate::detail {
 
@@ -52,6 +54,21 @@ template <class Body>
 auto rest_height(Body const& body, int t, std::size_t corner) {
   auto const c = body.tissue().surface().corners(t);
   return 2 * body.tissue().triangle_area(t) / rest_length(body, c[(corner + 1) % 3], c[(corner + 2) % 3]);
+}
+
+/// The triangle that holds a point, from one on that held it before others were divided or took its number: on to whichever beside holds it better.
+template <class Body>
+int triangle_near(Body const& body, int t, VectorOf<Body> const& point) {
+  using Scalar = typename Body::Scalar;
+  auto const& surface = body.tissue().surface();
+  constexpr Scalar outside = Scalar(-1e-4);   // more than rounding
+  t = std::min(t, surface.triangle_count() - 1);
+  Scalar best = rest_weights(body, t, point).minCoeff();
+  for (int from = -1; best < outside && t != std::exchange(from, t);)
+    for (int const corner : surface.corners(from))
+      for (int const beside : surface.triangles_at(corner))
+        if (Scalar const least = rest_weights(body, beside, point).minCoeff(); least > best) best = least, t = beside;
+  return t;
 }
 
 /// A straight way from one point of the surface to another: in the plane that holds both and their mean normal.
