@@ -170,6 +170,11 @@ TEMPLATE_TEST_CASE("cuts along edges that cross, meet and close", "[cutting]", P
     sheet.draw({{10, 30}, {50, 30}}, {3, 4, 1, 0});
     sheet.draw({{24, 10}, {24, 50}}, {4, 4, 1, 0});   // (20, 20), (20, 40) and both lips of (20, 30)
   }
+  SECTION("across two cuts an edge apart: what lies between is cut too") {
+    sheet.draw({{20, 10}, {20, 50}}, {3, 4, 1, 0});
+    sheet.draw({{30, 10}, {30, 50}}, {3, 4, 1, -1});
+    sheet.draw({{10, 31}, {50, 31}}, {5, 4, 1, 0});   // both lips of (20, 30) and (30, 30), and (40, 30)
+  }
   SECTION("lifted and entered again: the second stroke goes on where the first ended") {
     sheet.draw({{10, 30}, {30, 30}}, {1, 2, 1, 0});
     sheet.draw({{30, 30}, {50, 30}}, {2, 2, 1, 0});   // the old end (30, 30) and (40, 30)

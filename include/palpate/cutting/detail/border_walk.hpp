@@ -30,6 +30,21 @@ bool is_on_border(Body const& body, int p) noexcept {
   return difference != 0;
 }
 
+/// Whether a particle on a border is where a wound ends: both its border edges lead to the same place, and there is surface all around.
+template <class Body>
+bool is_wound_end(Body const& body, int p) noexcept {
+  auto const& surface = body.tissue().surface();
+  int first = -1, last = -1;
+  for (int const t : surface.triangles_at(p)) {
+    auto const c = surface.corners(t);
+    auto const k = static_cast<std::size_t>(surface.corner_of(t, p));
+    int const ahead = c[(k + 1) % 3], behind = c[(k + 2) % 3];
+    if (surface.triangle_with_edge(ahead, p) < 0) first = ahead;
+    if (surface.triangle_with_edge(p, behind) < 0) last = behind;
+  }
+  return first >= 0 && last >= 0 && body.tissue().rest_position(first) == body.tissue().rest_position(last);
+}
+
 /// A border edge, as its triangle has it, that holds a point at s.
 template <RealScalar Scalar>
 struct BorderPlace {

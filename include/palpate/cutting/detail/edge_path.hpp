@@ -123,20 +123,29 @@ class EdgePath {
     return false;
   }
 
-  /// After a search that failed: from one of the starts to where the surface ends on the way to a place; false when it does not.
+  /// After a search that failed: from one of the starts to where the surface ends on the way to a place; false when it does not. What is left counts
+  /// twice, so that the path goes on as far as the surface does.
   template <class Body>
-  bool find_border(Body const& body, BladeWay<Scalar> const& way, Vector const& place) {
+  bool find_border(Body const& body, Vector const& place) {
     int best = -1;
     Scalar best_cost = std::numeric_limits<Scalar>::infinity();
-    Scalar const off_place = way.squared_distance(place);
     for (int const p : settled_) {
-      if (!is_on_border(body, p)) continue;
-      Scalar const whole = seen_[p].cost + cost(way, body.tissue().rest_position(p), seen_[p].off, place, off_place);
+      if (!is_on_border(body, p) || is_wound_end(body, p)) continue;
+      Scalar const whole = seen_[p].cost + 2 * (place - body.tissue().rest_position(p)).norm();
       if (whole < best_cost) best_cost = whole, best = p;
     }
     if (best < 0) return false;
     trace(best);
     return true;
+  }
+
+  /// Of the longest edge at a particle [m²].
+  template <class Body>
+  static Scalar longest_squared(Body const& body, int p) {
+    Vector const at = body.tissue().rest_position(p);
+    Scalar longest = 0;
+    for_each_beside(body, p, [&](int q) { longest = std::max(longest, (body.tissue().rest_position(q) - at).squaredNorm()); });
+    return longest;
   }
 
   std::vector<int> const& particles() const noexcept { return path_; }
@@ -168,14 +177,6 @@ class EdgePath {
     there = {State::reached, from, cost, off};
     open_.push_back({cost + (end_ - at).norm(), p});
     std::push_heap(open_.begin(), open_.end());
-  }
-
-  template <class Body>
-  static Scalar longest_squared(Body const& body, int p) {
-    Vector const at = body.tissue().rest_position(p);
-    Scalar longest = 0;
-    for_each_beside(body, p, [&](int q) { longest = std::max(longest, (body.tissue().rest_position(q) - at).squaredNorm()); });
-    return longest;
   }
 
   void trace(int end) {

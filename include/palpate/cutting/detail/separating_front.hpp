@@ -167,10 +167,10 @@ class SeparatingFront {
     std::span<int const> const starts = chain_.size() > 1 ? std::span<int const>(last) : std::span<int const>(ends_);
     if (path_.find(body, way_, starts, goal_)) return follow(body, left_over);
     bool edited = false;
-    if (path_.find_border(body, way_, way_.blade().point)) edited = follow(body, 0);
+    if (path_.find_border(body, way_.blade().point)) edited = follow(body, 0);
     int const behind = chain_.back();
     std::array<int, 1> const ahead{goal_};
-    if (path_.find(body, way_, ahead, behind) || path_.find_border(body, way_, body.tissue().rest_position(behind))) {
+    if (path_.find(body, way_, ahead, behind) || path_.find_border(body, body.tissue().rest_position(behind))) {
       path_.reverse();
       begin_at(path_.particles().front());
       return follow(body, left_over) || edited;
