@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/shape_of.hpp>
+#include <palpate/core/error.hpp>
 #include <palpate/cutting/blade_edge.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/blade.hpp>
@@ -11,6 +12,7 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -21,6 +23,7 @@ struct SeparatingCutterOptions {
   Scalar puncture_depth = Scalar(0.005);                              ///< m below the undisturbed surface
   Scalar puncture_force = std::numeric_limits<Scalar>::infinity();    ///< N, of the tool on the tissue
   Scalar tip_radius = 0;                                              ///< m
+  int edges_per_tick = 50;                                            ///< that a tick goes over at most; the rest follows in the next
   std::optional<BladeEdge<Scalar>> edge = {};                         ///< the way the blade cuts; every way if not given
 };
 
@@ -37,6 +40,9 @@ struct SeparatingCutterOptions {
 /// open: it waits for the next, and a stroke that ends before changes nothing.
 /// A vertex moves at most once, within the triangles at it, and not so far that a triangle's quality q = 4√3 A/Σ side² falls below 0.4,
 /// or further below that, or that a triangle turns by more than 30°. Borders, lips, nailed and held particles are not moved.
+/// A tick goes over `edges_per_tick` edges at most, so that it ends in time however fast the tip is. Where the way has more, the cut is is_behind():
+/// the ticks that follow bring it straight to where the tip was, as a slower tip would, and then on to where the tip is; as for ProgressiveCutter, it
+/// goes on when the tip has left the surface, and the next puncture waits.
 /// Once punctured, cutting goes on until the tip leaves the surface. A stroke that leaves over the border opens there. When it comes
 /// back it goes on from there, or starts anew where it had been farther than an edge from the surface.
 /// A body restored under the blade is a new one to it, as for ProgressiveCutter.
@@ -46,16 +52,19 @@ struct SeparatingCutterOptions {
 /// Invariant  after every tick: a valid mesh with the same triangles, none turned over; mass, momentum and the totals of home and link
 ///            stiffness unchanged. Rest area, centre of mass and rest lengths change with the vertices that move: the report says the area.
 /// Cost       a tick in which the nearest vertex changes is O(m log m), m the vertices beside the blade's way, whatever the size of the
-///            body; another is O(1). It allocates when the body outgrows what was reserved, or a tick is longer than those before.
-/// Limits     where vertices may not move, and at sharp turns, the cut lies up to an edge off the blade's way. A tick that passes two wounds
-///            at once leaves the strip between them uncut.
+///            body; another is O(1). `edges_per_tick` bounds m. It allocates when the body outgrows what was reserved, or a tick is longer than those
+///            before. Only finding the touched point takes as long as the tip's way; a way that leads off the surface and back takes that again.
+/// Limits     where vertices may not move, and at sharp turns, the cut lies up to an edge off the blade's way. A tick that is not behind and
+///            passes two wounds at once leaves the strip between them uncut.
 template <RealScalar Scalar>
 class SeparatingCutter {
  public:
   using Vector = Vector3<Scalar>;
 
   explicit SeparatingCutter(SeparatingCutterOptions<Scalar> const& options = {})
-      : blade_(options.puncture_depth, options.puncture_force, options.tip_radius, options.edge) {}
+      : blade_(options.puncture_depth, options.puncture_force, options.tip_radius, options.edge), edges_per_tick_(options.edges_per_tick) {
+    if (edges_per_tick_ < 1) throw InvalidArgument(detail::message("edges_per_tick is ", edges_per_tick_, "; it must be at least 1"));
+  }
 
   /// Moves the tip [m] by one tick; `force` is what the tool presses the tissue with [N], for puncture_force.
   /// Throws InvalidArgument for a tip that is not finite, or a body that can not be cut; then nothing has changed.
@@ -66,7 +75,8 @@ class SeparatingCutter {
     cut(detail::shape_of(body), tip, force);
   }
 
-  /// Takes the tool away: a cut in progress ends, and the tip has to come from outside again.
+  /// Takes the tool away: a cut in progress ends where the blade is, or where it has come to if it is behind, and the tip has to come from
+  /// outside again.
   template <class Body>
   void reset(Body& body) {
     blade_.reset(detail::shape_of(body));
@@ -76,7 +86,7 @@ class SeparatingCutter {
   void turn_edge(Vector const& axis) { blade_.turn(axis); }
 
   CuttingPhase state() const noexcept { return blade_.state(); }
-  /// Never: a tick cuts all the way to the tip, see ProgressiveCutter.
+  /// The cut has not yet come to where the tip was, see edges_per_tick.
   bool is_behind() const noexcept { return blade_.is_behind(); }
   SeparatingReport<Scalar> const& report() const noexcept { return blade_.front().report(); }
   SurfaceContact<Scalar> const& contact() const noexcept { return blade_.contact(); }
@@ -96,7 +106,7 @@ class SeparatingCutter {
   void cut(Shape& body, Vector const& tip, Scalar force) {
     auto const start = [&](Front& front, Contact const& contact) {
       is_away_ = false;
-      front.start(body, contact.triangle, contact.barycentric);
+      front.start(body, contact.triangle, contact.barycentric, edges_per_tick_);
       body.stand_on_particle();
       return -1;
     };
@@ -106,26 +116,30 @@ class SeparatingCutter {
       body.stand_on_particle();
       return changed ? contact.triangle : -1;
     };
+    bool const was_behind = blade_.is_behind();
     blade_.advance(body, tip, force, start, go_on);
+    if (was_behind && blade_.contact().off_surface) is_away_ = is_far_beside(body, blade_.contact(), tip);   // for when it has caught up
   }
 
   /// Moves the blade in the tissue. True when that changed the body.
   template <class Body>
   bool move(Body& body, Front& front, Contact const& contact, Vector const& tip) {
     if (contact.off_surface) {
-      bool const was_away = is_away_;
-      Vector const offset = tip - contact.point;
-      is_away_ = (offset - offset.dot(contact.normal) * contact.normal).norm() > body.mean_edge();
-      return !was_away && front.leave(body, contact.triangle, contact.barycentric);
+      bool const was_away = std::exchange(is_away_, is_far_beside(body, contact, tip));
+      return !(was_away && front.is_outside()) && front.leave(body, contact.triangle, contact.barycentric);
     }
-    if (is_away_) {
-      is_away_ = false;
-      return front.enter(body, contact.triangle, contact.barycentric);
-    }
+    if (std::exchange(is_away_, false)) return front.enter(body, contact.triangle, contact.barycentric);
     return front.advance(body, contact.triangle, contact.barycentric);
   }
 
+  template <class Body>
+  static bool is_far_beside(Body const& body, Contact const& contact, Vector const& tip) {
+    Vector const offset = tip - contact.point;
+    return (offset - offset.dot(contact.normal) * contact.normal).norm() > body.mean_edge();
+  }
+
   detail::Blade<Scalar, Front> blade_;
+  int edges_per_tick_;
   bool is_away_ = false;   // the blade is beside the surface, more than an edge
 };
 

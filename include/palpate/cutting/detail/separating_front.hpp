@@ -33,10 +33,13 @@ namespace detail {
 /// the goal changes, the path from the cut's *end* is found anew and all of it but the last edge is cut; the rest when the blade
 /// leaves. Each vertex is moved onto the blade's way and then falls into one copy per fan of triangles that the cut edges leave.
 /// An edge between two inner vertices can not open: it waits in the *chain* until the cut goes on, and nothing has changed until then.
+/// A call goes over so many edges at most. Where the blade has gone farther, the front is *behind*: it goes straight towards where the blade was, from
+/// vertex to vertex and over wounds from copy to copy, and each call that follows cuts as far as it has come.
 /// Where      everything is decided in the undeformed shape.
 /// Source     \cite deformable_survey; one copy per fan, and only across the blade, is what \cite haaland leaves open.
 /// Invariant  between calls every particle has one fan of triangles. Opened vertices lie on the border, and those are never moved: a
-///            vertex moves at most once, and the lips stay together.
+///            vertex moves at most once, and the lips stay together. A front that is behind by a length of n mean edges no longer is after 2n calls,
+///            whatever others do to the body.
 template <RealScalar Scalar>
 class SeparatingFront {
  public:
@@ -51,68 +54,84 @@ class SeparatingFront {
     return goal_;
   }
 
-  /// Punctures: the cut begins at the vertex nearest to a point of a triangle.
+  /// The cut has not come to where the blade was.
+  bool is_behind() const noexcept { return is_behind_; }
+  /// The blade is beside the surface, and the cut has gone on to the border there.
+  bool is_outside() const noexcept { return is_outside_; }
+
+  /// Punctures: the cut begins at the vertex nearest to a point of a triangle. `most_edges`: that a call goes over.
   template <class Body>
-  void start(Body const& body, int triangle, Vector const& barycentric) {
+  void start(Body const& body, int triangle, Vector const& barycentric, int most_edges) {
+    most_edges_ = most_edges;
     report_ = {};
     lips_.clear();
     restart(body, triangle, barycentric);
   }
 
-  /// The blade moves to a point of a triangle. True when it changed the body.
+  /// The blade moves to a point of a triangle. True when it changed the body. Not for a front that is behind, as leave() and enter().
   template <class Body>
   bool advance(Body& body, int triangle, Vector const& barycentric) {
-    is_outside_ = false;
-    way_.go_to(blade_at(body, triangle, barycentric));
-    int const goal = nearest_vertex(body, triangle, way_.blade().point);
-    if (goal == goal_) return false;
-    goal_ = goal;
-    return go_on(body, 1);
+    return go_to(body, {triangle, blade_at(body, triangle, barycentric), false});
+  }
+
+  /// A front that is behind goes on to where the blade was.
+  template <class Body>
+  void catch_up(Body& body) {
+    target_.triangle = triangle_near(body, target_.triangle, target_.blade.point);   // others may have divided it
+    go_to(body, target_);
+    body.stand_on_particle();
   }
 
   /// The blade has left the surface over an edge of this triangle: the cut goes on to the border, and then along it without cutting.
   template <class Body>
   bool leave(Body& body, int triangle, Vector const& barycentric) {
-    int most = 0;
-    barycentric.maxCoeff(&most);
-    int const goal = body.tissue().surface().corners(triangle)[static_cast<std::size_t>(most)];
-    bool const has_left = !is_outside_;
-    is_outside_ = true;
-    if (!has_left && goal == goal_) return false;
-    way_.go_to(blade_at(body, triangle, barycentric));
-    goal_ = goal;
-    if (has_left) return go_on(body, 0);
+    Target const to{triangle, blade_at(body, triangle, barycentric), true};
+    if (!is_outside_) return go_to(body, to);
+    int const goal = nearest_corner(body, to);
+    if (goal == goal_) return false;
+    way_.go_to(to.blade);
+    goal_ = nearest_ = goal;
     begin_at(goal);
     way_.forget_before(way_.blade().point);
     return false;
   }
 
-  /// The blade comes back onto the surface elsewhere. Beside a border the cut begins there.
+  /// The blade comes back onto the surface elsewhere. Beside a border the cut begins there. One whose border the cut has not come to, as
+  /// it was behind, ends at the vertex nearest to the blade.
   template <class Body>
   bool enter(Body& body, int triangle, Vector const& barycentric) {
+    bool const edited = !is_outside_ && go_on(body, 0);
     restart(body, triangle, barycentric);
     int const first = chain_.front();
-    if (is_on_border(body, first)) return false;
+    if (is_on_border(body, first)) return edited;
     int border = -1;
     Scalar nearest = std::numeric_limits<Scalar>::infinity();
     for_each_beside(body, first, [&](int q) {
       Scalar const squared = (body.tissue().rest_position(q) - puncture_).squaredNorm();
       if (squared < nearest && is_on_border(body, q)) nearest = squared, border = q;
     });
-    if (border < 0) return false;
+    if (border < 0) return edited;
     begin_at(border);
-    return append(body, first);
+    return append(body, first) || edited;
   }
 
-  /// The blade is lifted: the cut ends at the vertex nearest to it. An edge that waits then is not cut.
+  /// The blade is lifted: the cut ends at the vertex nearest to it, or to where it has come if it is behind. An edge that waits then is not cut.
   template <class Body>
   void finish(Body& body) {
+    is_behind_ = false;
     if (!chain_.empty()) go_on(body, 0);
     chain_.clear(), ends_.clear();
     goal_ = -1;
   }
 
  private:
+  /// Where the cut is to come to.
+  struct Target {
+    int triangle = -1;
+    BladePoint<Scalar> blade;
+    bool leaves = false;   // the surface, over an edge of the triangle
+  };
+
   template <class Body>
   static BladePoint<Scalar> blade_at(Body const& body, int t, Vector const& w) {
     return {rest_point(body, t, w), rest_normal(body, t, w)};
@@ -122,10 +141,10 @@ class SeparatingFront {
   void restart(Body const& body, int triangle, Vector const& barycentric) {
     way_.start(blade_at(body, triangle, barycentric), body.mean_edge() / 4);
     puncture_ = way_.blade().point;
-    goal_ = nearest_vertex(body, triangle, puncture_);
+    goal_ = nearest_ = nearest_vertex(body, triangle, puncture_);
     begin_at(goal_);
     is_start_ = true;
-    is_outside_ = false;
+    is_outside_ = is_behind_ = false;
   }
 
   void begin_at(int particle) {
@@ -144,20 +163,115 @@ class SeparatingFront {
   static int nearest_vertex(Body const& body, int triangle, Vector const& point) {
     int best = -1;
     Scalar nearest = std::numeric_limits<Scalar>::infinity();
-    auto const look = [&](int p) {
-      if (body.is_temporary(p)) return;   // another blade's
+    for (int const p : body.tissue().surface().corners(triangle)) {
+      if (body.is_temporary(p)) continue;   // another blade's
       Scalar const squared = (body.tissue().rest_position(p) - point).squaredNorm();
       if (squared < nearest) nearest = squared, best = p;
-    };
-    for (int const p : body.tissue().surface().corners(triangle)) look(p);
+    }
     for (int from = -1; from != best;) {
       from = best;
-      for_each_beside(body, from, look);
+      best = nearer_beside(body, from, from, point);
     }
     return best;
   }
 
+  /// The particle beside p that is nearest to a point and nearer than `best`, or `best`.
+  template <class Body>
+  static int nearer_beside(Body const& body, int p, int best, Vector const& point) {
+    Scalar nearest = (body.tissue().rest_position(best) - point).squaredNorm();
+    for_each_beside(body, p, [&](int q) {
+      Scalar const squared = (body.tissue().rest_position(q) - point).squaredNorm();
+      if (squared < nearest) nearest = squared, best = q;
+    });
+    return best;
+  }
+
+  /// The same beside the other copies of p: beyond the wounds that it lies on.
+  template <class Body>
+  static int nearer_beyond(Body const& body, int p, Vector const& point) {
+    int best = p;
+    if constexpr (requires { body.tissue().next_copy(0); })
+      for (int copy = body.tissue().next_copy(p); copy != p; copy = body.tissue().next_copy(copy)) best = nearer_beside(body, copy, best, point);
+    return best;
+  }
+
+  template <class Body>
+  static int nearest_corner(Body const& body, Target const& to) {
+    int most = 0;
+    rest_weights(body, to.triangle, to.blade.point).maxCoeff(&most);
+    return body.tissue().surface().corners(to.triangle)[static_cast<std::size_t>(most)];
+  }
+
   // --- how the cut goes on ------------------------------------------------------------------------------------------
+  /// As far as a call goes: to a point of the straight way to the target.
+  struct Stage {
+    BladePoint<Scalar> blade;
+    int nearest = -1;       // the vertex nearest to it, or on the way there
+    bool is_last = false;   // the target
+  };
+
+  template <class Body>
+  bool go_to(Body& body, Target to) {
+    BladeStretch<Scalar> const straight(way_.blade(), to.blade);
+    Stage const stage = stage_towards(body, to.blade);
+    is_behind_ = !stage.is_last;
+    is_outside_ = stage.is_last && to.leaves;
+    way_.go_to(stage.blade);
+    int goal = -1;
+    if (is_behind_) {
+      target_ = to;
+      nearest_ = stage.nearest;
+      goal = goal_along(body, straight);
+    } else {
+      if (body.keep_temporary_in(to.triangle) >= 0) to.triangle = triangle_near(body, to.triangle, to.blade.point);
+      goal = nearest_ = to.leaves ? nearest_corner(body, to) : nearest_vertex(body, to.triangle, to.blade.point);
+    }
+    if (goal == goal_ && !is_outside_) return false;
+    goal_ = goal;
+    return go_on(body, is_outside_ ? 0 : 1);
+  }
+
+  /// Goes in half edges, each to the vertex nearest to there. A way that is too long for a call and leads over a wound ends beyond that first.
+  template <class Body>
+  Stage stage_towards(Body const& body, BladePoint<Scalar> const& to) const {
+    BladePoint<Scalar> const from = way_.blade();
+    Scalar const length = (to.point - from.point).norm(), step = body.mean_edge() / 2;
+    Stage stage{from, nearest_}, beyond_wound;
+    int edges = 0;
+    for (int steps = 1; Scalar(steps) * step < length; ++steps) {
+      Scalar const part = Scalar(steps) * step / length;
+      stage.blade = {(1 - part) * from.point + part * to.point, ((1 - part) * from.normal + part * to.normal).normalized()};
+      bool crosses = false;
+      while (edges < most_edges_) {
+        int next = nearer_beside(body, stage.nearest, stage.nearest, stage.blade.point);
+        if (next == stage.nearest) {
+          next = nearer_beyond(body, stage.nearest, stage.blade.point);
+          if (next == stage.nearest) break;
+          crosses = true;
+        }
+        stage.nearest = next;
+        ++edges;
+      }
+      if (crosses && beyond_wound.nearest < 0) beyond_wound = stage;
+      if (edges == most_edges_ || steps / 2 == most_edges_) return beyond_wound.nearest < 0 ? stage : beyond_wound;
+    }
+    return {to, stage.nearest, true};
+  }
+
+  /// The goal of a blade that is on its way: the vertex nearest to it. Where the surface ends that one lies beside the way: then it is the one on
+  /// the other side, or stays until the blade is there.
+  template <class Body>
+  int goal_along(Body const& body, BladeStretch<Scalar> const& straight) {
+    auto const is_along = [&](int p) {
+      return straight.squared_distance(body.tissue().rest_position(p)) <= EdgePath<Scalar>::longest_squared(body, p);
+    };
+    if (is_along(nearest_)) return nearest_;
+    Vector const& point = way_.blade().point;
+    int const beyond = nearest_vertex(body, target_.triangle, point);
+    auto const distance = [&](int p) { return (body.tissue().rest_position(p) - point).squaredNorm(); };
+    return is_along(beyond) && distance(beyond) < distance(nearest_) ? nearest_ = beyond : goal_;
+  }
+
   /// Cuts towards the goal, up to so many edges before it. Where a wound or a gap lies between, the cut goes to the border on this side and
   /// on from the border on the other.
   template <class Body>
@@ -176,6 +290,7 @@ class SeparatingFront {
       return follow(body, left_over) || edited;
     }
     begin_at(goal_);
+    way_.forget_before(way_.blade().point);
     return edited;
   }
 
@@ -273,6 +388,10 @@ class SeparatingFront {
   std::vector<int> ends_;    // the copies of the end, while nothing waits
   std::vector<int> fan_;
   int goal_ = -1;            // the vertex nearest to the blade
+  int nearest_ = -1;         // the same; beside a border that the blade goes on beyond, off its way
+  int most_edges_ = 1;       // that a call goes over
+  bool is_behind_ = false;
+  Target target_;            // of a front that is behind
   BladeWay<Scalar> way_;
   Vector puncture_ = Vector::Zero();
   bool is_outside_ = false;  // the blade is beside the surface
