@@ -16,7 +16,7 @@ namespace palpate::detail {
 ///
 ///   no contact → indenting → moving → no contact
 ///
-/// A front may fall behind a tip that is fast; then it catches up in the ticks that follow, also when the tip has left already. The next puncture
+/// A front falls behind a tip that is fast; then it catches up in the ticks that follow, also when the tip has left already. The next puncture
 /// waits for that.
 /// Invariant  state() is moving from the puncture until the tip leaves the surface, the tool is taken away or the body is restored.
 template <RealScalar Scalar, class Front>
@@ -42,7 +42,8 @@ class Blade {
     if (!body.tissue().cuttable())
       throw InvalidArgument("this body is built from a volume; only a body built from a surface can be cut");
     if (touch_.was_restored(body)) reset(body);
-    bool const was_behind = catch_up(body), was_lifted = is_lifted_;
+    bool const was_behind = is_behind(), was_lifted = is_lifted_;
+    if (was_behind) front_.catch_up(body), body.even_masses();
     if (is_lifted_) end(body);
     SurfaceContact<Scalar> const& contact = touch_.update(body, tip, state_ == CuttingPhase::moving);
     if (!contact.touching) {
@@ -96,24 +97,13 @@ class Blade {
   }
 
   /// The cut has not come to where the tip was: so much way is not cut in one tick.
-  bool is_behind() const noexcept {
-    if constexpr (requires { front_.is_behind(); }) return front_.is_behind();
-    return false;
-  }
+  bool is_behind() const noexcept { return front_.is_behind(); }
 
   CuttingPhase state() const noexcept { return state_; }
   SurfaceContact<Scalar> const& contact() const noexcept { return touch_.contact(); }
   Front const& front() const noexcept { return front_; }
 
  private:
-  /// Returns whether the front was behind.
-  template <class Body>
-  bool catch_up(Body& body) {
-    if (!is_behind()) return false;
-    if constexpr (requires { front_.catch_up(body); }) front_.catch_up(body), body.even_masses();
-    return true;
-  }
-
   /// Ends the cut of a tip that has left, unless the front is behind.
   template <class Body>
   void end(Body& body) {
