@@ -62,8 +62,10 @@ class SeparatingCutter {
   using Vector = Vector3<Scalar>;
 
   explicit SeparatingCutter(SeparatingCutterOptions<Scalar> const& options = {})
-      : blade_(options.puncture_depth, options.puncture_force, options.tip_radius, options.edge), edges_per_tick_(options.edges_per_tick) {
-    if (edges_per_tick_ < 1) throw InvalidArgument(detail::message("edges_per_tick is ", edges_per_tick_, "; it must be at least 1"));
+      : blade_(options.puncture_depth, options.puncture_force, options.tip_radius, options.edge),
+        edges_per_tick_(options.edges_per_tick) {
+    if (edges_per_tick_ < 1)
+      throw InvalidArgument(detail::message("edges_per_tick is ", edges_per_tick_, "; it must be at least 1"));
   }
 
   /// Moves the tip [m] by one tick; `force` is what the tool presses the tissue with [N], for puncture_force.
@@ -118,7 +120,8 @@ class SeparatingCutter {
     };
     bool const was_behind = blade_.is_behind();
     blade_.advance(body, tip, force, start, go_on);
-    if (was_behind && blade_.contact().off_surface) is_away_ = is_far_beside(body, blade_.contact(), tip);   // for when it has caught up
+    if (was_behind && blade_.contact().off_surface)
+      is_away_ = is_far_beside(body, blade_.contact(), tip);   // for when it has caught up
   }
 
   /// Moves the blade in the tissue. True when that changed the body.

@@ -191,7 +191,8 @@ class SeparatingFront {
   static int nearer_beyond(Body const& body, int p, Vector const& point) {
     int best = p;
     if constexpr (requires { body.tissue().next_copy(0); })
-      for (int copy = body.tissue().next_copy(p); copy != p; copy = body.tissue().next_copy(copy)) best = nearer_beside(body, copy, best, point);
+      for (int copy = body.tissue().next_copy(p); copy != p; copy = body.tissue().next_copy(copy))
+        best = nearer_beside(body, copy, best, point);
     return best;
   }
 
