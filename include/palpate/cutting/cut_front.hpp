@@ -3,16 +3,13 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/cutting/concept.hpp>
-#include <palpate/cutting/detail/border_walk.hpp>
 #include <palpate/cutting/detail/cut_anchor.hpp>
 #include <palpate/cutting/detail/cut_passage.hpp>
 #include <palpate/cutting/detail/rest_walk.hpp>
 #include <palpate/cutting/detail/snapping.hpp>
+#include <palpate/cutting/detail/wound_crossing.hpp>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -160,8 +157,8 @@ class CutFront {
       }
       detail::RestWay<Scalar> const way(from, from_normal, to.point, to.normal);
       if (!(way.length2 > 0)) break;
-      if (host_ < 0) host_ = host_towards(body, way, to.triangle);
-      if (host_ >= 0 && body.keep_temporary_in(host_) >= 0) host_ = host_towards(body, way, to.triangle);
+      if (host_ < 0) host_ = detail::triangle_towards(body, anchor_.left(), way, to.triangle);
+      if (host_ >= 0 && body.keep_temporary_in(host_) >= 0) host_ = detail::triangle_towards(body, anchor_.left(), way, to.triangle);
       if (host_ < 0) {
         if (++moves_ > most_moves || !(step_over_wound(body, way) || enter_beyond_wound(body, way, to.triangle, to.point))) return;   // the front waits
         from = body.tissue().rest_position(anchor_.left());
@@ -232,30 +229,6 @@ class CutFront {
     return ((1 - exit.s) * body.home_normal(a) + exit.s * body.home_normal(b)).normalized();
   }
 
-  /// The triangle at the anchor that the way enters: its facing edge starts to the right of the way and ends to the left.
-  template <class Body>
-  int host_towards(Body const& body, detail::RestWay<Scalar> const& way, int target_triangle) const {
-    return host_towards(body, anchor_.left(), way, target_triangle);
-  }
-  template <class Body>
-  static int host_towards(Body const& body, int anchor, detail::RestWay<Scalar> const& way, int target_triangle) {
-    auto const& surface = body.tissue().surface();
-    int best = -1;
-    Scalar best_progress = 0;
-    for (int const t : surface.triangles_at(anchor)) {
-      auto const c = surface.corners(t);
-      auto const k = static_cast<std::size_t>(surface.corner_of(t, anchor));
-      Vector const p = body.tissue().rest_position(c[(k + 1) % 3]), q = body.tissue().rest_position(c[(k + 2) % 3]);
-      Scalar const at_p = way.to_the_right(p), at_q = way.to_the_right(q);
-      if (!(at_p >= 0 && at_q <= 0 && at_p > at_q)) continue;
-      Scalar const progress = way.progress(p + at_p / (at_p - at_q) * (q - p));
-      if (!(progress > 0)) continue;
-      if (t == target_triangle) return t;
-      if (best < 0 || progress > best_progress) best = t, best_progress = progress;
-    }
-    return best;
-  }
-
   /// Of the triangles at a new particle, the one that holds a point: the old triangle was divided.
   template <class Body>
   int holder(Body const& body, int particle, Vector const& point, int otherwise) const {
@@ -301,37 +274,9 @@ class CutFront {
   /// or the way does not enter it.
   template <class Body>
   bool step_over_wound(Body& body, detail::RestWay<Scalar> const& way) {
-    if constexpr (requires { body.tissue().next_copy(0); }) {
-      auto const& surface = body.tissue().surface();
-      int const anchor = anchor_.left();
-      Vector const place = body.tissue().rest_position(anchor);
-      auto const go_on_at = [&](int particle) {
-        kind_ = detail::SpotKind::vertex;
-        anchor_.restart(particle);
-        return true;
-      };
-      for (int copy = body.tissue().next_copy(anchor); copy != anchor; copy = body.tissue().next_copy(copy))
-        if (host_towards(body, copy, way, -1) >= 0) return go_on_at(copy);
-      for (int const t : surface.triangles_at(anchor))
-        for (int const beside : surface.corners(t)) {
-          if (beside == anchor || !detail::is_open_edge(body, anchor, beside)) continue;
-          for (int copy = body.tissue().next_copy(beside); copy != beside; copy = body.tissue().next_copy(copy)) {
-            auto const [a, b, s] = detail::border_edge_at(body, copy, place);
-            if (a < 0 || !(way.to_the_right(body.tissue().rest_position(a)) <= 0 && way.to_the_right(body.tissue().rest_position(b)) >= 0)) continue;
-            Scalar const length = detail::rest_length(body, a, b);
-            if (std::min(s, 1 - s) * length <= snapping_.near(length)) {
-              int const end = s <= Scalar(0.5) ? a : b;
-              if (host_towards(body, end, way, -1) >= 0) return go_on_at(end);
-              continue;
-            }
-            if (body.is_temporary(a) || body.is_temporary(b)) continue;
-            kind_ = detail::SpotKind::edge;
-            anchor_.restart(anchor_.insert_on_edge(body, a, b, s));
-            return true;
-          }
-        }
-    }
-    return false;
+    auto const place = detail::place_across(body, anchor_.left(), way, snapping_);
+    if (place.a >= 0) restart_at(body, place);
+    return place.a >= 0;
   }
 
   /// The way to the target leads over a wound or a border: the cut ends on this side, and goes on from where the way, followed back from the
@@ -339,40 +284,27 @@ class CutFront {
   template <class Body>
   bool enter_beyond_wound(Body& body, detail::RestWay<Scalar> const& way, int& triangle, Vector const& target) {
     auto const& surface = body.tissue().surface();
-    detail::RestWay<Scalar> const back = way.reversed();
-    Scalar progress = -back.length2;
-    for (int t = triangle; surface.corner_of(t, anchor_.left()) < 0 && surface.corner_of(t, anchor_.right()) < 0;) {
-      Exit const exit = detail::exit_of(body, t, back);
-      if (exit.edge < 0 || !(exit.progress > progress) || exit.progress > back.length2 * (1 + Scalar(1e-3))) return false;
-      progress = exit.progress;
-      auto const c = surface.corners(t);
-      int const a = c[static_cast<std::size_t>(exit.edge)], b = c[(static_cast<std::size_t>(exit.edge) + 1) % 3];
-      int const next = surface.triangle_with_edge(b, a);
-      if (next >= 0) {
-        t = next;
-        continue;
-      }
-      if (body.is_temporary(a) || body.is_temporary(b)) {   // the wound behind another blade
-        body.keep_temporary_in(t);
-        return enter_beyond_wound(body, way, triangle, target);
-      }
-      if (host_ >= 0 && !anchor_.can_close(body))
-        end_inside(body, detail::clamped(detail::rest_weights(body, host_, blade_), Scalar(0.1)));
-      else if (host_ >= 0)
-        anchor_.close(body);
-      host_ = -1;
-      Scalar const length = detail::rest_length(body, a, b), limit = snapping_.near(length);
-      if (std::min(exit.s, 1 - exit.s) * length <= limit) {
-        kind_ = detail::SpotKind::vertex;
-        anchor_.restart(exit.s <= Scalar(0.5) ? a : b);
-      } else {
-        kind_ = detail::SpotKind::edge;
-        anchor_.restart(anchor_.insert_on_edge(body, a, b, exit.s));
-        if (t == triangle) triangle = holder(body, anchor_.left(), target, triangle);
-      }
-      return true;
+    auto const is_at_anchor = [&](int t) { return surface.corner_of(t, anchor_.left()) >= 0 || surface.corner_of(t, anchor_.right()) >= 0; };
+    auto const [t, place] = detail::border_on_the_way(body, triangle, way.reversed(), is_at_anchor);
+    if (t < 0) return false;
+    if (body.is_temporary(place.a) || body.is_temporary(place.b)) {   // the wound behind another blade
+      body.keep_temporary_in(t);
+      return enter_beyond_wound(body, way, triangle, target);
     }
-    return false;
+    if (host_ >= 0 && !anchor_.can_close(body))
+      end_inside(body, detail::clamped(detail::rest_weights(body, host_, blade_), Scalar(0.1)));
+    else if (host_ >= 0)
+      anchor_.close(body);
+    host_ = -1;
+    restart_at(body, detail::snapped(body, place, snapping_));
+    if (kind_ == detail::SpotKind::edge && t == triangle) triangle = holder(body, anchor_.left(), target, triangle);
+    return true;
+  }
+
+  template <class Body>
+  void restart_at(Body& body, detail::BorderPlace<Scalar> const& place) {
+    kind_ = place.b < 0 ? detail::SpotKind::vertex : detail::SpotKind::edge;
+    anchor_.restart(place.b < 0 ? place.a : anchor_.insert_on_edge(body, place.a, place.b, place.s));
   }
 
   void count(bool to_vertex) {

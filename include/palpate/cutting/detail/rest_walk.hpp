@@ -94,6 +94,29 @@ struct RestWay {
   Scalar length2;
 };
 
+/// The triangle at a particle that a way enters: its facing edge starts to the right of the way and ends to the left. Of several `preferred`, or where the
+/// way is longest; −1 where there is none.
+template <class Body>
+int triangle_towards(Body const& body, int particle, RestWay<typename Body::Scalar> const& way, int preferred = -1) {
+  using Scalar = typename Body::Scalar;
+  using Vector = VectorOf<Body>;
+  auto const& surface = body.tissue().surface();
+  int best = -1;
+  Scalar best_progress = 0;
+  for (int const t : surface.triangles_at(particle)) {
+    auto const c = surface.corners(t);
+    auto const k = static_cast<std::size_t>(surface.corner_of(t, particle));
+    Vector const p = body.tissue().rest_position(c[(k + 1) % 3]), q = body.tissue().rest_position(c[(k + 2) % 3]);
+    Scalar const at_p = way.to_the_right(p), at_q = way.to_the_right(q);
+    if (!(at_p >= 0 && at_q <= 0 && at_p > at_q)) continue;
+    Scalar const progress = way.progress(p + at_p / (at_p - at_q) * (q - p));
+    if (!(progress > 0)) continue;
+    if (t == preferred) return t;
+    if (best < 0 || progress > best_progress) best = t, best_progress = progress;
+  }
+  return best;
+}
+
 /// Where a way leaves a triangle: over the edge from corner `edge` to the next, at parameter s. No exit: edge < 0.
 template <RealScalar Scalar>
 struct RestExit {
