@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
 
 #if defined(__unix__) && !defined(__APPLE__)
@@ -19,36 +20,57 @@
 
 namespace palpate {
 
+namespace detail {
+
+/// A connection to the X display that DISPLAY names, where there is one.
+class DisplayConnection {
+ public:
+#ifdef PALPATE_VTK_HAS_X11
+  DisplayConnection() {
+    // VTK has loaded X's library; looked up at run time, a VTK that draws otherwise needs no X to build.
+    library_ = dlopen("libX11.so.6", RTLD_LAZY);
+    if (library_ == nullptr) return;
+    auto const open = reinterpret_cast<void* (*)(char const*)>(dlsym(library_, "XOpenDisplay"));
+    if (open != nullptr) display_ = open(nullptr);
+  }
+  DisplayConnection(DisplayConnection const&) = delete;
+  DisplayConnection& operator=(DisplayConnection const&) = delete;
+  ~DisplayConnection() {
+    if (library_ == nullptr) return;
+    auto const close = reinterpret_cast<int (*)(void*)>(dlsym(library_, "XCloseDisplay"));
+    if (display_ != nullptr && close != nullptr) close(display_);
+    dlclose(library_);
+  }
+
+  /// Also where VTK draws without X.
+  bool can_draw() const noexcept { return library_ == nullptr || display_ != nullptr; }
+
+ private:
+  void* library_ = nullptr;
+  void* display_ = nullptr;
+#else
+  bool can_draw() const noexcept { return true; }
+#endif
+};
+
+}  // namespace detail
+
 /// Whether pictures can be drawn now. VTK on Linux draws through an X display, also off screen, and ends the program when
 /// there is none: ask first. True on systems that draw without X.
-inline bool display_available() {
-#ifdef PALPATE_VTK_HAS_X11
-  // VTK has loaded X's library; looked up at run time, a VTK that draws otherwise needs no X to build.
-  void* const library = dlopen("libX11.so.6", RTLD_LAZY);
-  if (library == nullptr) return true;
-  using Open = void* (*)(char const*);
-  using Close = int (*)(void*);
-  auto const open = reinterpret_cast<Open>(dlsym(library, "XOpenDisplay"));
-  auto const close = reinterpret_cast<Close>(dlsym(library, "XCloseDisplay"));
-  void* const display = open != nullptr && close != nullptr ? open(nullptr) : nullptr;
-  if (display != nullptr) close(display);
-  dlclose(library);
-  return display != nullptr;
-#else
-  return true;
-#endif
-}
+inline bool display_available() { return detail::DisplayConnection().can_draw(); }
 
 /// A display for drawing where none is: an X server without a screen (Xvfb), as long as this object lives.
 ///   VirtualDisplay const display;
 ///   if (display.ready()) write_picture(…);
-/// Does nothing where a display is there already. DISPLAY is set for this process and set back at the end; close every VTK
+/// Where a display is there already, it stays connected to that: a server starts anew when its last window closes, and what is drawn meanwhile ends the
+/// program (`xvfb-run` without -noreset). DISPLAY is set for this process and set back at the end; close every VTK
 /// window before, since X ends a program whose server goes away. The server ends with this process, however that ends.
 /// Limits     one at a time, made while no other thread reads the environment.
 class VirtualDisplay {
  public:
   VirtualDisplay() {
-    ready_ = display_available();
+    connection_.emplace();
+    ready_ = connection_->can_draw();
 #ifdef PALPATE_VTK_HAS_X11
     if (!ready_) start();
 #endif
@@ -56,6 +78,7 @@ class VirtualDisplay {
   VirtualDisplay(VirtualDisplay const&) = delete;
   VirtualDisplay& operator=(VirtualDisplay const&) = delete;
   ~VirtualDisplay() {
+    connection_.reset();   // before its server goes
 #ifdef PALPATE_VTK_HAS_X11
     stop();
 #endif
@@ -67,6 +90,7 @@ class VirtualDisplay {
   std::string const& problem() const noexcept { return problem_; }
 
  private:
+  std::optional<detail::DisplayConnection> connection_;
   bool ready_ = false;
   std::string problem_;
 
@@ -98,7 +122,8 @@ class VirtualDisplay {
     had_display_ = std::getenv("DISPLAY") != nullptr;
     set_display_ = true;
     setenv("DISPLAY", (":" + display).c_str(), 1);
-    ready_ = display_available();
+    connection_.emplace();
+    ready_ = connection_->can_draw();
     if (!ready_) {
       stop();
       fail("Xvfb started and does not answer");
