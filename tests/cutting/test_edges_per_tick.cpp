@@ -137,6 +137,27 @@ TEST_CASE("a tick goes over no more edges than it may, and the ticks that follow
   CHECK(cutter.report().particles_added == 35);
 }
 
+TEST_CASE("a tick goes over no more edges than it may where they are far shorter than the mean", "[cutting]") {
+  int const most = GENERATE(1, 2, 5);
+  double const tip = GENERATE(0.3935, 0.399);   // m
+  CAPTURE(most, tip);
+  TriangleMesh<double> mesh = grid();
+  double const all_columns = 1 - std::pow(1.1, -40);   // each a tenth narrower than the one before
+  for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) mesh.points(0, i) = 0.4 * (1 - std::pow(1.1, -100 * mesh.points(0, i))) / all_columns;
+  Bench sheet(mesh);
+  auto cutter = scalpel(most);
+  sheet.puncture(cutter, 40, 31);
+  int opened = 0, ticks = 0;
+  do {
+    sheet.tick(cutter, in(1e3 * tip, 31));
+    CHECK(cutter.report().vertex_vertex - opened <= most + (opened == 0 ? 1 : 0));   // the first opens with the second
+    opened = cutter.report().vertex_vertex;
+  } while (cutter.is_behind() && ++ticks < 1000);
+  CHECK_FALSE(cutter.is_behind());
+  sheet.tick(cutter, above(1e3 * tip, 31));
+  CHECK(cutter.report().vertex_vertex >= 30);
+}
+
 TEST_CASE("a leap askew opens along the blade's line", "[cutting]") {
   int const most = GENERATE(1, 3, 10, 100);
   double const end = GENERATE(25.0, 38.0, 52.0);   // mm

@@ -39,7 +39,7 @@ namespace detail {
 /// Source     \cite deformable_survey; one copy per fan, and only across the blade, is what \cite haaland leaves open.
 /// Invariant  between calls every particle has one fan of triangles. Opened vertices lie on the border, and those are never moved: a
 ///            vertex moves at most once, and the lips stay together. A front that is behind by a length of n mean edges no longer is after 2n calls,
-///            whatever others do to the body.
+///            whatever others do to the body; where edges are far shorter than the mean, when it has gone over them.
 template <RealScalar Scalar>
 class SeparatingFront {
  public:
@@ -232,31 +232,43 @@ class SeparatingFront {
     return go_on(body, is_outside_ ? 0 : 1);
   }
 
-  /// Goes in half edges, each to the vertex nearest to there. A way that is too long for a call and leads over a wound ends beyond that first.
+  /// Goes in half edges, each to the vertex nearest to there. Where a step has too many edges, as they are far shorter than the mean, it ends beside
+  /// the vertex come to. A way that is too long for a call and leads over a wound ends beyond that first.
   template <class Body>
   Stage stage_towards(Body const& body, BladePoint<Scalar> const& to) const {
     BladePoint<Scalar> const from = way_.blade();
-    Scalar const length = (to.point - from.point).norm(), step = body.mean_edge() / 2;
+    Vector const way = to.point - from.point;
+    Scalar const length = way.norm(), step = body.mean_edge() / 2;
+    auto const on_way = [&](Scalar part) {
+      return BladePoint<Scalar>{(1 - part) * from.point + part * to.point, ((1 - part) * from.normal + part * to.normal).normalized()};
+    };
     Stage stage{from, nearest_}, beyond_wound;
     int edges = 0;
-    for (int steps = 1; Scalar(steps) * step < length; ++steps) {
-      Scalar const part = Scalar(steps) * step / length;
-      stage.blade = {(1 - part) * from.point + part * to.point, ((1 - part) * from.normal + part * to.normal).normalized()};
-      bool crosses = false;
-      while (edges < most_edges_) {
+    Scalar before = 0;
+    for (int steps = 1;; ++steps) {
+      bool const is_end = !(Scalar(steps) * step < length);
+      Scalar const part = is_end ? Scalar(1) : Scalar(steps) * step / length;
+      stage.blade = is_end ? to : on_way(part);
+      bool crosses = false, arrived = false;
+      while (true) {
         int next = nearer_beside(body, stage.nearest, stage.nearest, stage.blade.point);
-        if (next == stage.nearest) {
-          next = nearer_beyond(body, stage.nearest, stage.blade.point);
-          if (next == stage.nearest) break;
-          crosses = true;
-        }
+        bool const is_across = next == stage.nearest;
+        if (is_across) next = nearer_beyond(body, stage.nearest, stage.blade.point);
+        arrived = next == stage.nearest;
+        if (arrived || edges == most_edges_) break;
+        crosses = crosses || is_across;
         stage.nearest = next;
         ++edges;
       }
+      if (arrived && is_end) return {to, stage.nearest, true};
+      if (!arrived && length > 0) {
+        Scalar const beside = way.dot(body.tissue().rest_position(stage.nearest) - from.point) / (length * length);
+        stage.blade = on_way(std::clamp(beside, before, part));
+      }
       if (crosses && beyond_wound.nearest < 0) beyond_wound = stage;
       if (edges == most_edges_ || steps / 2 == most_edges_) return beyond_wound.nearest < 0 ? stage : beyond_wound;
+      before = part;
     }
-    return {to, stage.nearest, true};
   }
 
   /// The goal of a blade that is on its way: the vertex nearest to it. Where the surface ends that one lies beside the way: then it is the one on
