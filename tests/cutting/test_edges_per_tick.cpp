@@ -276,6 +276,27 @@ TEST_CASE("a tip that is lifted leaves no separating cut half made, and the next
   }
 }
 
+TEST_CASE("a tip that goes on while the cut is behind, and is lifted then, loses nothing of its way", "[cutting]") {
+  int const most = GENERATE(3, 5, 8);
+  CAPTURE(most);
+  Bench sheet;
+  auto const draw = [&](auto cutter) {
+    sheet.puncture(cutter, 20, 31);
+    for (double const x : {110.0, 200.0, 290.0, 380.0}) sheet.tick(cutter, in(x, 31));
+    REQUIRE(cutter.is_behind());
+    sheet.leap(cutter, above(380, 31));
+    CHECK(cutter.state() == CuttingPhase::no_contact);
+    return cutter;
+  };
+  SECTION("along edges") { CHECK(draw(scalpel(most)).report().vertex_vertex == 36); }
+  SECTION("anywhere") {
+    auto const cutter = draw(ProgressiveCutter<double>({.puncture_depth = 0.002, .crossings_per_tick = most}));
+    double farthest = 0;
+    for (auto const& [a, b] : cutter.lips()) farthest = std::max(farthest, sheet.body.tissue().rest_position(a).x());
+    CHECK(farthest >= 0.37);   // the last column; the end itself is one particle
+  }
+}
+
 TEST_CASE("a separating cut that is behind ends where it is when the tool is taken away, and is gone with the state it was in", "[cutting]") {
   Bench sheet;
   auto cutter = scalpel(5);

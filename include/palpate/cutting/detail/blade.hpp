@@ -6,9 +6,12 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/cutting/blade_edge.hpp>
+#include <palpate/cutting/detail/rest_walk.hpp>
+#include <palpate/cutting/detail/snapping.hpp>
 
 #include <optional>
 #include <string_view>
+#include <utility>
 
 namespace palpate::detail {
 
@@ -16,8 +19,8 @@ namespace palpate::detail {
 ///
 ///   no contact → indenting → moving → no contact
 ///
-/// A front falls behind a tip that is fast; then it catches up in the ticks that follow, also when the tip has left already. The next puncture
-/// waits for that.
+/// A front falls behind a tip that is fast; then it catches up in the ticks that follow and goes on to where the tip is, or was last when it has left
+/// already. The next puncture waits for that.
 /// Invariant  state() is moving from the puncture until the tip leaves the surface, the tool is taken away or the body is restored.
 template <RealScalar Scalar, class Front>
 class Blade {
@@ -44,15 +47,19 @@ class Blade {
     if (touch_.was_restored(body)) reset(body);
     bool const was_behind = is_behind(), was_lifted = is_lifted_;
     if (was_behind) front_.catch_up(body), body.even_masses();
-    if (is_lifted_) end(body);
+    if (is_lifted_) end(body, go_on);
     SurfaceContact<Scalar> const& contact = touch_.update(body, tip, state_ == CuttingPhase::moving);
     if (!contact.touching) {
-      if (state_ == CuttingPhase::moving) is_lifted_ = true, end(body);
+      if (state_ == CuttingPhase::moving) is_lifted_ = true, end(body, go_on);
       state_ = CuttingPhase::no_contact;
       is_held_ = false;
       return;
     }
-    if (was_behind && state_ == CuttingPhase::moving) return;
+    if (was_behind && state_ == CuttingPhase::moving) {
+      remember(body, contact);
+      return;
+    }
+    next_.triangle = -1;
     int restart = -1;
     is_held_ = state_ == CuttingPhase::moving && edge_ && !contact.off_surface && !edge_->cuts(contact.home_point - cut_to_, contact.normal);
     if (is_held_) return;
@@ -79,6 +86,7 @@ class Blade {
     touch_.reset();
     state_ = CuttingPhase::no_contact;
     is_held_ = is_lifted_ = false;
+    next_.triangle = -1;
   }
 
   /// The edge turns with the tool.
@@ -104,10 +112,30 @@ class Blade {
   Front const& front() const noexcept { return front_; }
 
  private:
-  /// Ends the cut of a tip that has left, unless the front is behind.
+  /// Where the tip was last on the surface while the front was behind, for a tip that leaves before the front is told.
+  struct Next {
+    int triangle = -1;
+    Vector point = Vector::Zero();   // m, undeformed
+  };
+
   template <class Body>
-  void end(Body& body) {
+  void remember(Body const& body, SurfaceContact<Scalar> const& contact) {
+    if (contact.off_surface || (edge_ && !edge_->cuts(contact.home_point - cut_to_, contact.normal))) return;
+    next_ = {contact.triangle, rest_point(body, contact.triangle, contact.barycentric)};
+  }
+
+  /// Ends the cut of a tip that has left, unless the front is behind, also on the way to where the tip was last.
+  template <class Body, class GoOn>
+  void end(Body& body, GoOn const& go_on) {
     if (is_behind()) return;
+    if (next_.triangle >= 0) {
+      SurfaceContact<Scalar> last;
+      last.triangle = triangle_near(body, std::exchange(next_.triangle, -1), next_.point);
+      last.barycentric = clamped(rest_weights(body, last.triangle, next_.point));
+      go_on(front_, last);
+      body.even_masses();
+      if (is_behind()) return;
+    }
     front_.finish(body), body.even_masses();
     is_lifted_ = false;
   }
@@ -120,6 +148,7 @@ class Blade {
   std::optional<BladeEdge<Scalar>> edge_;
   bool is_held_ = false;              // across its edge
   bool is_lifted_ = false;            // the tip has left the surface, and the front is behind
+  Next next_;
   Vector cut_to_ = Vector::Zero();    // m, where the blade has cut to, in the undisturbed body
   Touch<Scalar> touch_;
   Front front_;
