@@ -92,9 +92,14 @@ class MassExchange {
   /// What a particle has above what its springs ask for [kg]; at most three quarters of its mass.
   template <class Tissue>
   static Scalar spare(Tissue const& tissue, int i, Scalar rate) {
+    return spare(tissue, i, rate, tissue.nailed(i) ? Scalar(0) : tissue.stiffness_bound(i));
+  }
+  /// The same of one that is asked again and again: no transfer changes its stiffness bound.
+  template <class Tissue>
+  static Scalar spare(Tissue const& tissue, int i, Scalar rate, Scalar bound) {
     Scalar const m = tissue.mass(i);
     Scalar const most = Scalar(0.75) * m;
-    return tissue.nailed(i) ? most : std::min(most, m - tissue.stiffness_bound(i) / rate);
+    return tissue.nailed(i) ? most : std::min(most, m - bound / rate);
   }
 
   /// Whether a particle still lies where its parents say: a cutter may have moved one of them.
@@ -111,7 +116,7 @@ class MassExchange {
   /// Draws mass from relatives, theirs from their parents, until particle i can spare `wanted`, as far as they can.
   template <class Tissue, class Move>
   void draw(Tissue const& tissue, int i, Scalar wanted, Scalar rate, int generations, Move const& move) const {
-    auto const lack = [&] { return wanted - spare(tissue, i, rate); };
+    auto const lack = [&, bound = tissue.stiffness_bound(i)] { return wanted - spare(tissue, i, rate, bound); };
     for (int copy = at(i).next_copy; copy != i && lack() > 0; copy = at(copy).next_copy)
       if (Scalar const amount = std::min(lack(), spare(tissue, copy, rate)); amount > 0) move(copy, i, amount);
     if (!(lack() > 0)) return;
