@@ -8,6 +8,7 @@
 
 #include "catch.hpp"
 
+#include <palpate/body/temporary_particles.hpp>
 #include <palpate/core/random.hpp>
 
 #include <array>
@@ -127,4 +128,31 @@ TEST_CASE("a blade that punctures where another has just opened the tissue keeps
       .strokes = {{{0.013, 0.0347, 0.004}, {0.013, 0.0347, -0.003}, {0.015, 0.0347, -0.003}, {0.015, 0.0347, -0.003}, {0.015, 0.0347, 0.004}},
                   {{0.0145, 0.0346, 0.004}, {0.0145, 0.0346, 0.004}, {0.0145, 0.0346, 0.004}, {0.0145, 0.0346, -0.003}, {0.0145, 0.02, -0.003}}}};
   CHECK(violations_of(strokes) == "");
+}
+
+TEST_CASE("the thin triangle in which one blade after the other stays keeps an area", "[cutting]") {
+  // Its height fell to a tenth and less each time, and that of the triangles around the blade to a thousandth: less than float tells apart.
+  StrokeCase<float> strokes{.mesh = "small tube", .blades = 3, .strokes = {
+      {{-0.018f, -0.013f, 0}, {-0.0057f, -0.0041f, 0}, {0, -0.004f, 0.02f}, {0, -0.003f, 0.02f}, {-0.001f, -0.003f, 0.02f}},
+      {{-0.018f, -0.013f, 0.02f}, {-0.013f, -0.01f, 0.02f}, {-0.001f, -0.002f, 0.02f}, {-0.00077f, -0.00193f, 0.02f}, {-0.001f, -0.002f, 0.02f}, {-0.00063f, -0.00195f, 0.02f}}}};
+  CHECK(violations_of(strokes) == "");
+
+  strokes.blades = 2;   // along the border, in turn
+  strokes.strokes = {{{-0.017f, 0.0123f, -0.02f}, {-0.014f, 0.0102f, -0.02f}}, {{-0.03f, 0, -0.02f}, {-0.03f, 0, -0.02f}}};
+  for (int i = 0; i < 7; ++i) {
+    float const n = static_cast<float>(i);
+    strokes.strokes[0].push_back({-0.007f + 0.0003f * n, 0.0045f - 0.001f * n, -0.02f});
+    strokes.strokes[1].push_back({-0.01f + 0.0003f * n, -0.006f + 0.001f * n, -0.02f});
+  }
+  CHECK(violations_of(strokes) == "");
+}
+
+TEST_CASE("a point is kept off the edges of its triangle by a share of the height, or a distance, or a quarter of the height") {
+  using Vector = Vector3<double>;
+  std::array<Vector, 3> const corners{Vector(0, 0, 0), Vector(4, 0, 0), Vector(0, 3, 0)};   // heights 2.4, 4, 3
+  CHECK((off_edges<double>(corners, {0.5, 0.3, 0.2}, 0.1, 0.1) - Vector(0.5, 0.3, 0.2)).norm() < 1e-15);
+  Vector const by_share = off_edges<double>(corners, {1, 0, 0}, 0.1, 0.1), by_distance = off_edges<double>(corners, {1, 0, 0}, 0.1, 0.6);
+  CHECK((by_share - Vector(0.8, 0.1, 0.1)).norm() < 1e-15);
+  CHECK((by_distance - Vector(0.65, 0.15, 0.2)).norm() < 1e-15);   // 0.6 / 4, 0.6 / 3
+  CHECK((off_edges<double>(corners, {1.2, 0, -0.2}, 0.1, 10) - Vector(0.5, 0.25, 0.25)).norm() < 1e-15);
 }

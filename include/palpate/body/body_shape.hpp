@@ -305,13 +305,18 @@ class BodyShape {
     std::size_t const k = place_of(id), first = withdraw(0);
     Temporary const t = temporaries_.withdrawn(first + k);
     int const second = tissue_.surface().triangle_count();
-    Vector const raised = t.whole_weights().cwiseMax(least_kept_weight);
-    int const n = insert_in_triangle(t.triangle, raised / raised.sum());
+    int const n = insert_in_triangle(t.triangle, kept_weights(t.triangle, t.whole_weights()));
     hang_parts(t, {t.triangle, second, second + 1});
     if (t.split_corner >= 0) balance_copies(t.parents[static_cast<std::size_t>(t.split_corner)], t.parents[3]);
     temporaries_.keep(id, n);
     temporaries_.forget_withdrawn(first + k);
     return_withdrawn(first);
+  }
+  /// Weights of a point of a triangle where a particle may stay that snaps to nothing: the triangles around it keep an area, also where one cut after
+  /// the other ends in the same thin triangle.
+  Vector kept_weights(int t, Vector const& w) const {
+    Corners const c = tissue_.surface().corners(t);
+    return off_edges<Scalar>({tissue_.rest_position(c[0]), tissue_.rest_position(c[1]), tissue_.rest_position(c[2])}, w, least_kept_weight, mean_edge_ / 200);
   }
   /// The same for all that divide a triangle at this particle: whoever edits the triangles there asks for it first. False if there is none.
   bool keep_temporaries_at(int particle)
@@ -424,7 +429,7 @@ class BodyShape {
   detail::ChangeRecord changes_;   // of particles and triangles, for a host's copy
 
  private:
-  static constexpr Scalar least_kept_weight = Scalar(0.1);   // of each corner of its triangle, before they are made to sum to 1
+  static constexpr Scalar least_kept_weight = Scalar(0.1);   // of each corner of its triangle
 
   std::size_t place_of(TemporaryId id) const noexcept { return static_cast<std::size_t>(temporaries_.find(id) - &temporaries_[0]); }
 

@@ -11,6 +11,20 @@
 
 namespace palpate {
 
+/// Barycentric weights of a point of a triangle, kept off its edges: off each by a share of the height over it, or by a distance [m] where that is
+/// more, but by no more than a quarter of the height.
+template <RealScalar Scalar>
+Vector3<Scalar> off_edges(std::array<Vector3<Scalar>, 3> const& corners, Vector3<Scalar> const& w, Scalar share, Scalar distance) {
+  Scalar const twice_area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
+  Vector3<Scalar> least;
+  for (std::size_t k = 0; k < 3; ++k) {
+    Scalar const part = distance * (corners[(k + 2) % 3] - corners[(k + 1) % 3]).norm();   // of the area, as the height is
+    least[static_cast<int>(k)] = part < twice_area / 4 ? std::max(share, part / twice_area) : Scalar(0.25);
+  }
+  Vector3<Scalar> const above = (w - least).cwiseMax(Scalar(0));
+  return least + (1 - least.sum()) / above.sum() * above;
+}
+
 using TemporaryId = std::size_t;   // of a temporary particle: no other gets the same
 
 /// A particle that divides a triangle for the eye only, while a blade is inside: it follows the corners of that triangle, without mass or springs.

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -112,7 +113,7 @@ class CutFront {
     bool const closes = spot.kind == detail::SpotKind::vertex ? spot.corner == a || !anchor_.can_cut_to(body, host_, corners[spot.corner])
                                                               : spot.corner != a && anchor_.is_lip(body, host_, spot.corner == (a + 2) % 3 ? b : c);
     if (spot.kind == detail::SpotKind::interior || (closes && !anchor_.can_close(body))) {
-      end_inside(body, spot.kind == detail::SpotKind::interior ? w : detail::clamped(w, Scalar(0.1)));
+      end_inside(body, spot.kind == detail::SpotKind::interior ? w : body.kept_weights(host_, w));
     } else if (spot.kind == detail::SpotKind::vertex) {
       if (spot.corner == a)
         anchor_.close(body);
@@ -292,7 +293,7 @@ class CutFront {
       return enter_beyond_wound(body, way, triangle, target);
     }
     if (host_ >= 0 && !anchor_.can_close(body))
-      end_inside(body, detail::clamped(detail::rest_weights(body, host_, blade_), Scalar(0.1)));
+      end_inside(body, body.kept_weights(host_, detail::rest_weights(body, host_, blade_)));
     else if (host_ >= 0)
       anchor_.close(body);
     host_ = -1;
@@ -334,10 +335,12 @@ class CutFront {
     return true;
   }
 
-  /// The blade's barycentric weights in the host, kept off its edges. While the host is divided its corners are those it had.
+  /// The blade's barycentric weights in the host, kept off its edges, by more than rounding. While the host is divided its corners are those it had.
   template <class Body>
   Vector inside(Body const& body) const {
-    return detail::clamped(detail::rest_weights(body, host_corners_, blade_), Scalar(1e-3));
+    auto const corner = [&](std::size_t k) { return body.tissue().rest_position(host_corners_[k]); };
+    return off_edges<Scalar>({corner(0), corner(1), corner(2)}, detail::rest_weights(body, host_corners_, blade_), Scalar(1e-3),
+                             1000 * std::numeric_limits<Scalar>::epsilon() * body.mean_edge());
   }
 
   template <class Body>

@@ -21,11 +21,11 @@ struct Spot {
   Scalar s = 0;
 };
 
-/// Weights of the point of the triangle that a point beside it goes to; none of them stays below about `least`.
+/// Weights of the point of the triangle that a point beside it goes to.
 template <RealScalar Scalar>
-Vector3<Scalar> clamped(Vector3<Scalar> const& w, Scalar least = 0) {
-  Vector3<Scalar> const raised = w.cwiseMax(least);
-  return raised / raised.sum();
+Vector3<Scalar> clamped(Vector3<Scalar> const& w) {
+  Vector3<Scalar> const inside = w.cwiseMax(Scalar(0));
+  return inside / inside.sum();
 }
 
 /// When a point of a cut is taken for a vertex or put on an edge: nearer than a given length, or than a share of the edge or height it lies on,
