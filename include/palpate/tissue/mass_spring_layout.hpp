@@ -23,7 +23,7 @@ namespace palpate {
 ///             places in a row are empty; an empty place is a link from its particle to itself, which pulls nowhere.
 /// Part        32 particles that follow each other, with the groups they own. After a part no link of its block acts on its particles any
 ///             more. Small, so that what is read next has time to arrive.
-/// Block       parts that follow each other: a sixteenth of the particles, but 4,096 or more. Links that leave a block come after all blocks,
+/// Block       parts that follow each other: an eighth of the particles, but 4,096 or more. Links that leave a block come after all blocks,
 ///             and the parts they act on are open until then: blocks can be walked one after the other or at once, with the same result.
 /// Law, weight, coefficients   kept for each link or particle, or once where all have the same.
 template <RealScalar Scalar, SpringLaw<Scalar> Law>
@@ -139,7 +139,7 @@ class MassSpringLayout {
 
  private:
   static constexpr int part_size = 32;
-  static constexpr int most_blocks = 16, least_block_size = 4096;
+  static constexpr int most_blocks = 8, least_block_size = 4096;
 
   struct OwnLink {
     int link, other;
