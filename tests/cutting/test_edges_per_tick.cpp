@@ -39,8 +39,10 @@ struct Bench {
 
   void tick(Scalpel& cutter, Vector3<double> const& tip) {
     cutter.advance(body, tip);
-    if (only_separates) REQUIRE(testing::to_text(before.check(body)) == "");
-    if (!only_separates) require_valid();
+    if (only_separates)
+      REQUIRE(testing::to_text(before.check(body)) == "");
+    else
+      require_valid();
   }
   void tick(ProgressiveCutter<double>& cutter, Vector3<double> const& tip) {
     cutter.advance(body, tip);

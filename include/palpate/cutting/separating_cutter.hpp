@@ -55,7 +55,7 @@ struct SeparatingCutterOptions {
 ///            body; another is O(1). `edges_per_tick` bounds m. It allocates when the body outgrows what was reserved, or a tick is longer than those
 ///            before. Only finding the touched point takes as long as the tip's way; a way that leads off the surface and back takes that again.
 /// Limits     where vertices may not move, and at sharp turns, the cut lies up to an edge off the blade's way. A tick that is not behind and
-///            passes two wounds at once leaves the strip between them uncut.
+///            passes two wounds at once leaves the strip between them uncut. One whose path has to go round a wound may open more than `edges_per_tick`.
 template <RealScalar Scalar>
 class SeparatingCutter {
  public:
