@@ -24,7 +24,8 @@ struct CutReport {
 ///   contact()                   where the tip touches since the last advance
 ///   state()                     no contact → indenting → moving → no contact
 ///   report()                    what the current or last cut did
-/// What the syntax can not say: the body's mesh is valid after every tick, and its mass and rest area are unchanged.
+/// What the syntax can not say: the body's mesh is valid after every tick, and its mass is unchanged. So is its rest area, unless the cutter moves
+/// vertices; then its report says by how much the area has changed.
 template <class C, class Body>
 concept Cutter = std::copyable<C> && requires(C& cutter, C const& seen, Body& body, typename Body::Vector const& tip) {
   cutter.advance(body, tip);
