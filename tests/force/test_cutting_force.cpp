@@ -282,6 +282,39 @@ TEST_CASE("at the puncture the force drops over its time, by the smooth step, an
   CHECK(sudden(contact).z() == Approx(after));
 }
 
+// Yardstick: the formula of docs/forces.md, "Joins", with each law's work W in closed form; the code sums it tick by tick.
+TEST_CASE("the force after the puncture is that of docs/forces.md, also where the tool comes back") {
+  auto const curve = liver_loading<double>();
+  constexpr double d_p = 0.01, time = 0.05, tick = 0.001;
+  auto const smooth = [](double t) { return t <= 0 ? 0.0 : t >= 1 ? 1.0 : t * t * (3 - 2 * t); };
+  // Presses to d_p in `ticks` ticks, punctures, goes 0.5 mm deeper and comes back out.
+  auto const agrees = [&](auto law, double f_p, double n, int ticks) {
+    CAPTURE(f_p, n);
+    CuttingForce force(curve, law, CurveJoin<double>{.puncture_time = time});
+    for (int k = 1; k <= ticks; ++k)
+      force(ToolContact<double>{.phase = CuttingPhase::indenting, .depth = d_p * k / ticks, .previous_depth = d_p * (k - 1) / ticks, .seconds = tick});
+    double depth = d_p;
+    for (int k = 1; k <= 45; ++k) {
+      double const next = k <= 5 ? depth + 1e-4 : depth - 3e-4;
+      double const now = force(ToolContact<double>{.phase = CuttingPhase::moving, .depth = next, .previous_depth = depth, .seconds = tick}).z();
+      depth = next;
+      double const g = depth > 0 ? std::pow(std::min(1.0, depth / d_p), n) : 0.0;
+      double const after = depth > 0 ? smooth(depth / 0.002) * curve(depth) : 0.0;
+      CAPTURE(k, depth);
+      CHECK(now == Approx(f_p * g + smooth(k * tick / time) * (after - f_p * g)).epsilon(1e-5).margin(1e-9));
+    }
+    CHECK(depth < 0);
+  };
+  agrees(IndentationSpring<double>{.stiffness = 200.0}, 2.0, 1.0, 2000);
+  agrees(PolynomialContact<double>{.quadratic = 2e4}, 2.0, 2.0, 2000);
+  agrees(PolynomialContact<double>{.cubic = 2e6}, 2.0, 3.0, 2000);
+  double const a = 0.02, b = 500.0, f_p = a * std::expm1(b * d_p), work = a * (std::expm1(b * d_p) / b - d_p);
+  agrees(ExponentialContact<double>{.scale = a, .rate = b}, f_p, f_p * d_p / work - 1, 2000);
+  agrees(PolynomialContact<double>{.cubic = 2e6}, 2.0, 1.0, 1);   // one tick: the trapezium has W = F_p d_p / 2
+  // The work is F_p d_p / 200, as the force rises in the last two-hundredth of the way: n is at its upper bound.
+  agrees(ExponentialContact<double>{.scale = 2 / std::expm1(200.0), .rate = 200.0 / d_p, .largest_depth = d_p}, 2.0, 63.0, 2000);
+}
+
 TEST_CASE("noise acts after the puncture only, with the asked ratio, and is the same in every run") {
   auto const curve = liver_hysteresis<double>();
   CuttingForce quiet(curve);
