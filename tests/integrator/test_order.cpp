@@ -1,23 +1,21 @@
 // SPDX-License-Identifier: MIT
 // Yardsticks: the closed forms of one damped particle, and an extrapolated midpoint reference that uses none of these integrators.
-#include <palpate/integrator/backward_euler.hpp>
-#include <palpate/integrator/crank_nicolson.hpp>
-#include <palpate/integrator/dormand_prince.hpp>
-#include <palpate/integrator/explicit_euler.hpp>
-#include <palpate/integrator/explicit_midpoint.hpp>
-#include <palpate/integrator/leapfrog_verlet.hpp>
-#include <palpate/integrator/runge_kutta_4.hpp>
-#include <palpate/integrator/stoermer_verlet.hpp>
-#include <palpate/integrator/symplectic_euler.hpp>
-#include <palpate/integrator/velocity_verlet.hpp>
 #include <palpate/testing/integrator.hpp>
 
 #include "catch.hpp"
+#include "integrators.hpp"
 
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <limits>
+#include <regex>
+#include <set>
+#include <string>
+#include <tuple>
 
 using namespace palpate;
 
@@ -198,10 +196,33 @@ double impulse_response(double ratio, double t) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("every integrator obeys the laws of its family", "", ExplicitEuler, SymplecticEuler, StoermerVerlet, LeapfrogVerlet,
-                   VelocityVerlet, ExplicitMidpoint, RungeKutta4, DormandPrince, BackwardEuler, CrankNicolson, ThetaScheme, Midpoint) {
+// Yardstick: the line static_assert(StatesStableStep<…>) with which the header of an integrator ends.
+TEST_CASE("the tests' list of integrators has all that the headers declare") {
+  auto const text_of = [](std::filesystem::path const& path) {
+    std::ifstream file(path);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  std::filesystem::path const root = std::filesystem::path(__FILE__).parent_path() / ".." / "..";
+  std::string const list = text_of(root / "tests" / "integrators.hpp");
+  std::regex const declared("static_assert\\((?:StatesStableStep|Integrator|ImplicitIntegrator)<(\\w+)>");
+  std::set<std::string> names;
+  for (auto const& header : std::filesystem::directory_iterator(root / "include" / "palpate" / "integrator")) {
+    if (!header.is_regular_file()) continue;
+    std::string const text = text_of(header.path());
+    for (std::sregex_iterator name(text.begin(), text.end(), declared), end; name != end; ++name) names.insert((*name)[1]);
+  }
+  for (auto const& name : names) {
+    CAPTURE(name);
+    CHECK(list.find("palpate::" + name) != std::string::npos);
+  }
+  CHECK(names.size() == std::tuple_size_v<AllIntegrators>);
+}
+
+TEMPLATE_LIST_TEST_CASE("every integrator obeys the laws of its family", "", AllIntegrators) {
   CHECK(testing::to_text(testing::check_integrator(TestType{})) == "");
 }
+
+TEST_CASE("an integrator of a user's obeys them as well") { CHECK(testing::to_text(testing::check_integrator(Midpoint{})) == ""); }
 
 TEMPLATE_TEST_CASE("the measured global order is the stated one, damped and from the first step on", "", ExplicitEuler, SymplecticEuler,
                    StoermerVerlet, LeapfrogVerlet, VelocityVerlet, ExplicitMidpoint, RungeKutta4, BackwardEuler, CrankNicolson) {
