@@ -135,7 +135,7 @@ TEST_CASE("beyond their range the liver curves go on along the tangent and are n
 
 // Yardstick: the same straight lines, cut off by hand; inside the range the curves without a cap.
 TEST_CASE("a cap holds beyond the range of the liver curves and changes nothing inside") {
-  auto const free = liver_hysteresis<double>();
+  auto const free = liver_hysteresis<double>(CurveGuard<double>{});
   auto const capped = liver_hysteresis<double>();   // at 3 N, unless said otherwise
   auto const loading = liver_loading<double>({.largest_force = 1.5});
   for (int i = 0; i <= 2283; ++i)
