@@ -84,6 +84,16 @@ class Overlaid {
   {
     force_.begin_session(servo_rate, model_rate);
   }
+  double most_stiffness() const noexcept
+    requires requires(Force const& force) { force.most_stiffness(); }
+  {
+    return force_.most_stiffness();
+  }
+  void limit_stiffness(double most) noexcept
+    requires requires(Force& force) { force.limit_stiffness(most); }
+  {
+    force_.limit_stiffness(most);
+  }
   /// Where the force wants to know the device: see coupled_force.hpp.
   template <class Capabilities, class Mapping>
     requires requires(Force& force, Capabilities const& device, Mapping const& mapping) { force.begin_session(device, mapping, 500.0); }

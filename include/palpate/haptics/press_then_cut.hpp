@@ -45,6 +45,17 @@ class PressThenCut {
   explicit PressThenCut(Press press, Parts... parts) : press_(std::move(press)), cut_(std::move(parts)..., PressedReaction<S>{}) {}
 
   SurfaceKind surface_kind() const noexcept { return press_.surface_kind(); }
+  double most_stiffness() const noexcept
+    requires LimitsStiffness<Press>
+  {
+    return press_.most_stiffness();
+  }
+  /// Of the part that presses.
+  void limit_stiffness(double most) noexcept
+    requires LimitsStiffness<Press>
+  {
+    press_.limit_stiffness(most);
+  }
   void begin_session(double servo_rate, double model_rate) { press_.begin_session(servo_rate, model_rate); }
 
   Vector3<S> on_surface(LocalModel<S> const& local, ToolMotion<S> const& motion) noexcept {

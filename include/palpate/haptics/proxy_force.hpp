@@ -31,6 +31,14 @@ concept KnowsLoadStiffness = requires(T const& force) {
   { force.load_stiffness() } -> std::convertible_to<Matrix<Scalar, 3, 3>>;
 };
 
+/// A force that states the largest stiffness [N/m] it renders, in the scene, and can be told to render less: a simulator asks for what the device stands,
+/// seen through the mapping.
+template <class T>
+concept LimitsStiffness = requires(T& force, T const& constant, double stiffness) {
+  { constant.most_stiffness() } noexcept -> std::convertible_to<double>;
+  { force.limit_stiffness(stiffness) } noexcept;
+};
+
 /// What a force model that knows no more than its force falls off by: along the normal its secant, F·n/d, where that is above zero.
 template <RealScalar S>
 Matrix<S, 3, 3> secant_stiffness(Vector3<S> const& force, ToolContact<S> const& contact) noexcept {
@@ -41,7 +49,7 @@ Matrix<S, 3, 3> secant_stiffness(Vector3<S> const& force, ToolContact<S> const& 
 
 struct ProxyForceOptions {
   SurfaceKind surface = SurfaceKind::ball;
-  double most_stiffness = 500.0;    ///< N/m; the contact's own where that is softer. See `passive_wall` for what a device holds
+  double most_stiffness = 500.0;    ///< N/m; the contact's own where that is softer, and what the device of a session stands where that is less
   double static_friction = 0.0;     ///< μ_s
   double dynamic_friction = 0.0;    ///< μ_d, not above μ_s
   double release = 0.005;           ///< s, in which the force goes where the surface is gone at once, as when the tool begins to cut; 0: with the hand-over
@@ -51,7 +59,7 @@ struct ProxyForceOptions {
 /// The hand is held by a spring to a proxy, the tool as it would be if the tissue could not be entered: tight coupling at the servo's own rate.
 ///   surface   plane or ball, handed over from model to model by PatchHandover, or up to three facets, by PlaneHandover
 ///   proxy     SurfaceProxy, with its cone of friction, carried along with the surface under it
-///   F = K (proxy − tip),   K = min(contact stiffness, most_stiffness)
+///   F = K (proxy − tip),   K = min(contact stiffness, most_stiffness, what the session's device stands)
 /// The contact pushes the tissue with its own stiffness: where K is that, the hand feels just what the tissue feels, at rest.
 /// Units      N, N/m, m.
 /// Source     \cite zilles1995, \cite ruspini1997; local models \cite mendoza2001.
@@ -70,6 +78,11 @@ class ProxyForce {
   }
 
   SurfaceKind surface_kind() const noexcept { return options_.surface; }
+
+  /// N/m, that the options want.
+  double most_stiffness() const noexcept { return options_.most_stiffness; }
+  /// No more than so many N/m, until it is told otherwise.
+  void limit_stiffness(double most) noexcept { limit_ = S(std::min(most, options_.most_stiffness)); }
 
   void begin_session(double servo_rate, double model_rate) {
     model_ticks_ = std::max(1, static_cast<int>(std::ceil(servo_rate / model_rate)));
@@ -120,7 +133,7 @@ class ProxyForce {
 
   Vector3<S> at_surface(LocalModel<S> const& local, ToolMotion<S> const& motion) noexcept {
     SurfaceModel<S> const& surface = local.surface;
-    S const stiffness = std::min(surface.stiffness(), S(options_.most_stiffness));
+    S const stiffness = std::min(surface.stiffness(), limit_);
     bool const facets = options_.surface == SurfaceKind::facets;
     if (surface.sequence != sequence_) {
       sequence_ = surface.sequence;
@@ -163,6 +176,7 @@ class ProxyForce {
   PatchHandover<S> patches_{};
   PlaneHandover<S> planes_{};
   SurfaceProxy<S> proxy_;
+  S limit_ = S(options_.most_stiffness);        // N/m
   S stiffness_ = S(0);                          // of the last tick
   Vector3<S> force_ = Vector3<S>::Zero();       // of the last tick
   Vector3<S> lost_ = Vector3<S>::Zero();        // N, when the surface went
@@ -173,6 +187,6 @@ class ProxyForce {
   int model_ticks_ = 1, age_ = 0;   // between two models; since the last: a model that is late does not move on
 };
 
-static_assert(SurfaceForce<ProxyForce<double>, double> && SurfaceForce<ProxyForce<float>, float>);
+static_assert(SurfaceForce<ProxyForce<double>, double> && SurfaceForce<ProxyForce<float>, float> && LimitsStiffness<ProxyForce<float>>);
 
 }  // namespace palpate

@@ -90,6 +90,14 @@ class SafetyChain {
     event_count_ = 0;
   }
 
+  /// N/m of the scene: so stiff may a force be that would render up to `wanted`. Told where that is less. After `begin`.
+  double stiffest(double wanted) noexcept {
+    double const most = limits_.max_stiffness / felt_;
+    if (!(wanted > most)) return wanted;
+    tell(SafetyEvent::stiffness_clamped);
+    return most;
+  }
+
   /// The device was read. After it `interrupted()` says whether what was known of the hand's motion still holds.
   void read(SafetyReading<S> const& reading) noexcept {
     seconds_ = reading.seconds >= 0.0 ? reading.seconds : std::numeric_limits<double>::infinity();   // a time that is none is a gap

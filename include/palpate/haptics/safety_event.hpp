@@ -19,6 +19,7 @@ enum class SafetyEvent {
   model_fresh,        ///< it is not any more: the force comes back
   body_unsound,       ///< the body diverged: the chain disarmed
   not_finite,         ///< a force or position that is no number: zero in this tick
+  stiffness_clamped,  ///< the force would be felt stiffer than the device stands, as in a scene that is enlarged: it renders less from now on
   fault               ///< no force until the device is opened again
 };
 
@@ -36,6 +37,7 @@ constexpr char const* to_string(SafetyEvent event) noexcept {
     case SafetyEvent::model_fresh: return "local model fresh";
     case SafetyEvent::body_unsound: return "body diverged";
     case SafetyEvent::not_finite: return "not a number";
+    case SafetyEvent::stiffness_clamped: return "stiffness clamped";
     case SafetyEvent::fault: return "fault";
   }
   return "unknown";

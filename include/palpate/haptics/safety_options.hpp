@@ -3,6 +3,7 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/device/capabilities.hpp>
+#include <palpate/haptics/sampled_wall.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -30,6 +31,7 @@ namespace palpate {
 struct SafetyOptions {
   std::optional<bool> protects_a_hand{};     ///< none: as the device says, `Capabilities::moves_a_hand`
   std::optional<double> max_force{};         ///< N; never above the device's own maximum
+  std::optional<double> max_stiffness{};     ///< N/m that the hand may feel of a force that states its stiffness; none: what the device says, see `limits_for`. Infinity: not limited
   std::optional<double> slew{};              ///< N/s, the fastest that a force may change; infinity: not limited
   std::optional<double> thermal_time{};      ///< s, in which the motors warm up; 0: not limited
   std::optional<double> arm_force{};         ///< N; the chain arms where the wanted force is below it
@@ -61,6 +63,7 @@ struct SafetyOptions {
     auto const time = [&](char const* what, double value) { require(value >= 0.0 && std::isfinite(value), what, value, " s", "give a finite time, zero or more"); };
     limit(".max_force", max_force, " N");
     limit(".slew", slew, " N/s");
+    if (max_stiffness) require(*max_stiffness > 0.0, ".max_stiffness", *max_stiffness, " N/m", "give a number above zero, infinity for no limit");
     limit(".arm_force", arm_force, " N");
     limit(".overspeed", overspeed, " m/s");
     limit(".jump", jump, " m");
@@ -84,14 +87,15 @@ struct SafetyOptions {
 
 /// What the chain does for one device: the options, with what the device says in the place of what they leave out. Infinity: no limit.
 struct SafetyLimits {
-  double period, max_force, slew, continuous_force, thermal_time, arm_force, ramp, overspeed, jump, gap, long_gap, stale_after, fade, recover, damping, reservoir, device_damping,
+  double period, max_force, max_stiffness, slew, continuous_force, thermal_time, arm_force, ramp, overspeed, jump, gap, long_gap, stale_after, fade, recover, damping, reservoir, device_damping,
       not_finite_window, tell_waiting;
   std::uint32_t dead_man;
   int arm_ticks, most_not_finite, most_not_finite_in_window;
   bool protects_a_hand;
 };
 
-/// The limits for this device, whose local models come at `model_rate` Hz. Throws `InvalidArgument` for options or capabilities that make no sense.
+/// The limits for this device, whose local models come at `model_rate` Hz. The stiffness is the device's largest or, where it says none, 2 b/T of a damping
+/// that is more than a guess. Throws `InvalidArgument` for options or capabilities that make no sense.
 inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const& device, double model_rate) {
   options.validate();
   require_valid(device);
@@ -103,12 +107,17 @@ inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const&
   double const mass = device.mass.known() && device.mass.value > 0.0 ? device.mass.value : lightest;
   double const damping = std::min(0.25 * mass / period, device.max_damping.known() && device.max_damping.value > 0.0 ? device.max_damping.value : none);
   std::uint32_t const any_button = device.buttons >= 32 ? ~std::uint32_t{0} : (std::uint32_t{1} << std::max(device.buttons, 0)) - 1u;
+  bool const damping_is_known = device.damping.provenance >= Provenance::datasheet;   // a guess does not pay for energy
+  double const stiffest = device.max_stiffness.known() && device.max_stiffness.value > 0.0 ? device.max_stiffness.value
+                          : damping_is_known && device.damping.value > 0.0                 ? passive_wall(device.damping, 0.0, period)
+                                                                                           : none;
   bool const warms_up = careful && std::isfinite(lasting) && lasting > 0.0;
   double const most = std::min(device_max, options.max_force.value_or(careful ? std::min(lasting, most_by_default) : none));
   double const slew = options.slew.value_or(careful ? 500.0 : none), overspeed = options.overspeed.value_or(careful ? 1.0 : none);
   double const quickest = std::isfinite(most) && slew > 0.0 ? most / slew : 0.0;   // s: no fade is faster than the slew limit
   return {.period = period,
           .max_force = most,
+          .max_stiffness = options.max_stiffness.value_or(stiffest),
           .slew = slew,
           .continuous_force = lasting,
           .thermal_time = std::isfinite(lasting) && lasting > 0.0 ? options.thermal_time.value_or(warms_up ? 10.0 : 0.0) : 0.0,
@@ -123,7 +132,7 @@ inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const&
           .recover = options.recover,
           .damping = options.damping.value_or(careful ? damping : 0.0),
           .reservoir = options.reservoir,
-          .device_damping = device.damping.provenance >= Provenance::datasheet ? device.damping.value : 0.0,   // a guess does not pay for energy
+          .device_damping = damping_is_known ? device.damping.value : 0.0,
           .not_finite_window = options.not_finite_window,
           .tell_waiting = options.tell_waiting,
           .dead_man = options.dead_man.value_or(careful ? any_button : 0u),
