@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "catch.hpp"
 #include "scratch_folder.hpp"
+#include "skip.hpp"
 
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/sphere.hpp>
@@ -77,10 +78,7 @@ TriangleMesh<double> opened(TriangleMesh<double> const& mesh, double height) {
 // Yardstick: where a ball, a hole and a tool must be seen, by the geometry of the camera.
 TEST_CASE("a picture shows the tissue, the wound and the tool", "[vtk][picture]") {
   VirtualDisplay const display;
-  if (!display.ready()) {
-    WARN(display.problem());
-    return;
-  }
+  if (!display.ready()) PALPATE_SKIP(display.problem());
   ScratchFolder const folder;
   auto const ball = make_sphere<double>(0.05, 3);
   Camera const above = looking_at(Vector3<double>::Zero(), 0.08, {0.0, -0.2, 1.0}, {0.0, 1.0, 0.0});
@@ -113,10 +111,7 @@ TEST_CASE("a picture shows the tissue, the wound and the tool", "[vtk][picture]"
 // Yardstick: the colours that the phases are documented to have, and their absence where the phase is absent.
 TEST_CASE("a chart shows each phase in its colour, and the way back in one of its own", "[vtk][chart]") {
   VirtualDisplay const display;
-  if (!display.ready()) {
-    WARN(display.problem());
-    return;
-  }
+  if (!display.ready()) PALPATE_SKIP(display.problem());
   ScratchFolder const folder;
   std::vector<ForceSample> samples;
   for (int i = 0; i < 300; ++i) {

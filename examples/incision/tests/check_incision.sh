@@ -56,7 +56,7 @@ for phase in "no contact" indenting moving; do
   grep -q ",$phase," default/session.csv || fail "default: session.csv is never \"$phase\""
 done
 if grep -q 'no pictures' default.err; then
-  echo "note: $(cat default.err)"
+  undrawn default.err
 else
   for file in before pressed cutting after force_time force_depth energy_time; do
     [ "$(head -c 4 "default/$file.png" | tail -c 3)" = PNG ] || fail "default: $file.png is no picture"
@@ -215,4 +215,4 @@ code=$?
 [ "$(grep -c 'no pictures' undrawn.err)" -eq 1 ] || [ -s undrawn/after.png ] || fail "undrawn: $(cat undrawn.err)"
 
 [ "$failed" -eq 0 ] && echo "incision: all checks passed"
-exit "$failed"
+finish
