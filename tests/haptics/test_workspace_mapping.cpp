@@ -47,6 +47,32 @@ TEMPLATE_TEST_CASE("the hand does the work that the scene takes, and feels its s
   }
 }
 
+// Yardsticks: the torque of the mapped force on the mapped lever arm, and the power of a screw motion on both sides. Each s and κ by itself, and s = 10, κ = 1,
+// where lengths and forces scale differently.
+TEMPLATE_TEST_CASE("C10-M7: a torque is scaled by κ/s: by lever arm and by power", "[haptics][workspace_mapping]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  Random random(Seed{15});
+  S const tolerance = std::numeric_limits<S>::epsilon() * S(100);
+  for (int trial = 0; trial < 200; ++trial) {
+    bool const enlarged = trial < 100;
+    auto const turned = any_mapping<S>(random).world_from_device();
+    auto const frame = enlarged ? Similarity<S>::make(S(10), Eigen::Quaternion<S>(turned.rotation()), turned.translation()) : turned;
+    S const kappa = enlarged ? S(1) : std::exp(random.normal<S>()), s = frame.scale();
+    WorkspaceMapping<S> const mapping(frame, kappa);
+    CAPTURE(trial, s, kappa);
+    Vector3<S> const arm = any_arrow<S>(random), force = any_arrow<S>(random), v = any_arrow<S>(random), omega = any_arrow<S>(random);
+    Vector3<S> const torque = mapping.velocity_to_world(arm).cross(force);   // arm in the device's frame, s R arm in the scene
+    Vector3<S> const felt = mapping.torque_to_device(torque);
+    CHECK((felt - arm.cross(mapping.force_to_device(force))).norm() <= tolerance * kappa * arm.norm() * force.norm());
+    S const power = force.dot(mapping.velocity_to_world(v)) + torque.dot(frame.rotation() * omega);
+    S const size = s * force.norm() * (v.norm() + arm.norm() * omega.norm());
+    CHECK(std::abs(mapping.force_to_device(force).dot(v) + felt.dot(omega) - kappa / s * power) <= tolerance * kappa / s * size);
+  }
+  // By hand: a force of 2 N on 0.05 m of a scene ten times as large as the hand's: 0.1 N m there, 2 N on 5 mm for the hand.
+  WorkspaceMapping<S> const tenfold(Similarity<S>::make(S(10), Eigen::Quaternion<S>::Identity(), Vector3<S>::Zero()), S(1));
+  CHECK(double(tenfold.torque_to_device({S(0), S(0), S(0.1)}).z()) == Approx(0.01));
+}
+
 TEMPLATE_TEST_CASE("the clutch moves neither tip nor force", "[haptics][workspace_mapping]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Random random(Seed{12});

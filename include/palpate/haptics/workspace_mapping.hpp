@@ -24,7 +24,8 @@ struct FrameChain {
 };
 
 /// Carries the hand from the device's frame into the scene, and forces back.
-///   p_w = s R p_d + t,   v_w = s R v_d,   F_d = κ Rᵀ F_w,   τ_d = κ Rᵀ τ_w,   so F_d·v_d = (κ/s) F_w·v_w
+///   p_w = s R p_d + t,   v_w = s R v_d,   ω_w = R ω_d,   F_d = κ Rᵀ F_w,   τ_d = (κ/s) Rᵀ τ_w
+/// so F_d·v_d + τ_d·ω_d = (κ/s) (F_w·v_w + τ_w·ω_w). Lever arms are s times as long in the scene, hence the torque's factor κ/s.
 /// With κ = s, the default, the hand does the work that the tissue takes, to the last digit. The hand feels a stiffness K of the scene as κ s K: a scene
 /// enlarged tenfold is felt a hundred times as stiff, so `felt_stiffness` is what has to be within the device's limits.
 /// Clutch     while it is open the tip stays where it is and the hand moves freely; closing it moves the offset, so neither tip nor
@@ -64,8 +65,11 @@ class WorkspaceMapping {
   Vector3<S> to_world(Vector3<S> const& device_point) const noexcept { return world_from_device_.point(device_point); }
   Vector3<S> velocity_to_world(Vector3<S> const& device_velocity) const noexcept { return world_from_device_.vector(device_velocity); }
   Eigen::Quaternion<S> orientation_to_world(Eigen::Quaternion<S> const& device_from_tool) const noexcept { return world_from_device_.orientation(device_from_tool); }
-  /// Force and torque alike.
   Vector3<S> force_to_device(Vector3<S> const& world_force) const noexcept { return force_scale_ * (world_from_device_.rotation().transpose() * world_force); }
+  /// N·m, about the tip in both frames.
+  Vector3<S> torque_to_device(Vector3<S> const& world_torque) const noexcept {
+    return force_scale_ / world_from_device_.scale() * (world_from_device_.rotation().transpose() * world_torque);
+  }
   Vector3<S> force_to_world(Vector3<S> const& device_force) const noexcept { return (world_from_device_.rotation() * device_force) / force_scale_; }
 
   /// N/m, what the hand feels of a stiffness in the scene.
