@@ -33,7 +33,7 @@ Matrix<S, 4, 4> homogeneous(Similarity<S> const& frame) {
 }  // namespace
 
 // The yardstick is the product of 4 × 4 matrices of homogeneous coordinates.
-TEMPLATE_TEST_CASE("similarities multiply and invert as their matrices do", "[core][similarity]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C10-M1: similarities multiply and invert as their matrices do", "[core][similarity]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Random random(Seed{4});
   S const tolerance = std::numeric_limits<S>::epsilon() * S(400);
@@ -58,13 +58,13 @@ TEST_CASE("a similarity that says nothing changes nothing", "[core][similarity]"
   CHECK(Similarity<double>{}.vector(p) == p);
 }
 
-TEST_CASE("the axes of a device on a desk, in a world whose z is up", "[core][similarity]") {
+TEST_CASE("C10-M3: the axes of a device on a desk, in a world whose z is up", "[core][similarity]") {
   // x to the right stays, y up becomes z, z towards the user becomes −y: a quarter turn about x.
   auto const world_from_desk = Similarity<double>::make(1.0, Eigen::Quaternion<double>(Eigen::AngleAxis<double>(std::numbers::pi / 2, Vector3<double>::UnitX())), {0, 0, 0});
   CHECK((world_from_desk.point({1, 2, 3}) - Vector3<double>(1, -3, 2)).norm() < 1e-15 * 10);
 }
 
-TEST_CASE("what can not carry forces is refused with what was found", "[core][similarity]") {
+TEST_CASE("C10-M4: what can not carry forces is refused with what was found", "[core][similarity]") {
   using Catch::Matchers::Contains;
   auto const with = [](auto change) {
     Matrix<double, 4, 4> m = Matrix<double, 4, 4>::Identity();

@@ -12,7 +12,7 @@ using namespace palpate;
 static_assert(noexcept(limited(std::declval<Vector3<double> const&>(), 1.0)));
 static_assert(noexcept(limited(std::declval<Wrench<float> const&>(), std::declval<Capabilities const&>())));
 
-TEMPLATE_TEST_CASE("a force within the limit is not touched, a larger one keeps its direction", "[device]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C9-X2: a force within the limit is not touched, a larger one keeps its direction", "[device]", PALPATE_TEST_SCALARS) {
   // Yardstick: the norm and the direction, computed in long double.
   using Scalar = TestType;
   Scalar const epsilon = std::numeric_limits<Scalar>::epsilon();
@@ -35,7 +35,7 @@ TEMPLATE_TEST_CASE("a force within the limit is not touched, a larger one keeps 
   CHECK(shortened > 500);
 }
 
-TEMPLATE_TEST_CASE("what is not a number is not felt", "[device]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C9-X1: what is not a number is not felt", "[device]", PALPATE_TEST_SCALARS) {
   using Scalar = TestType;
   Scalar const nan = std::numeric_limits<Scalar>::quiet_NaN();
   Scalar const infinity = std::numeric_limits<Scalar>::infinity();

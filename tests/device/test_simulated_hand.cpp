@@ -50,7 +50,7 @@ double growth_at_wall(double stiffness, int force_delay) {
 
 }  // namespace
 
-TEST_CASE("a held wall loses its stability where the exact zero-order hold says", "[device]") {
+TEST_CASE("C1-W1: a held wall loses its stability where the exact zero-order hold says", "[device]") {
   // Yardstick: det of the closed loop is 1 at K = (1−e)/(φ²/m − e (T−φ)/(a m)): 1001.11 N/m for 75 g, 0.5 N·s/m, 1 ms; with one tick of delay 333.95.
   CHECK(growth_at_wall(0.995 * 1001.11, 0) < 0.9);
   CHECK(growth_at_wall(1.005 * 1001.11, 0) > 1.1);

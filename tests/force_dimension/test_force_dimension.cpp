@@ -80,7 +80,7 @@ ForceDimensionProblem problem_of_opening(ForceDimensionDevice& device) {
 
 }  // namespace
 
-TEST_CASE("axes of Force Dimension's devices, written out", "[force_dimension]") {
+TEST_CASE("C10-M3: axes of Force Dimension's devices, written out", "[force_dimension]") {
   // Yardstick: x towards the user, y right, z up of the maker, by hand into right, up, towards the user.
   using namespace palpate::detail::force_dimension;
   struct Row {

@@ -39,7 +39,7 @@ std::string xyz(double x, double y, double z) {
 }  // namespace
 
 // The vendor's pages: x right, y forward, z up; "YZX" means that the application's X is Haply's Y, its Y Haply's Z, its Z Haply's X.
-TEST_CASE("one hand, one force and one turn in every basis of the service", "[haply]") {
+TEST_CASE("C10-M3: one hand, one force and one turn in every basis of the service", "[haply]") {
   struct Row {
     char const* basis;
     double position[3];   // what the service says of a hand 0.1 to the right, 0.2 forward, 0.3 up
@@ -69,7 +69,7 @@ TEST_CASE("one hand, one force and one turn in every basis of the service", "[ha
   }
 }
 
-TEST_CASE("the axes of the frame can be chosen, a mirror can not", "[haply]") {
+TEST_CASE("C10-M4: the axes of the frame can be chosen, a mirror can not", "[haply]") {
   auto const report = report_of({}, {.axes = "XYZ"});   // z up, as Haply's
   CHECK(state_of({.position = xyz(0.1, 0.2, 0.3)}, report).position == Vector3<double>(0.1, 0.2, 0.3));
   for (char const* axes : {"XZY", "XXZ", "XY", "XYZX", "xyz", ""})

@@ -134,7 +134,7 @@ TEST_CASE("in a hollow it is the three planes that hold the tip, and of more tha
 }
 
 // Yardstick: a plate of 0.1 mm that the tip passes at 1 m/s, ten times as thick in a tick: the force goes on pointing to where it came from.
-TEST_CASE("a tip that passes through a thin wall in a tick is held on the side that it came from", "[haptics]") {
+TEST_CASE("C2-P6: a tip that passes through a thin wall in a tick is held on the side that it came from", "[haptics]") {
   auto mesh = surface(make_block<double>(9, 9, 2, 0.005));
   mesh.points.row(2) = (mesh.points.row(2).array() / 0.005 - 1.0) * 1e-4;
   for (double const side : {1.0, -1.0}) {

@@ -72,7 +72,7 @@ constexpr double mass = 0.075, damping = 0.5, period = 0.001;
 }  // namespace
 
 // Yardsticks: a printed table for 75 g, 0.5 N·s/m and 1 kHz; and, beside it, the eigenvalues of the loop's matrix.
-TEST_CASE("smoothing a force costs the stiffness that its delay says") {
+TEST_CASE("C6-S1: smoothing a force costs the stiffness that its delay says") {
   for (auto const& [samples, wall] : {std::pair{1, 1001.0}, std::pair{2, 501.0}, std::pair{5, 201.0}, std::pair{10, 101.0}, std::pair{15, 68.0}}) {
     MovingAverage const filter{samples};
     double const found = stable_wall(mass, damping, period, filter);

@@ -58,7 +58,7 @@ Felt slide(double speed, int frame, bool curved, int blend, double deep = 0.001)
 
 }  // namespace
 
-TEST_CASE("the jump of a late plane, the step that is left of it with a hand-over, and a ball's are those of the table", "[haptics]") {
+TEST_CASE("C4-L1 C4-L3: the jump of a late plane, the step that is left of it with a hand-over, and a ball's are those of the table", "[haptics]") {
   struct Row {
     double speed;
     int rate;
@@ -84,7 +84,7 @@ TEST_CASE("the jump of a late plane, the step that is left of it with a hand-ove
   }
 }
 
-TEST_CASE("the jump of a late plane grows with the square of the delay", "[haptics]") {
+TEST_CASE("C4-L2: the jump of a late plane grows with the square of the delay", "[haptics]") {
   auto const order = [](double deep) { return std::log2(slide(0.1, 32, false, 1, deep).jump / slide(0.1, 16, false, 1, deep).jump); };
   CHECK(order(1e-3) == Approx(1.9).margin(0.1));    // the plane's turn is of first order
   CHECK(order(1e-6) == Approx(2.0).margin(0.02));   // without it
@@ -93,7 +93,7 @@ TEST_CASE("the jump of a late plane grows with the square of the delay", "[hapti
 }
 
 // Yardstick: the spring's energy, ½ K (d₂² − d₁²) = 0.75 mJ, which comes from nowhere when the surface rises under the tip.
-TEST_CASE("a plane that rises under the tip gives the hand energy, which the observer finds, and the step is shared by the ticks", "[haptics]") {
+TEST_CASE("C4-L7: a plane that rises under the tip gives the hand energy, which the observer finds, and the step is shared by the ticks", "[haptics]") {
   for (int const ticks : {1, 33}) {
     PatchHandover<double> handover({.ticks = ticks});
     PassivityController<double> observer({.max_damping = 0.0});

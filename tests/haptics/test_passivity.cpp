@@ -85,7 +85,7 @@ TEMPLATE_TEST_CASE("a sampled mass moves as its differential equation says, at a
 }
 
 // Yardstick: the closed form of the stiffest stable wall, on both sides of it, for masses, dampings and rates drawn at random; six printed values.
-TEST_CASE("a sampled wall is stable below the closed form and unstable above it") {
+TEST_CASE("C1-W1: a sampled wall is stable below the closed form and unstable above it") {
   CHECK(stable_wall(0.045, 0.10, 0.001) == Approx(200.07).epsilon(1e-4));
   CHECK(stable_wall(0.045, 0.25, 0.001) == Approx(500.46).epsilon(1e-4));
   CHECK(stable_wall(0.075, 0.50, 0.001) == Approx(1001.11).epsilon(1e-5));
@@ -120,7 +120,7 @@ TEST_CASE("a sampled wall is stable below the closed form and unstable above it"
 }
 
 // Yardstick: a mass of 75 g at 0.2 m/s, damping 0.1 N·s/m, contact beginning at a sample: rebounds computed with an independent program.
-TEST_CASE("a mass that is thrown at a wall comes back faster than it came where the wall is too stiff") {
+TEST_CASE("C1-W3: a mass that is thrown at a wall comes back faster than it came where the wall is too stiff") {
   struct Row {
     double stiffness, restitution, half_a_digit;   // of the last one printed
   };
@@ -140,7 +140,7 @@ TEST_CASE("a mass that is thrown at a wall comes back faster than it came where 
 // the first sample in the wall p v T deep, the last q v T and the one before the turn a v T short of it:
 //   E = −K v T d (1 − (p (1 − p) − q (1 − q) + 4 a (1 − a))/(2 n)),   −K v T d where samples meet the surface, and within 0.63/n of it at any phase.
 // One tick of delay leaks three times as much, −3 K v T d + 2 K (v T)².
-TEST_CASE("the observer finds what a sampled wall gives at constant speed, at any phase") {
+TEST_CASE("C1-W2 C8-O1: the observer finds what a sampled wall gives at constant speed, at any phase") {
   struct Case {
     double stiffness, speed, depth, joule;
   };
@@ -182,7 +182,7 @@ TEST_CASE("the observer finds what a sampled wall gives at constant speed, at an
 
 // Yardstick: a wall whose force goes in steps of K Δ is held still by friction where no step is larger than 2 f_c; beyond, of all the forces that a hand
 // may press with, a share of 1 − 2 f_c/(K Δ) has no place to rest. Three devices; the amplitude of an Omni at 12 kN/m is 9 µm in a cruder simulation.
-TEST_CASE("a wall of quantised positions buzzes where its steps exceed what friction holds, and is quiet below") {
+TEST_CASE("C1-W4: a wall of quantised positions buzzes where its steps exceed what friction holds, and is quiet below") {
   struct Device {
     double mass, friction, quantum, bound;
   };
@@ -206,7 +206,7 @@ TEST_CASE("a wall of quantised positions buzzes where its steps exceed what fric
 }
 
 // Yardstick: a rebound slower than the impact, at every wall up to 20 kN/m.
-TEST_CASE("with the controller no wall throws a mass back faster than it came") {
+TEST_CASE("C8-O3: with the controller no wall throws a mass back faster than it came") {
   for (double const stiffness : {190.0, 500.0, 2000.0, 5000.0, 10000.0, 20000.0}) {
     SampledMass<double> const plant({.mass = 0.075, .damping = 0.1});
     PassivityController<double> controller({.max_damping = 19.0});
@@ -226,7 +226,7 @@ TEST_CASE("with the controller no wall throws a mass back faster than it came") 
   }
 }
 
-TEST_CASE("the controller leaves alone what dissipates, free space, and a tip that stands still") {
+TEST_CASE("C8-O2 C8-O4 C8-O6: the controller leaves alone what dissipates, free space, and a tip that stands still") {
   PassivityController<double> controller;
   double x = 0;
   for (int k = 0; k < 4000; ++k) {   // a spring with enough damping for its sampling, K T/2 = 0.5 N·s/m, in and out
@@ -246,7 +246,7 @@ TEST_CASE("the controller leaves alone what dissipates, free space, and a tip th
 }
 
 // Yardstick: 5 J taken beforehand, and then a wall that gives: with all of it kept it would vibrate for seconds before the controller acts.
-TEST_CASE("a full reservoir does not hide a wall that gives energy") {
+TEST_CASE("C8-O5: a full reservoir does not hide a wall that gives energy") {
   PassivityController<double> controller({.max_damping = 20.0});
   for (int k = 0; k <= 2500; ++k) {   // 2 N against 2.5 m
     controller({1e-3 * k, 0, 0}, {-2, 0, 0});

@@ -67,7 +67,7 @@ struct Pull {
 }  // namespace
 
 // Yardstick: amplitude (peak to peak, of the last half second) and least energy, printed by an independent program.
-TEST_CASE("the controller calms walls that are too stiff by as much as it may damp, and without a limit it diverges") {
+TEST_CASE("C8-O3 C8-O4: the controller calms walls that are too stiff by as much as it may damp, and without a limit it diverges") {
   struct Row {
     double stiffness, most, swing, least;   // N/m, N·s/m, µm, mJ
   };
@@ -96,7 +96,7 @@ TEST_CASE("the controller calms walls that are too stiff by as much as it may da
 }
 
 // Yardstick: the rebounds of an independent program, 75 g and 0.1 N·s/m at 0.2 m/s, and the energy given in all, zero.
-TEST_CASE("a mass thrown at a stiff wall loses as much as the printed rebounds say") {
+TEST_CASE("C8-O3: a mass thrown at a stiff wall loses as much as the printed rebounds say") {
   for (auto const& [stiffness, restitution] : {std::pair{500.0, 0.973}, std::pair{10000.0, 0.9915}}) {
     SampledMass<double> const plant({.mass = 0.075, .damping = 0.1});
     PassivityController<double> controller({.max_damping = 19.0});
@@ -113,7 +113,7 @@ TEST_CASE("a mass thrown at a stiff wall loses as much as the printed rebounds s
 }
 
 // Yardstick: Colgate and Schenkel's bound K = 2 b/T: below it the mechanics take what the hold leaks, and nothing is left to be damped.
-TEST_CASE("a wall that the device's own damping pays for is never damped, a stiffer one is") {
+TEST_CASE("C8-O2: a wall that the device's own damping pays for is never damped, a stiffer one is") {
   double const mass = 0.075, damping = 0.5, bound = passive_wall(damping, 0.0, 1e-3);
   CHECK(bound < stable_wall(mass, damping, 1e-3));
   auto const damped = [&](double stiffness, double known) {
@@ -161,7 +161,7 @@ TEST_CASE("what the mechanics have taken in the air pays for nothing later") {
 }
 
 // Yardstick: the same hand and wall without the 5 J; and 100 ms, in which 5 mJ are gone at 0.05 W.
-TEST_CASE("5 J that were taken beforehand do not hide a vibrating wall") {
+TEST_CASE("C8-O5: 5 J that were taken beforehand do not hide a vibrating wall") {
   for (double const stiffness : {5000.0, 10000.0, 20000.0}) {
     Pull fresh{.stiffness = stiffness, .options = {.max_damping = 20.0}};
     Pull rich{.stiffness = stiffness, .options = {.max_damping = 20.0}, .before = 5.0};
@@ -176,7 +176,7 @@ TEST_CASE("5 J that were taken beforehand do not hide a vibrating wall") {
 }
 
 // Yardstick: the sum of what was sent, added up beside it. The force that was wanted gives another one.
-TEST_CASE("the observer counts the force that was sent, after the device's limit") {
+TEST_CASE("C8-O7: the observer counts the force that was sent, after the device's limit") {
   Pull pull{.stiffness = 10000.0, .options = {.max_damping = 20.0}, .max_force = 3.3};
   pull.run();
   CHECK(pull.finite);

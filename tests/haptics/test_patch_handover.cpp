@@ -33,7 +33,7 @@ Patch some_patch(Random& random, double tilt = 0.3) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("height, normal, curvature and stiffness go evenly from one patch to the next, and are its own after N ticks", "[haptics]",
+TEMPLATE_TEST_CASE("C4-L5 C4-L6: height, normal, curvature and stiffness go evenly from one patch to the next, and are its own after N ticks", "[haptics]",
     PALPATE_TEST_SCALARS) {
   using S = TestType;
   double const close = 64 * std::numeric_limits<S>::epsilon();
@@ -61,7 +61,7 @@ TEMPLATE_TEST_CASE("height, normal, curvature and stiffness go evenly from one p
   }
 }
 
-TEST_CASE("patches of the same ball hand over without a step, the same plane too, and the same patch again changes no bit", "[haptics]") {
+TEST_CASE("C4-L3 C4-L4: patches of the same ball hand over without a step, the same plane too, and the same patch again changes no bit", "[haptics]") {
   Random random(Seed{1});
   for (double const curvature : {50.0, -50.0, 0.0}) {
     PatchHandover<double> handover({.ticks = 20}), once({.ticks = 20});
@@ -97,7 +97,7 @@ TEST_CASE("patches of the same ball hand over without a step, the same plane too
 }
 
 // Yardstick: at a tip that rests nothing but the hand-over changes the force: in a tick by the height's, the stiffness' and the turn's N-th part.
-TEST_CASE("whenever a newer patch comes it takes over from what there is: no step beyond its N-th part", "[haptics]") {
+TEST_CASE("C4-L5: whenever a newer patch comes it takes over from what there is: no step beyond its N-th part", "[haptics]") {
   Random random(Seed{2});
   constexpr int ticks = 33;
   for (int round = 0; round < 200; ++round) {
@@ -134,7 +134,7 @@ TEST_CASE("whenever a newer patch comes it takes over from what there is: no ste
   }
 }
 
-TEST_CASE("a surface turned over is another contact: what was there fades, then the new one rises", "[haptics]") {
+TEST_CASE("C4-L6: a surface turned over is another contact: what was there fades, then the new one rises", "[haptics]") {
   PatchHandover<double> handover({.ticks = 40});
   Vector3<double> const tip(0, 0, -0.001);
   handover.take({.stiffness = 500}, 1, {0, 0, 0.001});
@@ -154,7 +154,7 @@ TEST_CASE("a surface turned over is another contact: what was there fades, then 
 }
 
 // Yardstick: |ΔF| ≤ K |Δp| and an N-th part of the force for what comes and goes.
-TEST_CASE("a contact that comes under the tip and one that is lost give no step", "[haptics]") {
+TEST_CASE("C4-L8: a contact that comes under the tip and one that is lost give no step", "[haptics]") {
   constexpr int ticks = 25;
   Random random(Seed{3});
   for (int round = 0; round < 100; ++round) {

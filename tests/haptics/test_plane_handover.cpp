@@ -30,7 +30,7 @@ PlaneSet<double> walls(std::vector<Wall> const& list) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a plane goes evenly to where it is to be, and is there after N ticks", "[haptics]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C4-L5 C4-L6: a plane goes evenly to where it is to be, and is there after N ticks", "[haptics]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   double const close = 64 * std::numeric_limits<S>::epsilon();
   for (int const ticks : {1, 2, 10, 33}) {
@@ -81,7 +81,7 @@ TEST_CASE("a wall that comes rises from where it does not push, and one that lea
 }
 
 // Yardstick: planes of a corner, nearly at right angles, move the point in front of them by about their own way each.
-TEST_CASE("whenever newer planes come they take over from what there is: no step beyond their N-th part", "[haptics]") {
+TEST_CASE("C4-L5: whenever newer planes come they take over from what there is: no step beyond their N-th part", "[haptics]") {
   Random random(Seed{1});
   constexpr int ticks = 33;
   for (int round = 0; round < 200; ++round) {
@@ -123,7 +123,7 @@ TEST_CASE("whenever newer planes come they take over from what there is: no step
 
 // Yardstick: the bottom line of the wedge, which both planes hold the tip on; a tool that feels the plane it is deepest in alone is thrown from side
 // to side.
-TEST_CASE("in a wedge whose planes come in any order, trembling, the force does not change sides", "[haptics]") {
+TEST_CASE("C4-L9: in a wedge whose planes come in any order, trembling, the force does not change sides", "[haptics]") {
   Random random(Seed{2});
   PlaneHandover<double> handover({.ticks = 33});
   Vector3<double> const left(0.6, 0, 0.8), right(-0.6, 0, 0.8), end(0, 1, 0);
@@ -157,7 +157,7 @@ TEST_CASE("in a wedge whose planes come in any order, trembling, the force does 
   CHECK(step < 500 * (7e-6 + 1e-5));   // the tip's way in a tick, and a 33rd of the tremble
 }
 
-TEST_CASE("malformed planes and hand-overs are refused, the same planes change no bit, and a tick allocates nothing", "[haptics]") {
+TEST_CASE("C4-L4: malformed planes and hand-overs are refused, the same planes change no bit, and a tick allocates nothing", "[haptics]") {
   using Handover = PlaneHandover<double>;
   double const nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(Handover({.ticks = 0}), "PlaneHandover: .ticks is 0; give 1 or more");

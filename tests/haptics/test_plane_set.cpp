@@ -38,7 +38,7 @@ PlaneSet<S> planes(std::initializer_list<ContactPlane<S>> list) {
 }  // namespace
 
 // Yardsticks by hand, in frames turned and moved at random: the foot of a perpendicular, a line of two planes, the corner of three.
-TEMPLATE_TEST_CASE("a point is projected on a plane, an edge and a corner", "[haptics]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C2-P1 C2-P2 C2-P3: a point is projected on a plane, an edge and a corner", "[haptics]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   S const close = std::numeric_limits<S>::epsilon() * S(64);
   Random random(Seed{1});
@@ -68,7 +68,7 @@ TEMPLATE_TEST_CASE("a point is projected on a plane, an edge and a corner", "[ha
 }
 
 // Yardstick: the conditions of Karush, Kuhn and Tucker, and that no other point in front of all planes is nearer, of 2,000 drawn around.
-TEST_CASE("the projection is the nearest point in front of all planes") {
+TEST_CASE("C2-P4: the projection is the nearest point in front of all planes") {
   Random random(Seed{2});
   for (int round = 0; round < 500; ++round) {
     PlaneSet<double> set;
@@ -97,7 +97,7 @@ TEST_CASE("the projection is the nearest point in front of all planes") {
 }
 
 // Yardstick: a projection on a convex set: its residual never changes by more than the point moves, also where the planes that push change.
-TEST_CASE("the way back to the surface has no step, whichever planes push") {
+TEST_CASE("C2-P7: the way back to the surface has no step, whichever planes push") {
   Random random(Seed{3});
   for (int round = 0; round < 200; ++round) {
     PlaneSet<double> set;
@@ -114,7 +114,7 @@ TEST_CASE("the way back to the surface has no step, whichever planes push") {
 }
 
 // Yardstick: where a set of planes pushes is convex, so along a straight line it is met in one piece and never again.
-TEST_CASE("along a straight line the planes that push do not come back once they are left", "[haptics]") {
+TEST_CASE("C2-P7: along a straight line the planes that push do not come back once they are left", "[haptics]") {
   Random random(Seed{5});
   int changes = 0;
   for (int round = 0; round < 300; ++round) {
@@ -135,7 +135,7 @@ TEST_CASE("along a straight line the planes that push do not come back once they
   CHECK(changes > 300);
 }
 
-TEST_CASE("planes that are there twice, or nearly, count once; those that contradict give a finite point") {
+TEST_CASE("C2-P5: planes that are there twice, or nearly, count once; those that contradict give a finite point") {
   Random random(Seed{4});
   for (int round = 0; round < 1000; ++round) {
     Vector3<double> const n = direction<double>(random);

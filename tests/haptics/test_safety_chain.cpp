@@ -92,7 +92,7 @@ TEST_CASE("what is left out is careful for a hand and nothing for a simulated de
   CHECK(limits_for({.protects_a_hand = true}, simulated, 500.0).max_force == 0.88);
 }
 
-TEST_CASE("a force that is no number becomes zero, and a fault when it goes on", "[haptics][safety]") {
+TEST_CASE("C9-X1: a force that is no number becomes zero, and a fault when it goes on", "[haptics][safety]") {
   Bench bench{.options = {.most_not_finite = 3}};
   bench.begin_armed();
   CHECK(bench.tick({0, 0, 0.1}) == Vector3<double>(0, 0, 0.1));
@@ -139,7 +139,7 @@ TEST_CASE("forces that are no numbers now and then are a fault where there are t
 }
 
 // Closed form: per-axis clipping of (10, 1, 0) N at 3 N would turn it by 12.7 degrees.
-TEST_CASE("shortening a force keeps its direction", "[haptics][safety]") {
+TEST_CASE("C9-X2: shortening a force keeps its direction", "[haptics][safety]") {
   Bench bench{.options = unlimited()};
   bench.options.max_force = 3.0;
   bench.begin_armed();
@@ -149,7 +149,7 @@ TEST_CASE("shortening a force keeps its direction", "[haptics][safety]") {
   CHECK(bench.chain.counts().limited == 1);
 }
 
-TEST_CASE("no step above the slew limit, but to zero", "[haptics][safety]") {
+TEST_CASE("C9-X3: no step above the slew limit, but to zero", "[haptics][safety]") {
   Bench bench{.options = {.max_force = 3.3, .thermal_time = 0.0, .damping = 0.0}};
   bench.begin_armed();
   Random random(Seed{3});
@@ -173,7 +173,7 @@ TEST_CASE("no step above the slew limit, but to zero", "[haptics][safety]") {
 }
 
 // By hand: 3.3 N until the motors have had four fifths of F_c², then down to the continuous 0.88 N, which passes for ever.
-TEST_CASE("motors that warm up bring the force down to what they stand for ever", "[haptics][safety]") {
+TEST_CASE("C9-X4: motors that warm up bring the force down to what they stand for ever", "[haptics][safety]") {
   Bench bench{.options = {.max_force = 3.3, .damping = 0.0}};
   bench.begin_armed();
   for (int k = 0; k < 100000; ++k) REQUIRE(bench.tick({0.88, 0, 0}).x() >= (k < 2 ? 0.4 : 0.88 * (1 - 1e-12)));
@@ -197,7 +197,7 @@ TEST_CASE("motors that warm up bring the force down to what they stand for ever"
   for (int k = 0; k < 50; ++k) CHECK(cold.tick({3.3, 0, 0}).x() < 0.9);
 }
 
-TEST_CASE("a tool that begins in the tissue stays disarmed until it leaves", "[haptics][safety]") {
+TEST_CASE("C9-X5: a tool that begins in the tissue stays disarmed until it leaves", "[haptics][safety]") {
   Bench bench;
   bench.begin();
   for (int k = 0; k < 1000; ++k) REQUIRE(bench.tick({0, 0, 5.0}).isZero(0));   // 10 mm inside 500 N/m
@@ -278,7 +278,7 @@ TEST_CASE("without a model of the tissue nothing arms", "[haptics][safety]") {
   CHECK(bench.chain.stage() == DeviceStage::running);
 }
 
-TEST_CASE("a model that is too old is frozen, then fades evenly to zero, and comes back on a ramp", "[haptics][safety]") {
+TEST_CASE("C9-X6: a model that is too old is frozen, then fades evenly to zero, and comes back on a ramp", "[haptics][safety]") {
   Bench bench{.options = {.damping = 0.0}};
   bench.begin_armed();
   Vector3<double> const force{0, 0, 0.8};
@@ -304,7 +304,7 @@ TEST_CASE("a model that is too old is frozen, then fades evenly to zero, and com
   CHECK(bench.events.size() == 2);
 }
 
-TEST_CASE("after a gap the force comes back on a ramp, after a long one it has to arm anew", "[haptics][safety]") {
+TEST_CASE("C9-X7: after a gap the force comes back on a ramp, after a long one it has to arm anew", "[haptics][safety]") {
   Bench bench{.options = {.damping = 0.0}};
   Vector3<double> const force{0, 0, 0.8};
   bench.begin_armed();
@@ -442,7 +442,7 @@ TEST_CASE("limits per second and times are the same for a loop of 100, 1000 and 
   }
 }
 
-TEST_CASE("a jump of the position is a gap; overspeed disarms", "[haptics][safety]") {
+TEST_CASE("C9-X10 C9-X11: a jump of the position is a gap; overspeed disarms", "[haptics][safety]") {
   Bench bench{.options = {.damping = 0.0}};
   Vector3<double> const force{0, 0, 0.15};
   bench.begin_armed();
@@ -462,7 +462,7 @@ TEST_CASE("a jump of the position is a gap; overspeed disarms", "[haptics][safet
   CHECK(bench.events == std::vector<SafetyEvent>{SafetyEvent::position_jump, SafetyEvent::overspeed, SafetyEvent::armed});
 }
 
-TEST_CASE("the hand feels only while it holds a button", "[haptics][safety]") {
+TEST_CASE("C9-X12: the hand feels only while it holds a button", "[haptics][safety]") {
   Bench bench{.options = {.damping = 0.0}};
   bench.reading.buttons = 0;
   bench.begin();
@@ -606,7 +606,7 @@ StateCase const state_cases[] = {
 
 }  // namespace
 
-TEST_CASE("every fault in every state ends in zero within two ticks, with one event, and can be restarted", "[haptics][safety]") {
+TEST_CASE("C9-X8: every fault in every state ends in zero within two ticks, with one event, and can be restarted", "[haptics][safety]") {
   for (FaultCase const& fault : fault_cases) {
     for (StateCase const& state : state_cases) {
       INFO(fault.name << " while " << state.name);
@@ -639,7 +639,7 @@ TEST_CASE("every fault in every state ends in zero within two ticks, with one ev
 }
 
 // Closed form: a wall of K rendered under a hold gives K v T d too much on the way in and out at an even speed.
-TEST_CASE("what is sent is what the energy is counted with", "[haptics][safety]") {
+TEST_CASE("C8-O7: what is sent is what the energy is counted with", "[haptics][safety]") {
   Bench bench{.options = unlimited()};
   bench.options.max_force = 2.0;   // the wall is cut off at 2 mm
   bench.begin_armed();

@@ -32,7 +32,7 @@ SurfaceProxy<double> with_friction() { return SurfaceProxy<double>({.stiffness =
 }  // namespace
 
 // Yardstick: by hand, F = K d n on a plane; nothing in front of it.
-TEMPLATE_TEST_CASE("without friction the hand is pushed out along the normal", "[haptics]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C2-P1: without friction the hand is pushed out along the normal", "[haptics]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   PlaneSet<S> planes;
   planes.add({Vector3<S>(S(0.6), S(0), S(0.8)), S(0)});
@@ -49,7 +49,7 @@ TEMPLATE_TEST_CASE("without friction the hand is pushed out along the normal", "
 }
 
 // Yardsticks by hand: it sticks up to μ_s d of way and not a bit moves; then |F_t| = μ_d |F_n|.
-TEST_CASE("friction holds up to the static cone and slides on the dynamic one") {
+TEST_CASE("C3-F1 C3-F2 C3-F3: friction holds up to the static cone and slides on the dynamic one") {
   auto proxy = with_friction();
   auto const planes = floor_at();
   double x = 0;
@@ -74,7 +74,7 @@ TEST_CASE("friction holds up to the static cone and slides on the dynamic one") 
 
 // Yardstick by hand: the lag goes from μ_d d on one side to μ_d d on the other, a dead band of 2 μ_d d, where one coefficient holds and where nothing sticks
 // on the way. A proxy that sticks again on the way, μ_s > μ_d, slides beyond μ_s d on the other side: (μ_s + μ_d) d.
-TEST_CASE("on reversal nothing slides for a dead band of 2 μ_d d") {
+TEST_CASE("C3-F7: on reversal nothing slides for a dead band of 2 μ_d d") {
   constexpr double way = 1.3e-7;   // no whole number of them in the dead band: no tick lags by nothing at all
   struct Case {
     double sticks, slides, restick, band;
@@ -96,7 +96,7 @@ TEST_CASE("on reversal nothing slides for a dead band of 2 μ_d d") {
   }
 }
 
-TEST_CASE("a proxy that sticks does not drift in a million ticks, with a hand that trembles within the cone") {
+TEST_CASE("C3-F4: a proxy that sticks does not drift in a million ticks, with a hand that trembles within the cone") {
   auto proxy = with_friction();
   Vector const n = Vector(1, 2, 3).normalized(), across = n.cross(Vector::UnitX()).normalized(), along = n.cross(across);
   auto const planes = floor_at(0.01, n);
@@ -114,7 +114,7 @@ TEST_CASE("a proxy that sticks does not drift in a million ticks, with a hand th
 
 // Yardstick: the work of the hand, −∫ F dx: over a slide of length s it is μ_d K d s and what the spring holds; over closed ways it is never negative
 // beyond what sampling leaks, K |Δx|²/2 a tick.
-TEST_CASE("friction dissipates what it should, and every closed way costs energy") {
+TEST_CASE("C3-F6: friction dissipates what it should, and every closed way costs energy") {
   auto proxy = with_friction();
   auto const planes = floor_at();
   double work = 0, last = proxy(planes, {0, 0, -depth}).x();
@@ -155,7 +155,7 @@ TEST_CASE("friction dissipates what it should, and every closed way costs energy
   }
 }
 
-TEST_CASE("the cone is round") {
+TEST_CASE("C3-F8: the cone is round") {
   Random random(Seed{6});
   for (int k = 0; k < 100; ++k) {
     auto proxy = with_friction();
@@ -169,7 +169,7 @@ TEST_CASE("the cone is round") {
 }
 
 // Yardstick: (0, 0, K d) by hand, to the bit, whatever the tip did along the plane before.
-TEST_CASE("friction of zero is no friction to the bit") {
+TEST_CASE("C3-F5: friction of zero is no friction to the bit") {
   Random random(Seed{6});
   SurfaceProxy<double> proxy({.stiffness = stiffness, .static_friction = 0.0, .dynamic_friction = 0.0});
   for (int k = 0; k < 1000; ++k) {
@@ -180,7 +180,7 @@ TEST_CASE("friction of zero is no friction to the bit") {
   }
 }
 
-TEST_CASE("with a position of steps of 55 µm it does not switch between stick and slip at every tick") {
+TEST_CASE("C3-F9: with a position of steps of 55 µm it does not switch between stick and slip at every tick") {
   auto proxy = with_friction();
   Random random(Seed{7});
   int switches = 0, quick = 0, since = 100;
@@ -225,7 +225,7 @@ TEST_CASE("in a valley of two planes, over an edge and in a corner, friction has
 }
 
 // Yardstick: a floor that moves by 10 mm under a tip that moves with it: the force is that of the floor at rest.
-TEST_CASE("moving tissue carries the proxy") {
+TEST_CASE("C2-P9: moving tissue carries the proxy") {
   auto moving = with_friction(), resting = with_friction();
   for (int k = 0; k <= 1000; ++k) {
     Vector const shift = Vector(1e-5, 2e-6, -3e-6) * k, tip(2e-7 * k, 0, -depth);
@@ -238,7 +238,7 @@ TEST_CASE("moving tissue carries the proxy") {
 
 // Yardsticks: a tool that is a point loses the whole force where it leaves the edge, K d and no more, straight along the face's normal until then;
 // one that is a ball loses it as r − √(x² + (r − d)²) does, and never faster than the tip moves.
-TEST_CASE("over the outer edge of a box the force is let go, not turned", "[haptics]") {
+TEST_CASE("C2-P8: over the outer edge of a box the force is let go, not turned", "[haptics]") {
   constexpr double way = 1e-4, radius = 0.004;
   for (int const ticks : {1, 20}) {
     SurfaceProxy<double> proxy({.stiffness = stiffness});
@@ -280,7 +280,7 @@ TEST_CASE("over the outer edge of a box the force is let go, not turned", "[hapt
 }
 
 // Yardstick: the same way of the same tip in another frame.
-TEST_CASE("friction is the same in every direction and in every frame", "[haptics]") {
+TEST_CASE("C3-F8: friction is the same in every direction and in every frame", "[haptics]") {
   Random random(Seed{10});
   for (int frame = 0; frame < 100; ++frame) {
     Eigen::Quaterniond const turn = Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal()).normalized();

@@ -39,7 +39,7 @@ double largest(Estimator estimator, Path const& path, int ticks, int from, doubl
 }  // namespace
 
 // Yardstick: the velocity itself, on a straight way in space.
-TEMPLATE_TEST_CASE("constant velocity is found exactly, from the second position on", "[haptics]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C6-S2: constant velocity is found exactly, from the second position on", "[haptics]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Vector3<S> const v(S(0.25), S(-0.5), S(0.125));
   auto const check = [&](auto estimator) {
@@ -60,7 +60,7 @@ TEMPLATE_TEST_CASE("constant velocity is found exactly, from the second position
 }
 
 // Yardstick: by hand. v(t) = a t comes half a window late, and half of a step of the velocity is seen half a window after it.
-TEST_CASE("an estimate is half its window late") {
+TEST_CASE("C6-S2: an estimate is half its window late") {
   double const a = 2.0, t = 0.1;
   auto const speeding = [&](double s) { return a * s * s / 2; };
   int const ticks = 101;   // the last position is that of t
@@ -76,7 +76,7 @@ TEST_CASE("an estimate is half its window late") {
 }
 
 // Yardsticks: steps of 55 µm make 55 mm/s over a tick and 3.7 mm/s over 15; the bounds of the headers, met by the worst errors of each sign.
-TEST_CASE("what steps of the position make of a slow motion is within the printed bounds, and the bounds are met") {
+TEST_CASE("C6-S2: what steps of the position make of a slow motion is within the printed bounds, and the bounds are met") {
   auto const at_rest = [](double s) { return rounded(27.5e-6 + 1e-6 * std::sin(400 * s)); };   // between two steps
   CHECK(largest(BackwardDifference<double>(), at_rest, 2000, 1, 0.0) == Approx(0.055).epsilon(1e-9));
   CHECK(largest(BackwardDifference<double, 15>(), at_rest, 2000, 15, 0.0) == Approx(0.0036667).epsilon(1e-4));

@@ -53,7 +53,7 @@ double radius_of_loop(double mass, double damping, CouplingLaw const& law, doubl
 }  // namespace
 
 // Yardstick: by hand, F = K_c · offset and τ = K_θ θ about the axis, for every sign of a quaternion.
-TEMPLATE_TEST_CASE("a coupling is a spring between the poses of device and tool", "[haptics]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C7-V1: a coupling is a spring between the poses of device and tool", "[haptics]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   VirtualCoupling<S> const coupling({.position = {.stiffness = 400.0}, .rotation = {.stiffness = 0.3}});
   Random random(Seed{2});
@@ -89,7 +89,7 @@ TEST_CASE("the rotation vector is the shortest arc, down to the smallest angles"
 }
 
 // Yardstick: Newton's law for the tool: what its momentum gains is what the load gives less what the hand gets.
-TEST_CASE("what the hand gets is taken from the tool, force and torque") {
+TEST_CASE("C7-V2: what the hand gets is taken from the tool, force and torque") {
   Random random(Seed{4});
   VirtualCoupling<double> coupling({.position = {.stiffness = 800.0, .damping = 0.4, .mass = 0.02},
                                      .rotation = {.stiffness = 0.2, .damping = 1e-4, .mass = 2e-5}});
@@ -127,7 +127,7 @@ TEST_CASE("what the hand gets is taken from the tool, force and torque") {
 }
 
 // Yardstick: the closed form of the sampled wall; the plant moves exactly.
-TEST_CASE("with the tool held, the coupled device stays stable up to the stiffest sampled wall") {
+TEST_CASE("C7-V3: with the tool held, the coupled device stays stable up to the stiffest sampled wall") {
   double const mass = 0.075, damping = 0.5;
   SampledMass<double> const plant({.mass = mass, .damping = damping});
   auto const radius = [&](double stiffness) {
@@ -152,7 +152,7 @@ TEST_CASE("with the tool held, the coupled device stays stable up to the stiffes
 }
 
 // Yardstick: eigenvalues of the whole loop. With the coupling's choice nothing that the tool touches matters; above the bound something hard does.
-TEST_CASE("a coupling below its bound keeps the device stable whatever the tool touches") {
+TEST_CASE("C7-V4: a coupling below its bound keeps the device stable whatever the tool touches") {
   for (double const mass : {0.045, 0.075, 0.15})
     for (double const damping : {0.1, 0.5, 3.0})
       for (double const environment : {0.0, 1.0, 30.0, 1e2, 1e3, 1e4, 1e5, 1e6})
@@ -281,7 +281,7 @@ TEST_CASE("the choice for a device follows what is known of it") {
 }
 
 // Yardstick: a tool without mass is where the device is in free space; nothing is felt at first, wherever and however fast it begins.
-TEST_CASE("the tool begins at the device, and nothing is felt in free space") {
+TEST_CASE("C7-V5: the tool begins at the device, and nothing is felt in free space") {
   for (double const mass : {0.0, 0.003}) {
     VirtualCoupling<double> coupling({.position = {.stiffness = 800.0, .damping = 0.05, .mass = mass},
                                        .rotation = {.stiffness = 0.1, .damping = 1e-5}});

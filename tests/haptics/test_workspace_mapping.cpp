@@ -26,7 +26,7 @@ Vector3<S> any_arrow(Random& random) {
 }  // namespace
 
 // Closed forms: power on both sides, and the stiffness that the hand feels from a spring fixed in the scene.
-TEMPLATE_TEST_CASE("the hand does the work that the scene takes, and feels its stiffness times the square of the scale", "[haptics][workspace_mapping]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C10-M2: the hand does the work that the scene takes, and feels its stiffness times the square of the scale", "[haptics][workspace_mapping]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Random random(Seed{11});
   S const tolerance = std::numeric_limits<S>::epsilon() * S(100);
@@ -73,7 +73,7 @@ TEMPLATE_TEST_CASE("C10-M7: a torque is scaled by κ/s: by lever arm and by powe
   CHECK(double(tenfold.torque_to_device({S(0), S(0), S(0.1)}).z()) == Approx(0.01));
 }
 
-TEMPLATE_TEST_CASE("the clutch moves neither tip nor force", "[haptics][workspace_mapping]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C10-M5: the clutch moves neither tip nor force", "[haptics][workspace_mapping]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Random random(Seed{12});
   auto mapping = any_mapping<S>(random);

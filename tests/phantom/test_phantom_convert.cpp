@@ -24,7 +24,7 @@ NativeState resting_stylus() {
 
 }  // namespace
 
-TEST_CASE("units and axes of a PHANToM, written out", "[phantom]") {
+TEST_CASE("C10-M3: units and axes of a PHANToM, written out", "[phantom]") {
   // Yardstick: millimetres, radians and the column-major layout by hand; a quarter turn about x sends y to z.
   NativeState native = resting_stylus();
   native.position = {12.0, -34.5, 7.25};

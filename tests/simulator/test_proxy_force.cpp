@@ -79,7 +79,7 @@ TEST_CASE("at rest the proxy's spring is the tissue's reaction, where it is as s
 }
 
 // Closed form: the plane that was right a frame ago jumps by 3 K (v τ)²/2R when the next one comes; interpolated it goes up by a part of that in each tick.
-TEST_CASE("a tool that slides over a ball feels late planes as steps, with a hand-over or a ball next to nothing", "[simulator][proxy]") {
+TEST_CASE("C4-L1: a tool that slides over a ball feels late planes as steps, with a hand-over or a ball next to nothing", "[simulator][proxy]") {
   int const every = 33;
   double const jump = 1.5 * 500.0 * std::pow(0.1 * 0.001 * every, 2) / 0.02;
   double const planes = largest_step(ProxyForce<double>({.surface = SurfaceKind::plane, .handover = 1}), every);

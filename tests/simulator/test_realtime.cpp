@@ -433,7 +433,7 @@ void stand_still(int milliseconds) {
 
 }  // namespace
 
-TEST_CASE("a process that is stopped for 25 ms begins the force anew, and for 120 ms disarms", "[simulator][realtime][threads][safety]") {
+TEST_CASE("C9-X7: a process that is stopped for 25 ms begins the force anew, and for 120 ms disarms", "[simulator][realtime][threads][safety]") {
   for (int const milliseconds : {25, 120}) {
     auto const child = palpate_test::in_child([&] { stand_still(milliseconds); });
     INFO(milliseconds << " ms: " << child.said);

@@ -80,7 +80,7 @@ StageOfStroke const stages_of_stroke[] = {{"in the air", 100, CuttingPhase::no_c
 
 }  // namespace
 
-TEST_CASE("whatever goes wrong with a device, in the air, pressing and cutting, ends in zero within two ticks", "[simulator][safety]") {
+TEST_CASE("C9-X8: whatever goes wrong with a device, in the air, pressing and cutting, ends in zero within two ticks", "[simulator][safety]") {
   for (InjectedFault const& what : injected)
     for (StageOfStroke const& stage : stages_of_stroke) {
       INFO(what.name << " " << stage.name);
@@ -109,7 +109,7 @@ TEST_CASE("whatever goes wrong with a device, in the air, pressing and cutting, 
 }
 
 // Yardstick: the stroke runs along y = 53.3 mm on a grid of 5 mm, so what it cuts lies within a cell of that; the hand is put 20 mm beside it.
-TEST_CASE("a jump of the position cuts nothing on the way and ends the stroke where it was", "[simulator][safety]") {
+TEST_CASE("C9-X11: a jump of the position cuts nothing on the way and ends the stroke where it was", "[simulator][safety]") {
   auto const cut_by = [](PlannedFault const& fault) {
     auto simulator = faulty_session(fault);
     int const whole = simulator.body().size();
@@ -145,7 +145,7 @@ TEST_CASE("a hand that is protected feels no more than a newton by default, and 
 }
 
 // By hand: the device is turned by a quarter about z and half as large as the scene.
-TEST_CASE("a hand works through its workspace, and a clutch moves neither tip nor tissue", "[simulator][safety]") {
+TEST_CASE("C10-M5: a hand works through its workspace, and a clutch moves neither tip nor tissue", "[simulator][safety]") {
   palpate_test::Strings<double> strings;
   strings.capabilities.buttons = 2;
   Eigen::Quaterniond const turn(Eigen::AngleAxisd(1.5707963267948966, Eigen::Vector3d::UnitZ()));
@@ -253,7 +253,7 @@ TEST_CASE("neither a clutch nor a jump while it is open places the tool, a break
   }
 }
 
-TEST_CASE("a device without new samples is heard for a tenth of a second, then fades", "[simulator][safety]") {
+TEST_CASE("C9-X6: a device without new samples is heard for a tenth of a second, then fades", "[simulator][safety]") {
   palpate_test::Strings<double> strings;
   ServoLoop<palpate_test::Puppet<double>, DepthSpring, double> servo(palpate_test::Puppet<double>(strings), DepthSpring{}, {.safety = {.protects_a_hand = true, .damping = 0.0}});
   servo.begin_session();

@@ -120,7 +120,7 @@ TEST_CASE("a velocity that the device reports is taken as it is, unless it is no
   CHECK((stage.asked.velocity - Vector3<double>(1, 0, 0)).norm() < 1e-12);
 }
 
-TEMPLATE_TEST_CASE("a force above the device's maximum is shortened and keeps its direction", "[simulator][servo_loop]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("C9-X2: a force above the device's maximum is shortened and keeps its direction", "[simulator][servo_loop]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Stage<S> stage;
   for (Vector3<S> const& wanted : {Vector3<S>(0, 0, S(3.1)), Vector3<S>(S(10), S(1), 0), Vector3<S>(S(-1e15), S(1e15), S(3e14))}) {
