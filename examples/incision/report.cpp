@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "report.hpp"
 
+#include <palpate/simulator/budget.hpp>
+
 #include <chrono>
 #include <cstdarg>
 #include <cstddef>
@@ -74,6 +76,8 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
     line(text, "cut           none: the tool did not puncture (puncture depth %.1f mm)", 1000.0 * organ.puncture_depth);
   line(text, "pieces        %d", outcome.pieces);
   line(text, "largest force %.3f N, deepest point %.1f mm", outcome.recording.largest_force(), 1000.0 * deepest);
+  if (std::string const limited = to_text(outcome.recording.saturation()); !limited.empty())
+    line(text, "note          %s", limited.substr(0, limited.size() - 1).c_str());
   if (auto const passed = passed_through(organ, outcome))
     line(text, "note          the tool came out of the organ on another side at %.3f s, %.1f mm below where it went in; the cut ends there", passed->time,
          1000.0 * passed->depth);

@@ -20,6 +20,7 @@
 #include <palpate/mesh/validation.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
+#include <palpate/simulator/budget.hpp>
 #include <palpate/simulator/simulator.hpp>
 
 #include <algorithm>
@@ -246,6 +247,65 @@ struct Brittle : NoCutter<double> {
 };
 
 }  // namespace
+
+/// Comes down on the skin by 10 mm/s, from 1 mm above it.
+struct Descent {
+  bool moves_a_hand;
+  double max_force = 3.3;   // N
+  long ticks = 0;
+
+  Capabilities capabilities() const noexcept { return {.max_force = max_force, .rate = 1000.0, .moves_a_hand = moves_a_hand}; }
+  DeviceStatus read(DeviceState<double>& state) noexcept {
+    state.position = {0.0512, 0.0533, 0.001 - 1e-5 * static_cast<double>(ticks++)};
+    return DeviceStatus::ok;
+  }
+  DeviceStatus write(Wrench<double> const&) noexcept { return DeviceStatus::ok; }
+};
+
+// Yardstick: Hooke's law at the depth of each tick, 3 N / 18 mm: 1 N is met at 6 mm, and 12 mm are 2 N.
+TEST_CASE("a limit that cut off the force is told by statistics, text and recording", "[simulator]") {
+  auto const pressed = [](Descent const& device) {
+    Simulator simulator(device, skin<double>(ZoneOfInfluence{.rings = 3}), NoCutter<double>{}, CuttingForce());
+    Recording recording = simulator.run(1.301);   // the last tick is 12 mm deep
+    auto const statistics = simulator.statistics();
+    CHECK(statistics.servo_counts.saturation.ticks == recording.saturation().ticks);
+    std::string const text = to_text(recording.saturation());
+    CHECK(unsaid(budget_text(statistics), text) == "");
+    return std::pair(std::move(recording), text);
+  };
+  SECTION("a device that may move a hand has 1 N of its 3.3 N") {
+    auto const [recording, text] = pressed({.moves_a_hand = true});
+    CHECK(recording.largest_force() == Approx(1.0));
+    CHECK(recording.saturation().max_force == 1.0);
+    CHECK(recording.saturation().device_max_force == 3.3);
+    CHECK(recording.saturation().protects_a_hand);
+    CHECK(recording.saturation().ticks == Approx(600).margin(2));   // of the last 6 mm
+    CHECK(recording.saturation().max_wanted == Approx(2.0).epsilon(0.01));
+    CHECK(unsaid(text, "1 N is written of the 3.3 N that the device can", std::to_string(recording.saturation().ticks) + " ticks wanted more, up to 2 N",
+                 "SafetyOptions::max_force", "moves_a_hand = false") == "");
+  }
+  SECTION("with a smaller maximum of its own it says so") {
+    auto const [recording, text] = pressed({.moves_a_hand = false, .max_force = 1.5});
+    CHECK(recording.largest_force() == Approx(1.5));
+    CHECK(recording.saturation().ticks == Approx(300).margin(2));
+    CHECK(unsaid(text, "at most 1.5 N", "Capabilities::max_force") == "");
+  }
+  SECTION("one that nobody holds has all, and there is nothing to say") {
+    auto const [recording, text] = pressed({.moves_a_hand = false});
+    CHECK(recording.largest_force() == Approx(2.0).epsilon(0.01));
+    CHECK(recording.saturation().ticks == 0);
+    CHECK(text.empty());
+  }
+}
+
+TEST_CASE("a limit that no force met is told too", "[simulator]") {
+  Simulator simulator(Descent{.moves_a_hand = true}, skin<double>(ZoneOfInfluence{.rings = 3}), NoCutter<double>{}, CuttingForce());
+  CHECK(to_text(simulator.run(0.3).saturation()) ==
+        "force: at most 1 N is written of the 3.3 N that the device can; no more was wanted; a hand is protected: raise SafetyOptions::max_force, "
+        "or say moves_a_hand = false in the device's Capabilities if nobody holds it\n");
+  simulator.run(1.0);
+  CHECK(simulator.run(0.001).saturation().ticks == 1);   // of its own session alone
+}
 
 TEST_CASE("a session opens, arms, plays, lets go, disarms and closes", "[simulator]") {
   std::string log;

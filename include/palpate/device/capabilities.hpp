@@ -66,7 +66,8 @@ struct Capabilities {
   bool reports_velocity = false;  ///< `read` fills `velocity`; otherwise the host differentiates positions
   bool reports_orientation = false;
   int buttons = 0;                ///< how many bits of `DeviceState::buttons` mean something
-  bool moves_a_hand = true;       ///< false for a simulated device: nobody is hurt, so force is not capped by default and no button has to be held
+  bool moves_a_hand = true;       ///< then at most 1 N is written by default, see SafetyOptions. False for a simulated device: nobody is hurt, so
+                                  ///< force is not capped and no button has to be held
 
   DeviceValue continuous_force{};   ///< N, that the motors stand for ever
   DeviceValue max_stiffness{};      ///< N/m, that the maker says can be rendered

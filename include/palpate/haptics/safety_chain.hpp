@@ -76,6 +76,7 @@ class SafetyChain {
     if (limits_.thermal_time > 0.0 && (before.continuous_force != limits_.continuous_force || before.thermal_time != limits_.thermal_time))   // else they are as warm as they were
       thermal_.emplace(ThermalOptions{.continuous_force = limits_.continuous_force, .time = limits_.thermal_time});
     if (!(limits_.thermal_time > 0.0)) thermal_.reset();
+    saturation_ = {.max_force = limits_.max_force, .device_max_force = device.max_force, .protects_a_hand = limits_.protects_a_hand};
     stage_ = {};
     static_cast<void>(stage_.handle(DeviceEvent::opened));
     gain_ = 0.0;
@@ -164,6 +165,8 @@ class SafetyChain {
   double gain() const noexcept { return gain_; }
   SafetyLimits const& limits() const noexcept { return limits_; }
   SafetyCounts const& counts() const noexcept { return counts_; }
+  /// Of this session.
+  ForceSaturation const& saturation() const noexcept { return saturation_; }
   PassivityController<S> const& passivity() const noexcept { return passivity_; }
   /// J, that the hand gave in all sessions.
   double energy() const noexcept { return earlier_energy_ + work_ * passivity_.energy(); }
@@ -292,7 +295,11 @@ class SafetyChain {
 
   Vector3<S> limited_to_maximum(Vector3<S> const& force) noexcept {
     S const most = static_cast<S>(limits_.max_force);
-    if (force.stableNorm() > most) ++counts_.limited;
+    if (S const wanted = force.stableNorm(); wanted > most) {
+      ++counts_.limited;
+      ++saturation_.ticks;
+      saturation_.max_wanted = std::fmax(saturation_.max_wanted, static_cast<double>(wanted));
+    }
     return limited(force, most);
   }
 
@@ -363,6 +370,7 @@ class SafetyChain {
   PassivityController<S> passivity_{};
   std::optional<ThermalLimit> thermal_{};
   SafetyCounts counts_{};
+  ForceSaturation saturation_{};
   ArmingWaitsFor missing_ = ArmingWaitsFor::sample, waits_for_ = ArmingWaitsFor::sample;   // in this tick; for arming
   double waited_ = 0.0;   // s
   std::array<double, 65> not_finite_at_{};   // s of the session, of the last ones that were not finite

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace palpate {
 
@@ -89,6 +90,15 @@ struct SafetyCounts {
   std::uint64_t cooled = 0;       ///< forces shortened because the motors are warm
   std::uint64_t ramped = 0;       ///< ticks with a share of the force, on a ramp or a fade
   std::uint64_t disarmed = 0;     ///< ticks in which a force was wanted and none was written
+};
+
+/// How far the limit of force cut off what was wanted in a session. Forces in the device's frame [N]; `to_text` says it in words.
+struct ForceSaturation {
+  double max_force = std::numeric_limits<double>::infinity();          ///< the most that is written, `SafetyLimits::max_force`
+  double device_max_force = std::numeric_limits<double>::infinity();   ///< the most that the device can
+  bool protects_a_hand = false;                                        ///< then max_force is at most 1 N unless the host says otherwise
+  std::uint64_t ticks = 0;                                             ///< in which the force was shortened to max_force
+  double max_wanted = 0.0;                                             ///< the largest of those before it was shortened
 };
 
 }  // namespace palpate

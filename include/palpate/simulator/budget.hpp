@@ -70,12 +70,27 @@ inline Bottleneck bottleneck(SimulatorStatistics const& statistics) noexcept {
   return first;
 }
 
+/// What the limit of force did, in one line; empty where it is the device's own and cut nothing off.
+inline std::string to_text(ForceSaturation const& force) {
+  bool const lowered = force.max_force < force.device_max_force;
+  if (!lowered && force.ticks == 0) return {};
+  std::string text = detail::message("force: at most ", detail::rounded(force.max_force), " N is written");
+  if (lowered) text += detail::message(" of the ", detail::rounded(force.device_max_force), " N that the device can");
+  text += force.ticks == 0 ? std::string("; no more was wanted")
+                           : detail::message("; ", force.ticks, " ticks wanted more, up to ", detail::rounded(force.max_wanted), " N");
+  text += !lowered                ? "; the device can no more, see Capabilities::max_force\n"
+          : force.protects_a_hand ? "; a hand is protected: raise SafetyOptions::max_force, or say moves_a_hand = false in the device's Capabilities if nobody holds it\n"
+                                  : "; SafetyOptions::max_force says so\n";
+  return text;
+}
+
 /// Where the time of a tick goes, as text: for a log or a window beside the simulation.
 ///   servo: tick 3.12 µs (p99 5.2 µs) of 1000 µs at 1000 Hz: 0.312 % (p99 0.52 %); 0 overruns, 0 skipped in 1500 ticks
 ///     period 1000 µs (p99 1040 µs, longest 1130 µs), woken 37 µs late (p99 82 µs)
 ///   body: tick 180 µs (p99 260 µs) of 2000 µs at 500 Hz: 9 % (p99 13 %), 1.8 steps a tick; 0 overruns, 0 skipped in 750 ticks
 ///     period 2000 µs (p99 2050 µs, longest 2200 µs), woken 60 µs late (p99 110 µs)
 ///   next bottleneck: the body's computing, 13 % of its period at p99; it may take 7.69 times as long
+/// After it, where there is reason to, what the limit of force did: `to_text(ForceSaturation)`.
 /// Share      computing time / period aimed at, at the median and at p99. Steps a tick are a mean. Times of a quantile are within 1/32.
 /// For        `simulator.statistics()` after a run, `simulator.live_statistics()` during one. Not for the servo: it allocates.
 inline std::string budget_text(SimulatorStatistics const& statistics) {
@@ -86,12 +101,12 @@ inline std::string budget_text(SimulatorStatistics const& statistics) {
                       body.ticks == 0 ? ""
                                       : detail::message(", ", detail::rounded(static_cast<double>(body.steps) / static_cast<double>(body.ticks)),
                                                         " steps a tick"));
-  Bottleneck const first = bottleneck(statistics);
-  if (first.what.empty()) return text;
-  text += detail::message("next bottleneck: ", first.what, ", ", detail::rounded(100.0 * first.share), " % of its period at p99; ");
-  text += first.share <= 1.0 ? detail::message("it may take ", detail::rounded(1.0 / first.share), " times as long\n")
-                             : detail::message("that is ", detail::rounded(first.share), " times what there is\n");
-  return text;
+  if (Bottleneck const first = bottleneck(statistics); !first.what.empty()) {
+    text += detail::message("next bottleneck: ", first.what, ", ", detail::rounded(100.0 * first.share), " % of its period at p99; ");
+    text += first.share <= 1.0 ? detail::message("it may take ", detail::rounded(1.0 / first.share), " times as long\n")
+                               : detail::message("that is ", detail::rounded(first.share), " times what there is\n");
+  }
+  return text + to_text(statistics.servo_counts.saturation);
 }
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/device/detail/csv_table.hpp>
+#include <palpate/haptics/safety_event.hpp>
 #include <palpate/simulator/detail/tick_text.hpp>
 #include <palpate/simulator/tick.hpp>
 
@@ -55,9 +56,15 @@ class Recording {
   void clear() noexcept {
     ticks_.clear();
     dropped_ = 0;
+    saturation_ = {};
   }
 
-  /// N, the largest magnitude; 0 for an empty recording. Ticks whose force is not finite do not count.
+  /// Whether the limit of force cut off forces of this run, and how far: look there before `largest_force` is taken for the tissue's. A file does
+  /// not keep it: a recording that was read has none.
+  ForceSaturation const& saturation() const noexcept { return saturation_; }
+  void set_saturation(ForceSaturation const& saturation) noexcept { saturation_ = saturation; }
+
+  /// N, the largest magnitude that was written; 0 for an empty recording. Ticks whose force is not finite do not count.
   double largest_force() const noexcept {
     double largest = 0.0;
     for (Tick const& tick : ticks_)
@@ -101,6 +108,7 @@ class Recording {
  private:
   std::vector<Tick> ticks_;
   std::size_t dropped_ = 0;
+  ForceSaturation saturation_{};
 };
 
 }  // namespace palpate

@@ -38,6 +38,7 @@ struct ServoCounts {
   std::uint64_t unsound = 0;      ///< ticks without force because the body had diverged
   std::uint64_t faded = 0;        ///< ticks in which the force of before a restoration faded
   SafetyCounts safety{};
+  ForceSaturation saturation{};   ///< of this session, or the last
   ArmingWaitsFor waits_for = ArmingWaitsFor::sample;   ///< what has to come before the hand feels anything; `nothing` while it may
 };
 
@@ -220,6 +221,7 @@ class ServoLoop {
   ServoCounts counts() const noexcept {
     ServoCounts all = counts_;
     all.safety = chain_.counts();
+    all.saturation = chain_.saturation();
     all.waits_for = chain_.waits_for();
     return all;
   }

@@ -104,6 +104,7 @@ class Simulator {
       ++tick_;
       after_tick(tick);
     }
+    recording.set_saturation(servo_.chain().saturation());
     return recording;
   }
   Recording run(double seconds) {
@@ -164,6 +165,7 @@ class Simulator {
     tick_ += between.done;
     if (failure) std::rethrow_exception(failure);
     publish(time(), servo_.tip());
+    recording.set_saturation(servo_.chain().saturation());
     return recording;
   }
 
