@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
     Outcome const outcome = run_session(options, organ, hand);
     auto const written = write_outputs(options, organ, hand, outcome);
     std::fputs(summary(options, organ, hand, outcome, written).c_str(), stdout);
-    return outcome.diverged > 0 ? 1 : 0;
+    return outcome.body_counts.diverged > 0 ? 1 : 0;
   } catch (palpate::Error const& error) {
     std::fprintf(stderr, "incision: %s\n", error.what());
     return 2;

@@ -6,9 +6,8 @@
 #include <palpate/core/phase.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/simulator/recording.hpp>
-#include <palpate/simulator/tick_statistics.hpp>
+#include <palpate/simulator/simulator_statistics.hpp>
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,8 +37,7 @@ struct Outcome {
   bool realtime = false;
   double wall_seconds = 0.0;       // of the simulation alone
   palpate::TickStatistics servo, body;
-  std::uint64_t body_steps = 0, diverged = 0;
-  int most_steps_a_tick = 0;
+  palpate::BodyCounts body_counts;
 };
 
 }  // namespace incision

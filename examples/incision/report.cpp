@@ -65,8 +65,8 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
          double(outcome.recording.ticks().size()) / outcome.wall_seconds);
   line(text, "servo tick    p50 %.1f us, p99 %.1f us", microseconds(outcome.servo.compute().p50()), microseconds(outcome.servo.compute().p99()));
   line(text, "body step     p50 %.1f us, p99 %.1f us a tick; %.1f steps a tick, at most %d%s", microseconds(outcome.body.compute().p50()),
-       microseconds(outcome.body.compute().p99()), double(outcome.body_steps) / double(outcome.body.ticks() > 0 ? outcome.body.ticks() : 1),
-       outcome.most_steps_a_tick, outcome.diverged > 0 ? "; THE BODY DIVERGED" : "");
+       microseconds(outcome.body.compute().p99()), double(outcome.body_counts.steps) / double(outcome.body.ticks() > 0 ? outcome.body.ticks() : 1),
+       outcome.body_counts.most_steps_a_tick, outcome.body_counts.diverged > 0 ? "; THE BODY DIVERGED" : "");
   if (outcome.cut.particles_added > 0)
     line(text, "cut           %.1f mm long; %d particles and %d triangles added; crossings V-P %d, V-V %d, P-V %d, P-P %d", 1000.0 * outcome.cut_length, outcome.cut.particles_added,
          outcome.cut.triangles_added, outcome.cut.vertex_edge, outcome.cut.vertex_vertex, outcome.cut.edge_vertex, outcome.cut.edge_edge);
@@ -76,14 +76,14 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
     line(text, "cut           none: the tool did not puncture (puncture depth %.1f mm)", 1000.0 * organ.puncture_depth);
   line(text, "pieces        %d", outcome.pieces);
   line(text, "largest force %.3f N, deepest point %.1f mm", outcome.recording.largest_force(), 1000.0 * deepest);
-  if (std::string const limited = to_text(outcome.recording.saturation()); !limited.empty())
-    line(text, "note          %s", limited.substr(0, limited.size() - 1).c_str());
+  for (std::string const& note : {lag_text(outcome.body_counts), to_text(outcome.recording.saturation())})
+    if (!note.empty()) line(text, "note          %s", note.substr(0, note.size() - 1).c_str());
   if (auto const passed = passed_through(organ, outcome))
     line(text, "note          the tool came out of the organ on another side at %.3f s, %.1f mm below where it went in; the cut ends there", passed->time,
          1000.0 * passed->depth);
   if (options.coupling == Coupling::tight && outcome.cut.particles_added > 0)
     line(text, "note          tight coupling: 0 N while the tissue is cut; springs do not resist a blade");
-  if (outcome.diverged > 0)
+  if (outcome.body_counts.diverged > 0)
     line(text, "wound gap     not measured: the body diverged");
   else if (outcome.gap && outcome.cut.particles_added > 0 && !(*outcome.gap > 1e-5))
     line(text, "wound gap     0 mm: the wound does not open; without pre-tension (--prestrain), or cut along less than two edges, it stays closed");

@@ -146,9 +146,7 @@ Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integra
   outcome.pieces = static_cast<int>(palpate::connected_components(simulator.body().mesh()).size());
   outcome.servo = statistics.servo;
   outcome.body = statistics.body;
-  outcome.body_steps = statistics.body_counts.steps;
-  outcome.most_steps_a_tick = statistics.body_counts.most_steps_a_tick;
-  outcome.diverged = statistics.body_counts.diverged;
+  outcome.body_counts = statistics.body_counts;
   auto const rest = simulator.body().rest_mesh();
   for (auto const& [a, b] : palpate::boundary_edges(rest)) outcome.cut_length += (rest.points.col(a) - rest.points.col(b)).norm() / 2;   // two lips
   return outcome;

@@ -101,7 +101,31 @@ TEST_CASE("a tick takes no more steps than it may, and says so", "[simulator][bo
     for (double const h : loop.body().steps) CHECK(h == Approx(stable > 0 ? stable : 1e-3 / 7));   // it lags, it does not diverge
     CHECK(loop.counts().capped == 3);
     CHECK(loop.counts().most_steps_a_tick == 7);
+    CHECK(loop.counts().max_steps_wanted == (stable > 0 ? 1000 : 1000000000));
+    CHECK(loop.counts().seconds == Approx(3e-3));
+    CHECK(loop.counts().lag == Approx(stable > 0 ? 3 * (1e-3 - 7e-6) : 0.0));
   }
+}
+
+// Yardstick: the time that the body itself has counted.
+TEMPLATE_TEST_CASE("what ticks leave out is how far the body is behind", "[simulator][body_loop]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  Witness<S> body(sheet<S>(3));
+  body.stated = S(3e-4);   // four steps a tick
+  BodyLoop<Witness<S>, NoCutter<S>> loop(std::move(body), NoCutter<S>{}, ContactCoupling{}, 4);
+  auto const behind = [&] { return loop.counts().seconds - static_cast<double>(loop.body().time()); };
+  for (int k = 0; k < 100; ++k) loop.rest(S(1e-3));
+  CHECK(loop.counts().lag == 0.0);
+  loop.body().diverge_at = 2;   // three of four steps are missing
+  loop.rest(S(1e-3));
+  CHECK(loop.counts().lag == Approx(7.5e-4));
+  CHECK(loop.counts().lag == Approx(behind()).margin(1e-6));
+  loop.rest(S(2e-3));   // seven wanted, four taken
+  CHECK(loop.counts().max_steps_wanted == 7);
+  CHECK(loop.counts().lag == Approx(7.5e-4 + 2e-3 - 4 * 3e-4));
+  CHECK(loop.counts().lag == Approx(behind()).margin(1e-6));
+  loop.leave_out(0.01);
+  CHECK(loop.counts().lag == Approx(behind()).margin(1e-6));
 }
 
 TEST_CASE("the stable step is found anew when the tissue was edited and when its guarded ticks are over, and only then", "[simulator][body_loop]") {

@@ -5,6 +5,7 @@
 #include <palpate/simulator/budget.hpp>
 
 #include <chrono>
+#include <string>
 
 using namespace palpate;
 using namespace std::chrono_literals;
@@ -80,4 +81,22 @@ TEST_CASE("in lock-step there are no periods and no wake-ups, before the first t
   statistics.servo = statistics.body = untimed;
   CHECK(bottleneck(statistics).what.empty());
   CHECK(budget_text(statistics).find("of 0") == std::string::npos);
+}
+
+TEST_CASE("a body that lags is told, with how far, why, and what to do", "[simulator][budget]") {
+  SimulatorStatistics statistics;
+  BodyCounts& body = statistics.body_counts;
+  body.ticks = 400, body.steps = 30000, body.seconds = 0.4;
+  CHECK(lag_text(body).empty());
+  body.capped = 250, body.most_steps_a_tick = 100, body.max_steps_wanted = 431, body.lag = 0.123;
+  CHECK(lag_text(body) ==
+        "the body lags 0.123 s behind the hand, 30.8 % of 0.4 s; 250 of 400 ticks wanted up to 431 steps where 100 are allowed: raise "
+        "SimulatorOptions::most_body_steps, or make the stable step longer with softer links, less damping, more mass or a coarser mesh\n");
+  CHECK(budget_text(statistics) == "servo: no tick yet\nbody: no tick yet\n" + lag_text(body));
+  body.capped = 0;
+  CHECK(lag_text(body).find("; its ticks take longer than their period: compute fewer particles, or lower SimulatorOptions::body_rate\n") != std::string::npos);
+  body.diverged = 3;
+  CHECK(lag_text(body).find("; 3 steps diverged: ") != std::string::npos);
+  body = {.ticks = 400, .capped = 250, .seconds = 0.4};
+  CHECK(lag_text(body) == "no step of the body is stable in 250 of 400 ticks: give it damping, or another integrator\n");
 }

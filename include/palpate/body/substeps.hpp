@@ -19,6 +19,7 @@ struct EqualSteps {
   int count = 1;
   Scalar each = 0;        ///< s
   bool capped = false;    ///< more steps were wanted than allowed
+  int wanted = 1;         ///< 1e9 where no step is stable
 };
 
 /// The fewest equal steps not above the stable one; a hair above counts as not above. Where that is more than `most`, `most` steps: stable
@@ -27,11 +28,11 @@ template <RealScalar Scalar>
 EqualSteps<Scalar> split_duration(Scalar duration, Scalar stable_step, int most) noexcept {
   constexpr Scalar limit = Scalar(1e9);
   Scalar const least = stable_step > 0 ? std::ceil(duration / stable_step * (1 - Scalar(1e-6))) : limit;
-  int const wanted = std::max(1, static_cast<int>(std::min(limit, least)));
   EqualSteps<Scalar> steps;
-  steps.count = std::min(wanted, most);
+  steps.wanted = std::max(1, static_cast<int>(std::min(limit, least)));
+  steps.count = std::min(steps.wanted, most);
   steps.each = duration / Scalar(steps.count);
-  steps.capped = wanted > most;
+  steps.capped = steps.wanted > most;
   if (steps.capped && stable_step > 0) steps.each = std::min(steps.each, stable_step);
   return steps;
 }

@@ -24,6 +24,9 @@ struct BodyCounts {
   std::uint64_t guarded = 0;         ///< ticks in which tissue moved so fast that the guaranteed step was kept
   std::uint64_t diverged = 0;        ///< steps refused because they diverged; the rest of the tick is left out
   int most_steps_a_tick = 0;
+  int max_steps_wanted = 0;          ///< of a capped tick; 1e9 where no step is stable
+  double seconds = 0.0;              ///< of simulated time, that the ticks were to cover
+  double lag = 0.0;                  ///< s of that, which were left out: the body is so far behind the hand
 };
 
 /// The body's side of a simulation: contact → cut → step, once a tick.
@@ -101,6 +104,11 @@ class BodyLoop {
   void rest(Scalar h) {
     step(h, [](int, int, Scalar) {});
   }
+  /// So many seconds will have no tick: the body's thread came too late for them.
+  void leave_out(double seconds) noexcept {
+    counts_.seconds += seconds;
+    counts_.lag += seconds;
+  }
 
   /// Brings the body back to a state it was in. The tool has to come from outside again.
   template <class State>
@@ -140,20 +148,26 @@ class BodyLoop {
   /// The steps of one tick; `before(i, steps, each)` is called before each of them, i from 1 to steps, each so many seconds.
   template <class Before>
   void step(Scalar h, Before before) {
-    auto const [steps, each, capped] = split_duration(h, step_for(h), most_steps_);
-    if (capped) ++counts_.capped;
+    auto const [steps, each, capped, wanted] = split_duration(h, step_for(h), most_steps_);
+    if (capped) ++counts_.capped, counts_.max_steps_wanted = std::max(counts_.max_steps_wanted, wanted);
     if (cutter_.state() == CuttingPhase::no_contact) sound_ = true;
     int taken = 0;
+    double covered = 0;   // s
     while (taken < steps) {
       before(++taken, steps, each);
       auto const report = body_.step(each);
       moves_ = report.moving > 0;
-      if (report) continue;
+      if (report) {
+        covered += static_cast<double>(each);
+        continue;
+      }
       ++counts_.diverged;
       sound_ = false;
       break;
     }
     ++counts_.ticks;
+    counts_.seconds += static_cast<double>(h);
+    if (double const left_out = static_cast<double>(h) - covered; left_out > 1e-5 * static_cast<double>(h)) counts_.lag += left_out;   // not rounding
     counts_.steps += static_cast<std::uint64_t>(taken);
     counts_.most_steps_a_tick = std::max(counts_.most_steps_a_tick, taken);
   }

@@ -84,13 +84,29 @@ inline std::string to_text(ForceSaturation const& force) {
   return text;
 }
 
+/// How far the body is behind the hand, why, and what to do, in one line; empty where it is not, and some step is stable. A body that lags moves in
+/// slow motion.
+inline std::string lag_text(BodyCounts const& body) {
+  if (!(body.lag > 0.0))
+    return body.capped == 0 ? std::string()
+                            : detail::message("no step of the body is stable in ", body.capped, " of ", body.ticks, " ticks: give it damping, or another integrator\n");
+  std::string text = detail::message("the body lags ", detail::rounded(body.lag), " s behind the hand, ", detail::rounded(100.0 * body.lag / body.seconds), " % of ",
+                                     detail::rounded(body.seconds), " s");
+  if (body.capped > 0)
+    text += detail::message("; ", body.capped, " of ", body.ticks, " ticks wanted up to ", body.max_steps_wanted, " steps where ", body.most_steps_a_tick,
+                            " are allowed: raise SimulatorOptions::most_body_steps, or make the stable step longer with softer links, less damping, more mass or a coarser mesh");
+  if (body.diverged > 0) text += detail::message("; ", body.diverged, " steps diverged: see the stable step");
+  if (body.capped == 0 && body.diverged == 0) text += "; its ticks take longer than their period: compute fewer particles, or lower SimulatorOptions::body_rate";
+  return text + "\n";
+}
+
 /// Where the time of a tick goes, as text: for a log or a window beside the simulation.
 ///   servo: tick 3.12 µs (p99 5.2 µs) of 1000 µs at 1000 Hz: 0.312 % (p99 0.52 %); 0 overruns, 0 skipped in 1500 ticks
 ///     period 1000 µs (p99 1040 µs, longest 1130 µs), woken 37 µs late (p99 82 µs)
 ///   body: tick 180 µs (p99 260 µs) of 2000 µs at 500 Hz: 9 % (p99 13 %), 1.8 steps a tick; 0 overruns, 0 skipped in 750 ticks
 ///     period 2000 µs (p99 2050 µs, longest 2200 µs), woken 60 µs late (p99 110 µs)
 ///   next bottleneck: the body's computing, 13 % of its period at p99; it may take 7.69 times as long
-/// After it, where there is reason to, what the limit of force did: `to_text(ForceSaturation)`.
+/// After it, where there is reason to, how far the body lags, `lag_text`, and what the limit of force did, `to_text(ForceSaturation)`.
 /// Share      computing time / period aimed at, at the median and at p99. Steps a tick are a mean. Times of a quantile are within 1/32.
 /// For        `simulator.statistics()` after a run, `simulator.live_statistics()` during one. Not for the servo: it allocates.
 inline std::string budget_text(SimulatorStatistics const& statistics) {
@@ -106,7 +122,7 @@ inline std::string budget_text(SimulatorStatistics const& statistics) {
     text += first.share <= 1.0 ? detail::message("it may take ", detail::rounded(1.0 / first.share), " times as long\n")
                                : detail::message("that is ", detail::rounded(first.share), " times what there is\n");
   }
-  return text + to_text(statistics.servo_counts.saturation);
+  return text + lag_text(body) + to_text(statistics.servo_counts.saturation);
 }
 
 }  // namespace palpate

@@ -370,6 +370,7 @@ class Simulator {
       auto const slot = pacer.wait();
       auto const started = std::chrono::steady_clock::now();
       double const h = period * static_cast<double>(1 + std::min(slot.skipped, most_caught_up));
+      if (slot.skipped > most_caught_up) loop_.leave_out(period * static_cast<double>(slot.skipped - most_caught_up));
       placed = between.poses.fetch() || placed;
       Pose const& pose = between.poses.front();
       if (placed) {
