@@ -4,6 +4,7 @@
 #include "pictures.hpp"
 #include "strokes.hpp"
 
+#include <palpate/organs.hpp>
 #include <palpate/palpate.hpp>
 #include <palpate/testing/cut_invariants.hpp>
 #include <palpate/vtk/virtual_display.hpp>

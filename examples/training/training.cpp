@@ -4,6 +4,7 @@
 #include "hand.hpp"
 
 #include <palpate/palpate.hpp>
+#include <palpate/training.hpp>
 #include <palpate/vtk/virtual_display.hpp>
 
 #include <cstdio>

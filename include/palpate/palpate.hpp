@@ -2,6 +2,9 @@
 #pragma once
 
 /// palpate: soft tissue and haptics. This header reads as the table of contents; each line can be included alone.
+/// Headers of their own, because few programs need them and each costs compile time: palpate/organs.hpp (demo organs),
+/// palpate/fitting.hpp (coefficients from measurements), palpate/training.hpp (sessions of a person, guidance), and the
+/// drivers palpate/device/phantom.hpp and palpate/device/force_dimension.hpp.
 
 // core: scalars, errors, random numbers, units, frames
 #include <palpate/core/error.hpp>
@@ -22,11 +25,8 @@
 #include <palpate/mesh/components.hpp>
 #include <palpate/mesh/edges.hpp>
 #include <palpate/mesh/grid.hpp>
-#include <palpate/mesh/heart.hpp>
-#include <palpate/mesh/implicit.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
-#include <palpate/mesh/organ.hpp>
 #include <palpate/mesh/quality.hpp>
 #include <palpate/mesh/repair.hpp>
 #include <palpate/mesh/rings.hpp>
@@ -193,28 +193,3 @@
 #include <palpate/simulator/snapshot.hpp>
 #include <palpate/simulator/tick.hpp>
 #include <palpate/simulator/tick_statistics.hpp>
-
-// training: sessions of a person, kept, repeated and compared; a hand held on a path
-#include <palpate/training/alignment.hpp>
-#include <palpate/training/comparison.hpp>
-#include <palpate/training/configuration.hpp>
-#include <palpate/training/guidance.hpp>
-#include <palpate/training/guide_path.hpp>
-#include <palpate/training/replay.hpp>
-#include <palpate/training/replay_address.hpp>
-#include <palpate/training/score.hpp>
-#include <palpate/training/session.hpp>
-#include <palpate/training/session_io.hpp>
-#include <palpate/training/smoothness.hpp>
-
-// fitting: from measurements to coefficients
-#include <palpate/fitting/contact_models.hpp>
-#include <palpate/fitting/fit.hpp>
-#include <palpate/fitting/fit_network.hpp>
-#include <palpate/fitting/fit_stiffness.hpp>
-#include <palpate/fitting/fitted_force.hpp>
-#include <palpate/fitting/indentation.hpp>
-#include <palpate/fitting/least_squares.hpp>
-#include <palpate/fitting/measurements.hpp>
-#include <palpate/fitting/needle_model.hpp>
-#include <palpate/fitting/student_quantile.hpp>

@@ -8,8 +8,10 @@
 #include <cstring>
 #include <type_traits>
 
-#ifdef __SSE2__
+#if defined(__AVX__)
 #include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h>   // a fifth of the parsing
 #endif
 
 namespace palpate::detail {
