@@ -47,6 +47,9 @@ class AnyCutter {
   palpate::CuttingPhase state() const noexcept {
     return with([](auto const& cutter) { return cutter.state(); });
   }
+  double tip_radius() const noexcept {
+    return with([](auto const& cutter) { return cutter.tip_radius(); });
+  }
   bool is_behind() const noexcept {
     return with([](auto const& cutter) {
       if constexpr (requires { cutter.is_behind(); }) return cutter.is_behind();

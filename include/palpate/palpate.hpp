@@ -12,6 +12,7 @@
 #include <palpate/core/execution.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
+#include <palpate/core/policy.hpp>
 #include <palpate/core/random.hpp>
 #include <palpate/core/serial.hpp>
 #include <palpate/core/similarity.hpp>
@@ -81,6 +82,7 @@
 #include <palpate/statics/tangent_matrix.hpp>
 
 // body: tissue, integrator and region, with state; where a tool touches it
+#include <palpate/body/concept.hpp>
 #include <palpate/body/damping.hpp>
 #include <palpate/body/modal_view.hpp>
 #include <palpate/body/pieces.hpp>
@@ -149,6 +151,7 @@
 #include <palpate/device/trajectory_shapes.hpp>
 
 // haptics: how the tip and the tissue push each other
+#include <palpate/haptics/concept.hpp>
 #include <palpate/haptics/contact_coupling.hpp>
 #include <palpate/haptics/coupled_force.hpp>
 #include <palpate/haptics/facet_planes.hpp>

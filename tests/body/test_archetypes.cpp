@@ -22,9 +22,10 @@ using namespace palpate;
 namespace {
 
 /// The least tissue: particles of 0.1 kg on home springs of 10 N/m and 0.2 N s/m, joined by nothing but their neighbourhood.
+template <RealScalar S>
 class Beads {
  public:
-  using Scalar = double;
+  using Scalar = S;
 
   class Assembly {
    public:
@@ -33,21 +34,22 @@ class Beads {
     void add_forces(X const& x, V const& v, F& f) const {
       for (std::size_t k = 0; k < particles_.size(); ++k) {
         auto const i = static_cast<Eigen::Index>(k);
-        f.col(i) -= 10.0 * (x.col(i) - rest_[k]) + 0.2 * v.col(i);
+        f.col(i) -= S(10) * (x.col(i) - rest_[k]) + S(0.2) * v.col(i);
       }
     }
 
    private:
     friend Beads;
     std::vector<int> particles_;
-    std::vector<Vector3<double>> rest_;
+    std::vector<Vector3<S>> rest_;
   };
 
-  explicit Beads(TriangleMesh<double> const& mesh) : points_(mesh.points), surface_(static_cast<int>(mesh.points.cols()), mesh.triangles) {}
+  explicit Beads(TriangleMesh<S> const& mesh) : points_(mesh.points), surface_(static_cast<int>(mesh.points.cols()), mesh.triangles) {}
 
   int size() const { return static_cast<int>(points_.cols()); }
-  Vector3<double> rest_position(int i) const { return points_.col(i); }
-  double mass(int) const { return 0.1; }
+  std::size_t revision() const { return 0; }
+  Vector3<S> rest_position(int i) const { return points_.col(i); }
+  S mass(int) const { return S(0.1); }
   bool nailed(int i) const { return i == 0; }
   template <class Visit>
   void for_each_neighbour(int i, Visit visit) const {
@@ -61,17 +63,21 @@ class Beads {
     for (int const i : moving) assembly.rest_.push_back(rest_position(i));
   }
   template <class X, class V>
-  Vector3<double> internal_force(int i, X const& x, V const& v) const {
-    return -10.0 * (x.col(i) - points_.col(i)) - 0.2 * v.col(i);
+  Vector3<S> internal_force(int i, X const& x, V const& v) const {
+    return S(-10) * (x.col(i) - points_.col(i)) - S(0.2) * v.col(i);
   }
-  double stiffness_bound(int) const { return 10.0; }
-  double damping_bound(int) const { return 0.2; }
+  S stiffness_bound(int) const { return 10; }
+  S damping_bound(int) const { return S(0.2); }
 
  private:
-  Matrix3X<double> points_;
+  Matrix3X<S> points_;
   SurfaceTopology surface_;
 };
-static_assert(TissueModel<Beads> && !CuttableTissue<Beads> && !HasPotentialEnergy<Beads> && !MultipliesStiffness<Beads>);
+static_assert(TissueModel<Beads<double>> && TissueModel<Beads<float>>);
+static_assert(!CuttableTissue<Beads<double>> && !HasPotentialEnergy<Beads<double>> && !HasStiffnessProduct<Beads<double>> && !HasFusedForces<Beads<double>> &&
+              !ReservesMemory<Beads<double>> && !HasPrestrain<Beads<double>> && !HasStiffnessRowBoundsAt<Beads<double>>);
+static_assert(HasFusedForces<MassSpring<float>> && ReservesMemory<MassSpring<float>> && HasPrestrain<MassSpring<float>> && HasHomeSprings<MassSpring<float>> &&
+              HasLinks<MassSpring<float>> && HasStiffnessRowBoundsAt<MassSpring<float>> && HasPotentialEnergy<MassSpring<float>>);
 
 /// The least integrator.
 struct Drift {
@@ -81,7 +87,7 @@ struct Drift {
     system.positions() += h * system.velocities();
   }
 };
-static_assert(Integrator<Drift> && !StatesStableStep<Drift>);
+static_assert(Integrator<Drift> && Integrator<Drift, float> && !StatesStableStep<Drift> && !StatesOrder<Drift>);
 
 /// The least region that follows the touch: what is touched, nothing else.
 struct TouchedOnly {
@@ -103,11 +109,11 @@ double pushed(double force, double t) {
 }  // namespace
 
 TEST_CASE("the least tissue obeys the laws that any tissue obeys") {
-  CHECK(testing::to_text(testing::check_tissue(Beads(make_grid<double>(4, 3, 0.01)))) == "");
+  CHECK(testing::to_text(testing::check_tissue(Beads<double>(make_grid<double>(4, 3, 0.01)))) == "");
 }
 
 TEST_CASE("a body of the least policies moves as the closed form says") {
-  SoftBody body(Beads(make_grid<double>(4, 3, 0.01)), Drift{}, TouchedOnly{});
+  SoftBody body(Beads<double>(make_grid<double>(4, 3, 0.01)), Drift{}, TouchedOnly{});
   // v += h a(x, v), x += h v is stable while 4 - 2 h γ - h² κ ≥ 0, with κ = k/m = 100/s² and γ = c/m = 2/s: h = (√(γ² + 4 κ) - γ)/κ.
   CHECK(body.stable_step() == Approx((std::sqrt(404.0) - 2.0) / 100.0).epsilon(0).margin(0.8 / (1 << 24)));   // 24 bisections of 8/ω
   for (int k = 0; k < 10000; ++k) {
@@ -126,7 +132,7 @@ TEST_CASE("a body of the least policies moves as the closed form says") {
 }
 
 TEMPLATE_TEST_CASE("shipped integrators and regions work with the least tissue", "", WholeBody, ZoneOfInfluence) {
-  SoftBody body(Beads(make_grid<double>(4, 3, 0.01)), LeapfrogVerlet{}, TestType{});
+  SoftBody body(Beads<double>(make_grid<double>(4, 3, 0.01)), LeapfrogVerlet{}, TestType{});
   auto const saved = body.save();
   for (int k = 0; k < 1000; ++k) {
     body.apply_force(5, {0.0, 0.0, -0.02});

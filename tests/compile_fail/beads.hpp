@@ -33,6 +33,7 @@ class Beads {
       : points_(mesh.points), surface_(static_cast<int>(mesh.points.cols()), mesh.triangles) {}
 
   int size() const { return static_cast<int>(points_.cols()); }
+  std::size_t revision() const { return 0; }
   palpate::Vector3<double> rest_position(int i) const { return points_.col(i); }
   double mass(int) const { return 0.1; }
   bool nailed(int) const { return false; }

@@ -37,8 +37,8 @@ static_assert(has_no_refinement<NullDevice<double>>);
 static_assert(has_no_refinement<RecordedDevice<NullDevice<double>>> && has_no_refinement<TremblingDevice<NullDevice<double>, double>>);
 static_assert(SelfClocked<RecordedDevice<ClockedDevice>> && SelfClocked<TremblingDevice<ClockedDevice, double>>);
 
-static_assert(HandsOverClock<RecordedDevice<AnyDevice<double>>> && HandsOverClock<FaultyDevice<TremblingDevice<AnyDevice<double>, double>>>);
-static_assert(!HandsOverClock<RecordedDevice<ClockedDevice>> && !HandsOverClock<RecordedDevice<NullDevice<double>>>);
+static_assert(HasOptionalClock<RecordedDevice<AnyDevice<double>>> && HasOptionalClock<FaultyDevice<TremblingDevice<AnyDevice<double>, double>>>);
+static_assert(!HasOptionalClock<RecordedDevice<ClockedDevice>> && !HasOptionalClock<RecordedDevice<NullDevice<double>>>);
 static_assert(!SelfClocked<RecordedDevice<AnyDevice<double>>>);
 
 using WrapDiary = CompleteDevice::Diary;

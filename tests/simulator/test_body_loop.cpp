@@ -306,7 +306,7 @@ TEST_CASE("a body that really diverges ends in no number that is not finite", "[
 
 namespace {
 
-/// The least a cutter can be: no tip radius, no interest in the force.
+/// The least a cutter can be: no interest in the force.
 struct Needle {
   template <class Body>
   void advance(Body& body, Vector3<double> const& tip) {
@@ -315,6 +315,7 @@ struct Needle {
   SurfaceContact<double> const& contact() const { return touch.contact(); }
   CuttingPhase state() const { return contact().touching ? CuttingPhase::indenting : CuttingPhase::no_contact; }
   CutReport const& report() const { return cuts; }
+  double tip_radius() const { return touch.tip_radius(); }
 
   Touch<double> touch{0.0};
   CutReport cuts;

@@ -66,7 +66,7 @@ double largest_step(ProxyForce<double> force, int every) {
 
 TEST_CASE("at rest the proxy's spring is the tissue's reaction, where it is as stiff as the contact", "[simulator][proxy]") {
   auto const at_rest = [](auto force) {
-    Simulator simulator(ScriptedDevice<double>(press_and_wait(0.003)), palpate_test::skin<double>(WholeBody{}), NoCutter<double>(1e-3), force, {.coupling = {.stiffness = 600.0}});
+    Simulator simulator(ScriptedDevice<double>(press_and_wait(0.003)), palpate_test::skin<double>(WholeBody{}), NoCutter<double>({.tip_radius = 1e-3}), force, {.coupling = {.stiffness = 600.0}});
     return simulator.run(2.4).ticks().back().force;
   };
   Vector3<double> const tissue = at_rest(TissueReaction{});
@@ -170,7 +170,7 @@ TEST_CASE("where a cut begins and ends a proxy's force has no step, alone and wi
 
 TEST_CASE("the proxy lags in its cone of friction behind a tool that is drawn along", "[simulator][proxy]") {
   auto const path = Trajectory<double>::start({0.04, 0.0533, 0.002}).line({0.04, 0.0533, -0.002}, 0.2).hold(0.3).line({0.06, 0.0533, -0.002}, 1.0);
-  Simulator simulator(ScriptedDevice<double>(path), palpate_test::skin<double>(WholeBody{}), NoCutter<double>(1e-3),
+  Simulator simulator(ScriptedDevice<double>(path), palpate_test::skin<double>(WholeBody{}), NoCutter<double>({.tip_radius = 1e-3}),
                       ProxyForce<double>({.surface = SurfaceKind::plane, .static_friction = 0.4, .dynamic_friction = 0.3}));
   auto const ticks = simulator.run(1.4).ticks();
   Vector3<double> const rest = ticks[450].force, drawn = ticks.back().force;

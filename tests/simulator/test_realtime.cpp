@@ -255,7 +255,6 @@ struct Falling {
 
 /// A cutter that throws once it is deep enough.
 struct Brittle : NoCutter<double> {
-  Brittle() : NoCutter<double>(0.0) {}
   template <class Body>
   void advance(Body& body, Vector3<double> const& tip) {
     NoCutter<double>::advance(body, tip);
@@ -638,7 +637,6 @@ namespace {
 
 /// A blunt tool whose body's tick takes 400 ms from the 120th on: as a cut through a large organ might.
 struct SlowTool : NoCutter<double> {
-  SlowTool() : NoCutter<double>(0.0) {}
   int ticks = 0;
   template <class Body>
   void advance(Body& body, Vector3<double> const& tip) {

@@ -11,6 +11,7 @@
 
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
+#include <palpate/cutting/separating_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/force/cutting_force.hpp>
 #include <palpate/force/liver.hpp>
@@ -93,6 +94,30 @@ TEST_CASE("a run without time is an empty recording, and one that makes no sense
   CHECK(unsaid(with({.snapshot_rate = -5.0}), "-5 Hz") == "");
   CHECK(unsaid(with({.coupling = {.stiffness = -1.0}}), "contact stiffness", "-1 N/m") == "");
   CHECK(with({}) == "(no exception)");
+}
+
+// Hooke's law for a sheet that does not give way: a ball of radius r, its centre c above the sheet, is r − c deep and pushed out with k (r − c).
+TEMPLATE_TEST_CASE("a ball is as deep as it reaches below the sheet, whichever cutter holds it, and is felt as that", "[simulator]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const check = [](auto const& cutter) {
+    MassSpring<S> sheet(make_grid<S>(11, 11, S(0.005)), {.mass = {.total = S(0.1)}, .link = {.stiffness = 80}});
+    for (int i = 0; i < sheet.size(); ++i) sheet.nail(i);
+    auto path = Trajectory<S>::start({S(0.0262), S(0.0233), S(0.006)});
+    path.line({S(0.0262), S(0.0233), S(0.001)}, 0.1).hold(0.1);
+    Simulator simulator(ScriptedDevice<S>(path), SoftBody(std::move(sheet)), cutter, TissueReaction{}, {.coupling = {.stiffness = 100.0, .damping = 0.0}});
+    Recording const recording = simulator.run(0.2);
+    Tick const& last = recording.ticks().back();
+    CHECK(simulator.cutter().contact().depth == Approx(0.003));
+    CHECK(last.phase == CuttingPhase::indenting);
+    CHECK(last.depth == Approx(0.003));
+    CHECK(last.force.z() == Approx(0.3));
+    CHECK(last.force.template head<2>().norm() < 1e-6);
+    CHECK(recording.ticks()[39].depth == 0.0);   // the centre 4.05 mm above it
+    CHECK(recording.ticks()[41].depth == Approx(5e-5).epsilon(0.01));
+  };
+  check(NoCutter<S>({.tip_radius = S(0.004)}));
+  check(ProgressiveCutter<S>({.puncture_depth = S(0.02), .tip_radius = S(0.004)}));
+  check(SeparatingCutter<S>({.puncture_depth = S(0.02), .tip_radius = S(0.004)}));
 }
 
 TEMPLATE_TEST_CASE("depth on a flat sheet is how far the tip is below it, and phases follow one another", "[simulator]", PALPATE_TEST_SCALARS) {
@@ -238,7 +263,6 @@ static_assert(HapticDevice<Diary> && OpensAndCloses<Diary> && Armable<Diary>);
 
 /// A cutter that gives up at a certain depth.
 struct Brittle : NoCutter<double> {
-  Brittle() : NoCutter<double>(0.0) {}
   template <class Body>
   void advance(Body& body, Vector3<double> const& tip) {
     NoCutter<double>::advance(body, tip);

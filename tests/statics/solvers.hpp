@@ -54,6 +54,7 @@ class Chain {
     for (int i = 0; i < size(); ++i) rest_.col(i) << S(i), S(0), S(0);
   }
   int size() const { return static_cast<int>(k_.size()) + 1; }
+  std::size_t revision() const { return 0; }
   Vector3<S> rest_position(int i) const { return rest_.col(i); }
   S mass(int) const { return S(0.1); }
   bool nailed(int i) const { return i == 0; }

@@ -32,8 +32,8 @@ MassSpring<S> ball(S stiffness, S home) {
 
 }  // namespace
 
-static_assert(Linearises<Supported<MassSpring<double>>> && CuttableTissue<Supported<MassSpring<double>>> && HasPotentialEnergy<Supported<MassSpring<float>>> &&
-              MultipliesStiffness<Supported<MassSpring<double>>> && BoundsItsRowsAt<Supported<MassSpring<float>>>);
+static_assert(HasTangentOperator<Supported<MassSpring<double>>> && CuttableTissue<Supported<MassSpring<double>>> && HasPotentialEnergy<Supported<MassSpring<float>>> &&
+              HasStiffnessProduct<Supported<MassSpring<double>>> && HasStiffnessRowBoundsAt<Supported<MassSpring<float>>>);
 
 TEMPLATE_TEST_CASE("supported tissue obeys the laws of its family", "", PALPATE_TEST_SCALARS) {
   using S = TestType;

@@ -126,9 +126,7 @@ class BodyMotion : public BodyShape<TissueType> {
   /// Room for this many particles and triangles: up to there neither stepping nor cutting allocates.
   void reserve(int particle_count, int triangle_count) {
     Shape::reserve(particle_count, triangle_count);
-    int links = 3 * triangle_count + particle_count;
-    if constexpr (requires { tissue_.links().size(); }) links = std::max(links, tissue_.links().size());   // a volume has more
-    system_.reserve(particle_count, links);
+    system_.reserve(tissue_, particle_count, triangle_count);
     moving_.reserve(particle_count);
     forces_.reserve(particle_count);
     modal_estimate_.reserve(particle_count);
@@ -165,7 +163,7 @@ class BodyMotion : public BodyShape<TissueType> {
   bool stable_step_fell() {
     if (!modes_are_known_) return true;
     ModalBounds<Scalar> const now = modal_estimate_.follow(tissue_, positions(), [&](int i) { return is_free(i); });
-    Scalar const most = MultipliesStiffness<Tissue> ? Scalar(1.025 / 1.05) : Scalar(1);
+    Scalar const most = HasStiffnessProduct<Tissue> ? Scalar(1.025 / 1.05) : Scalar(1);
     return now.stiffness > most * known_modes_.stiffness || now.damping > most * known_modes_.damping;
   }
   /// Above its modes for certain, from Gershgorin's row sums; see row_bounds.
@@ -279,7 +277,7 @@ class BodyMotion : public BodyShape<TissueType> {
     moving_.set_scale(mean_edge_, offset_);
     reserve(size(), tissue_.surface().triangle_count());
     home_revision_ = revision();
-    if constexpr (requires { tissue_.link_prestrain(); })
+    if constexpr (HasPrestrain<Tissue>)
       if (tissue_.link_prestrain() > 0) settle();
   }
 
@@ -331,13 +329,7 @@ class BodyMotion : public BodyShape<TissueType> {
 
   std::size_t moving_count() const noexcept { return moving_.particles().size(); }
   void consume_forces() { forces_.consume(state_); }
-  std::size_t revision() const noexcept {
-    if constexpr (requires { tissue_.revision(); })
-      return tissue_.revision();
-    else
-      return topology_revision_;
-  }
-
+  std::size_t revision() const noexcept { return tissue_.revision(); }
 
   BodySystem<Tissue, ExecutionType> system_;
 

@@ -198,7 +198,7 @@ class BodyShape {
   /// Evens out the masses around all that was edited since the last call, where the tissue can: a cutter asks for it once a tick.
   /// Momentum is kept, and the kinetic energy does not rise.
   void even_masses() {
-    if constexpr (EvensMasses<Tissue>) {
+    if constexpr (RedistributesMass<Tissue>) {
       auto const moved = [&](int from, int to, Scalar share) { mix_velocity(from, to, share); };
       last_look_.resize(static_cast<std::size_t>(size()));
       ++look_;
@@ -361,7 +361,7 @@ class BodyShape {
     make_room(disturbed_, 4 * static_cast<std::size_t>(particles), 4 * more);
     make_room(last_look_, static_cast<std::size_t>(particles));
     temporaries_.reserve(8);
-    if constexpr (requires { tissue_.reserve(particles, triangles); }) tissue_.reserve(particles, triangles);
+    if constexpr (ReservesMemory<Tissue>) tissue_.reserve(particles, triangles);
   }
 
  protected:

@@ -119,7 +119,7 @@ class BodySystem {
 
   /// Takes the tangent of what acts on the moving set, at positions(); the two below are of that one.
   void linearise()
-    requires Linearises<Tissue>
+    requires HasTangentOperator<Tissue>
   {
     assembly_.linearise(now(x_, &State::position).wide(), inverse_mass_.data());
     if (all_ == moving_) return;
@@ -128,7 +128,7 @@ class BodySystem {
   }
   template <class D, class Out>
   void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, D const& d, Out&& out)
-    requires Linearises<Tissue>
+    requires HasTangentOperator<Tissue>
   {
     if constexpr (is_padded<D> && is_padded<Out>)
       if (all_ == moving_) return assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
@@ -142,7 +142,7 @@ class BodySystem {
   }
   template <class Out>
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Out&& out)
-    requires Linearises<Tissue>
+    requires HasTangentOperator<Tissue>
   {
     product_.resize(all_);
     assembly_.tangent_diagonal(mass, damping, stiffness, product_.wide().data());
@@ -162,7 +162,7 @@ class BodySystem {
     moving_ = static_cast<int>(moving.size());
     all_ = static_cast<int>(assembly_.particles().size());
     for (auto* columns : {&x_, &v_, &memory_, &border_x_, &border_v_}) columns->resize(all_);
-    if constexpr (requires { assembly_.force_columns(); })
+    if constexpr (HasFusedForces<Tissue>)
       force_.resize(assembly_.force_columns());
     else
       force_.resize(all_);
@@ -178,13 +178,13 @@ class BodySystem {
   }
 
   /// Room for sets up to this size, so that choosing them does not allocate.
-  void reserve(int particles, int links) {
+  void reserve([[maybe_unused]] Tissue const& tissue, int particles, [[maybe_unused]] int triangles) {
     for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_, &memory_, &direction_, &product_}) columns->reserve(particles);
     inverse_mass_.reserve(static_cast<std::size_t>(particles));
     for (auto& columns : scratch_) columns.reserve(particles);
     place_.reserve(static_cast<std::size_t>(particles)), pushes_.reserve(2 * static_cast<std::size_t>(particles)), diverged_.reserve(16);
-    if constexpr (requires { assembly_.reserve(particles, links); }) assembly_.reserve(particles, links);
-    if constexpr (requires { assembly_.force_columns(); }) force_.reserve(assembly_.most_force_columns(particles));
+    if constexpr (ReservesMemory<Tissue>) assembly_.reserve(tissue, particles, triangles);
+    if constexpr (HasFusedForces<Tissue>) force_.reserve(Tissue::Assembly::max_force_columns(particles));
   }
 
   /// What is gathered is void: the state was changed from outside.
@@ -303,7 +303,7 @@ class BodySystem {
   template <std::size_t Count, class Before, class AfterOf>
   void accelerate(WideView<Scalar> const& x, WideView<Scalar> const& v, std::array<Scalar const*, Count> const& columns, Before const& before,
                   AfterOf const& after_of) {
-    if constexpr (requires { assembly_.blocks(); }) {
+    if constexpr (HasFusedForces<Tissue>) {
       assembly_.accelerate(x.data(), v.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), force_.wide().data(), run_, columns, before,
                            after_of);
     } else {
@@ -320,7 +320,7 @@ class BodySystem {
     }
   }
   int blocks() const noexcept {
-    if constexpr (requires { assembly_.blocks(); })
+    if constexpr (HasFusedForces<Tissue>)
       return assembly_.blocks();
     else
       return 1;

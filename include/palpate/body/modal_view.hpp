@@ -107,7 +107,7 @@ Mode<typename Tissue::Scalar> extreme_mode(Tissue const& tissue, X const& x, Mov
 /// Cost       some hundred products with the stiffness; allocates: for setting up, not for the loop.
 template <class Body>
 ModalView<typename Body::Scalar> modal_view(Body const& body) {
-  static_assert(MultipliesStiffness<typename Body::Tissue>, "modal_view: the body's tissue does not multiply its stiffness; see MultipliesStiffness.");
+  static_assert(HasStiffnessProduct<typename Body::Tissue>, "modal_view: the body's tissue does not multiply its stiffness; see HasStiffnessProduct.");
   auto const moves = [&](int i) { return !body.tissue().nailed(i) && !body.is_held(i) && body.tissue().mass(i) > 0; };
   auto const x = body.positions();
   return {detail::extreme_mode(body.tissue(), x, moves, true), detail::extreme_mode(body.tissue(), x, moves, false)};

@@ -39,7 +39,7 @@ class MovingSet {
 
   /// Throws what the region's validate() throws, if it has one.
   explicit MovingSet(RegionType region) : given_(std::move(region)), region_(given_) {
-    if constexpr (requires { region_.validate(); }) region_.validate();
+    if constexpr (Validatable<RegionType>) region_.validate();
   }
 
   /// `mean_edge` and the body's distance from the origin, `offset` [m], say what counts as small.

@@ -10,10 +10,14 @@ namespace palpate {
 
 namespace detail {
 
+/// A SoftBody, whatever its integrator and region.
+template <class Body>
+concept HasShape = std::derived_from<Body, BodyShape<typename Body::Tissue>>;
+
 /// A soft body as what touches and cuts it sees it, so that this is compiled once for all bodies of a tissue. Other bodies stay what they are.
 template <class Body>
 auto& shape_of(Body& body) noexcept {
-  if constexpr (requires { requires std::derived_from<Body, BodyShape<typename Body::Tissue>>; })
+  if constexpr (HasShape<Body>)
     return static_cast<std::conditional_t<std::is_const_v<Body>, BodyShape<typename Body::Tissue> const, BodyShape<typename Body::Tissue>>&>(body);
   else
     return body;

@@ -17,7 +17,7 @@ namespace palpate {
 ///            rest holds wherever the body goes: a link of length l resists with k along itself and k (1 − L/l) < k across. A law that
 ///            hardens has a larger tangent elsewhere than at x: ask again on the way. Pre-tension counts by |T|/l, also where a
 ///            compressed link pushes sideways: such a mode buckles at a rate that no step prevents.
-/// Tissue that does not state its bounds at x (BoundsItsRowsAt) is bounded at its rest shape.
+/// Tissue that does not state its bounds at x (HasStiffnessRowBoundsAt) is bounded at its rest shape.
 /// Cost       one pass over the elements; allocates nothing. On surfaces 2 to 2.5 times the largest κ, so two thirds of the step.
 /// Source     \cite golub2013 ch. 7.2, 7.3.
 template <TissueModel Tissue, class X, class Moves>
@@ -30,13 +30,13 @@ ModalBounds<typename Tissue::Scalar> row_bounds(Tissue const& tissue, X const& x
     if (!moves(i)) continue;
     any = true;
     Scalar stiffness;
-    if constexpr (requires { tissue.stiffness_bound(i, x); })
+    if constexpr (HasStiffnessRowBoundsAt<Tissue>)
       stiffness = tissue.stiffness_bound(i, x);
     else
       stiffness = tissue.stiffness_bound(i);
     modes.stiffness = std::max(modes.stiffness, stiffness / tissue.mass(i));
     modes.damping = std::max(modes.damping, tissue.damping_bound(i) / tissue.mass(i));
-    if constexpr (requires { tissue.home(i).damping; })
+    if constexpr (HasHomeSprings<Tissue>)
       modes.least_damping = std::min(modes.least_damping, tissue.home(i).damping / tissue.mass(i));
     else
       modes.least_damping = 0;
@@ -61,7 +61,7 @@ class ModalEstimate {
   ModalBounds<Scalar> operator()(Tissue const& tissue, X const& x, Moves moves) {
     ModalBounds<Scalar> modes = row_bounds(tissue, x, moves);
     products_ = 0;
-    if constexpr (MultipliesStiffness<Tissue>) {
+    if constexpr (HasStiffnessProduct<Tissue>) {
       if (modes.stiffness > 0 || modes.damping > 0) {
         modes.stiffness = largest(tissue, moves, stiffest_,
                                   [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
@@ -76,7 +76,7 @@ class ModalEstimate {
   /// each. The least damping is not looked for.
   template <class X, class Moves>
   ModalBounds<Scalar> follow(Tissue const& tissue, X const& x, Moves moves) {
-    if constexpr (MultipliesStiffness<Tissue>) {
+    if constexpr (HasStiffnessProduct<Tissue>) {
       ModalBounds<Scalar> modes;
       modes.stiffness = followed(tissue, moves, stiffest_, [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
       modes.damping = followed(tissue, moves, most_damped_, [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });

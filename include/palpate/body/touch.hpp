@@ -51,6 +51,7 @@ class Touch {
   }
 
   SurfaceContact<Scalar> const& contact() const noexcept { return contact_; }
+  Scalar tip_radius() const noexcept { return radius_; }   // m
 
   /// Moves the tip [m]. Beside the surface the contact ends, or, with `keep_beside`, stays at the last point on it.
   /// A tip that is not finite changes nothing.
@@ -58,7 +59,7 @@ class Touch {
   SurfaceContact<Scalar> const& update(Body& body, Vector const& tip, bool keep_beside = false) {
     if (!tip.allFinite()) return contact_;
     if (was_restored(body)) end();
-    if constexpr (requires { body.restorations(); }) restorations_ = body.restorations();
+    restorations_ = body.restorations();
     if (contact_.touching) {
       if (!is_still_there(body)) find_again(body);
       follow(body, tip);
@@ -93,8 +94,7 @@ class Touch {
   /// Whether the body was restored since the last update: the triangle that was touched may not exist any more.
   template <class Body>
   bool was_restored(Body const& body) const noexcept {
-    if constexpr (requires { body.restorations(); }) return restorations_ != body.restorations();
-    return false;
+    return restorations_ != body.restorations();
   }
 
   /// Forgets the contact and where the tip was.
@@ -103,14 +103,13 @@ class Touch {
  private:
   template <class Body>
   void remember(Body const& body) noexcept {
-    if constexpr (requires { body.topology_revision(); }) revision_ = body.topology_revision();
+    revision_ = body.topology_revision();
   }
 
   /// Whether the triangle with the last number holds the last touched point, or is beside it: another tool's edits may have given the number away.
   template <class Body>
   bool is_still_there(Body const& body) const {
-    if constexpr (requires { body.topology_revision(); })
-      if (revision_ == body.topology_revision()) return true;
+    if (revision_ == body.topology_revision()) return true;
     if (contact_.triangle >= body.tissue().surface().triangle_count()) return false;
     auto const c = body.tissue().surface().corners(contact_.triangle);
     Scalar longest = 0;   // squared

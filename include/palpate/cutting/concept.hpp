@@ -3,8 +3,10 @@
 
 #include <palpate/body/touch.hpp>
 #include <palpate/core/phase.hpp>
+#include <palpate/cutting/blade_edge.hpp>
 
 #include <concepts>
+#include <optional>
 
 namespace palpate {
 
@@ -24,6 +26,7 @@ struct CutReport {
 ///   contact()                   where the tip touches since the last advance
 ///   state()                     no contact → indenting → moving → no contact
 ///   report()                    what the current or last cut did
+///   tip_radius()                of the ball that the tip is [m]: contact, coupling and the depth that a force is asked for reckon with it; 0 for a point
 /// What the syntax can not say: the body's mesh is valid after every tick, and its mass is unchanged. So is its rest area, unless the cutter moves
 /// vertices; then its report says by how much the area has changed.
 template <class C, class Body>
@@ -32,6 +35,23 @@ concept Cutter = std::copyable<C> && requires(C& cutter, C const& seen, Body& bo
   { seen.contact() } -> std::convertible_to<SurfaceContact<typename Body::Scalar> const&>;
   { seen.state() } -> std::same_as<CuttingPhase>;
   { seen.report() } -> std::convertible_to<CutReport const&>;
+  { seen.tip_radius() } -> std::same_as<typename Body::Scalar>;
+};
+
+/// Refinement: a cutter that is told what the tool pressed the tissue with in the last tick [N].
+template <class C, class Body>
+concept FeelsReaction = Cutter<C, Body> && requires(C& cutter, Body& body, typename Body::Vector const& tip, typename Body::Scalar pressed) {
+  cutter.advance(body, tip, pressed);
+};
+
+/// Refinement: a cutter that can be taken away from the body: a cut in progress ends, and the tip has to come from outside again.
+template <class C, class Body>
+concept ResettableCutter = Cutter<C, Body> && requires(C& cutter, Body& body) { cutter.reset(body); };
+
+/// Refinement: a cutter whose blade can hold on to a particle of the tissue and drag it along.
+template <class C, class Body>
+concept HoldsTissue = Cutter<C, Body> && requires(C const& cutter, Body const& body) {
+  { cutter.held(body) } -> std::same_as<std::optional<BladeHold<typename Body::Scalar>>>;
 };
 
 }  // namespace palpate

@@ -6,11 +6,18 @@
 
 namespace palpate {
 
+template <RealScalar Scalar>
+struct NoCutterOptions {
+  Scalar tip_radius = 0;   ///< m, of the ball that the tip is; 0: a point
+};
+
 /// A blunt tool: it touches and palpates, and never cuts.
+///   NoCutter<double> probe({.tip_radius = 0.004});
 template <RealScalar Scalar>
 class NoCutter {
  public:
-  explicit NoCutter(Scalar tip_radius = 0) : touch_(tip_radius) {}
+  NoCutter() : NoCutter(NoCutterOptions<Scalar>{}) {}
+  explicit NoCutter(NoCutterOptions<Scalar> const& options) : touch_(options.tip_radius) {}
 
   template <class Body>
   void advance(Body& body, Vector3<Scalar> const& tip) {
@@ -26,6 +33,7 @@ class NoCutter {
   SurfaceContact<Scalar> const& contact() const noexcept { return touch_.contact(); }
   CuttingPhase state() const noexcept { return contact().touching ? CuttingPhase::indenting : CuttingPhase::no_contact; }
   CutReport const& report() const noexcept { return report_; }
+  Scalar tip_radius() const noexcept { return touch_.tip_radius(); }
 
  private:
   Touch<Scalar> touch_;

@@ -88,6 +88,7 @@ class ProgressiveCutter {
   bool is_behind() const noexcept { return blade_.is_behind(); }
   CutReport const& report() const noexcept { return blade_.front().report(); }
   SurfaceContact<Scalar> const& contact() const noexcept { return blade_.contact(); }
+  Scalar tip_radius() const noexcept { return blade_.tip_radius(); }
   /// What the blade drags along while it is moved across its edge; nothing while it cuts.
   template <class Body>
   std::optional<BladeHold<Scalar>> held(Body const& body) const noexcept {

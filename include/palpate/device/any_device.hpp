@@ -12,16 +12,6 @@
 
 namespace palpate {
 
-/// The clock of a device that has one: see `SelfClocked`.
-class DeviceClock {
- public:
-  virtual void start(void (*tick)(void*) noexcept, void* context) = 0;
-  virtual void stop() noexcept = 0;
-
- protected:
-  ~DeviceClock() = default;
-};
-
 namespace detail {
 template <class Device>
 inline constexpr char device_tag = 0;   // its address tells the types of devices apart
@@ -147,7 +137,7 @@ class AnyDevice {
     DeviceClock* clock() noexcept override {
       if constexpr (SelfClocked<Device>)
         return this;
-      else if constexpr (requires(Device& device) { { device.clock() } -> std::convertible_to<DeviceClock*>; })
+      else if constexpr (HasOptionalClock<Device>)
         return device_.clock();   // another AnyDevice, deeper inside
       else
         return nullptr;

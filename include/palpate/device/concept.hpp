@@ -166,8 +166,20 @@ concept SelfClocked = requires(Device& device, void (*tick)(void*) noexcept, voi
   { device.stop() } noexcept;
 };
 
-/// Refinement: a device of which it turns out while the program runs whether it has a clock: `clock()` points to the `start` and `stop` of it, or is null.
+/// The clock of a device that has one: see `SelfClocked`.
+class DeviceClock {
+ public:
+  virtual void start(void (*tick)(void*) noexcept, void* context) = 0;
+  virtual void stop() noexcept = 0;
+
+ protected:
+  ~DeviceClock() = default;
+};
+
+/// Refinement: a device of which it turns out while the program runs whether it has a clock: `clock()` is that, or null.
 template <class Device>
-concept HandsOverClock = requires(Device& device) { device.clock()->stop(); };
+concept HasOptionalClock = requires(Device& device) {
+  { device.clock() } noexcept -> std::same_as<DeviceClock*>;
+};
 
 }  // namespace palpate

@@ -4,7 +4,9 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/device/concept.hpp>
 
+#include <concepts>
 #include <cstdint>
+#include <vector>
 
 namespace palpate {
 
@@ -17,6 +19,12 @@ struct HandSample {
   std::uint32_t buttons = 0;
   DeviceStatus read = DeviceStatus::ok;
   DeviceStatus written = DeviceStatus::ok;
+};
+
+/// Refinement: a device that has kept what went in and out of it, one sample a tick; see `RecordedDevice`.
+template <class Device>
+concept RecordsSamples = requires(Device const& device) {
+  { device.samples() } -> std::convertible_to<std::vector<HandSample> const&>;
 };
 
 }  // namespace palpate

@@ -47,6 +47,10 @@ concept FittedModel = requires(Model const& model, std::span<Measurement const> 
   model.law(p, depths);
 };
 
+/// A model with a `tip_depth` [m] that is given, not fitted: a preset keeps it beside the coefficients.
+template <class Model>
+concept HasTipDepth = FittedModel<Model> && std::same_as<decltype(Model::tip_depth), double>;
+
 namespace detail {
 
 /// The measurements of tissue that resists a tool it is not punctured by: those before the puncture; those of a test without one, else.

@@ -48,7 +48,7 @@ struct TissueCoefficients {
   bool home_stiffness = true;
 
   static std::vector<LinkCoefficient<Scalar, Law>> its_stiffness() {
-    if constexpr (requires { static_cast<Scalar Law::*>(&Law::stiffness); })
+    if constexpr (HasStiffness<Law, Scalar>)
       return {{"stiffness", "N/m", &Law::stiffness}};
     else
       return {};

@@ -43,7 +43,7 @@ ForcePreset force_preset(Fit<Model> const& fit, std::string source) {
     preset.coefficients.emplace_back(c.name, c.value);
     if (!c.determined) unknown += (unknown.empty() ? "" : ", ") + c.name;
   }
-  if constexpr (requires { fit.model.tip_depth; }) preset.coefficients.emplace_back("tip_depth", fit.model.tip_depth);
+  if constexpr (HasTipDepth<Model>) preset.coefficients.emplace_back("tip_depth", fit.model.tip_depth);
   if (!unknown.empty()) preset.source += " (not determined by the measurements: " + unknown + ")";
   if (!fit.converged) preset.source += " (the fit did not converge)";
   return preset;
@@ -150,7 +150,7 @@ class FittedForce {
     }
     Model adjusted = model;
     std::size_t known = parameters.size();
-    if constexpr (requires { adjusted.tip_depth; })
+    if constexpr (HasTipDepth<Model>)
       for (auto const& [name, value] : preset.coefficients)
         if (name == "tip_depth") adjusted.tip_depth = value, ++known;
     if (preset.coefficients.size() != known) refuse("has ", parameters.size(), " coefficients, given are ", preset.coefficients.size());

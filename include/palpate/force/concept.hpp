@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/policy.hpp>
 #include <palpate/force/contact.hpp>
 #include <palpate/force/phase.hpp>
 
@@ -54,14 +55,6 @@ concept ForceNoise = RealScalar<Scalar> && requires(T& noise, Vector3<Scalar> co
 };
 
 namespace detail {
-
-/// A part that checks its options when it is put to use.
-template <class T>
-concept Validated = requires(T const& part) { part.validate(); };
-
-/// A part with state that can start anew.
-template <class T>
-concept Resettable = requires(T& part) { part.reset(); };
 
 /// A curve of either kind at one branch.
 template <class Scalar, class Curve>

@@ -188,9 +188,12 @@ CurveReport<S> check_curve(Curve curve, DepthRange<S> range, std::type_identity_
   return report;
 }
 
-/// The same over the range that the curve says it is good for.
+/// A curve that says from where to where it is good.
 template <class Curve>
-  requires requires(Curve const& curve) { curve.range().low; }
+concept StatesRange = requires(Curve const& curve) { curve.range().low; };
+
+/// The same over the range that the curve says it is good for.
+template <StatesRange Curve>
 auto check_curve(Curve curve) {
   auto const range = curve.range();
   return check_curve(std::move(curve), range);

@@ -19,11 +19,13 @@ namespace palpate {
 namespace detail {
 
 template <class T>
+concept NamesScalar = requires { typename T::Scalar; };
+
+template <class T>
 struct ScalarOf {
   using type = void;
 };
-template <class T>
-  requires requires { typename T::Scalar; }
+template <NamesScalar T>
 struct ScalarOf<T> {
   using type = typename T::Scalar;
 };
@@ -123,7 +125,7 @@ class CuttingForce {
   explicit CuttingForce(Parts... parts) : parts_(std::move(parts)...) {
     each([&](auto& part) {
       using Part = std::remove_cvref_t<decltype(part)>;
-      if constexpr (detail::Validated<Part>) part.validate();
+      if constexpr (Validatable<Part>) part.validate();
       if constexpr (std::is_same_v<Part, Join>) join_ = part;
     });
   }
@@ -165,7 +167,7 @@ class CuttingForce {
     noise_energy_ = Scalar(0);
     forget_puncture();
     each([&](auto& part) {
-      if constexpr (detail::Resettable<std::remove_cvref_t<decltype(part)>>) part.reset();
+      if constexpr (Resettable<std::remove_cvref_t<decltype(part)>>) part.reset();
     });
   }
 

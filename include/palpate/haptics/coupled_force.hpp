@@ -5,8 +5,8 @@
 #include <palpate/device/capabilities.hpp>
 #include <palpate/force/concept.hpp>
 #include <palpate/force/cutting_force.hpp>
+#include <palpate/haptics/concept.hpp>
 #include <palpate/haptics/local_model.hpp>
-#include <palpate/haptics/overlay.hpp>
 #include <palpate/haptics/proxy_force.hpp>
 #include <palpate/haptics/velocity_estimate.hpp>
 #include <palpate/haptics/virtual_coupling.hpp>
@@ -65,7 +65,7 @@ class CoupledForce {
     };
     require(options.stiffness > 0.0, ".stiffness", options.stiffness, " N/m", "give a number above zero, or none for all that the device stands");
     require(options.damping >= 0.0, ".damping", options.damping, " N·s/m", "give zero or more, or none for all that the device stands");
-    if constexpr (detail::Validated<Force>) force_.validate();
+    if constexpr (Validatable<Force>) force_.validate();
   }
 
   SurfaceKind surface_kind() const noexcept {
@@ -119,7 +119,7 @@ class CoupledForce {
 
   void reset() noexcept {
     begin_anew();
-    if constexpr (detail::Resettable<Force>) force_.reset();
+    if constexpr (Resettable<Force>) force_.reset();
   }
 
  private:

@@ -3,8 +3,8 @@
 
 #include <palpate/force/concept.hpp>
 #include <palpate/force/cutting_force.hpp>
+#include <palpate/haptics/concept.hpp>
 #include <palpate/haptics/local_model.hpp>
-#include <palpate/haptics/overlay.hpp>
 #include <palpate/haptics/proxy_force.hpp>
 
 #include <utility>
@@ -83,7 +83,7 @@ class PressThenCut {
   Press const& press() const noexcept { return press_; }
 
   void reset() noexcept {
-    if constexpr (detail::Resettable<Press>) press_.reset();
+    if constexpr (Resettable<Press>) press_.reset();
     cut_.reset();
     contact_ = {};
     cuts_ = false;

@@ -4,8 +4,8 @@
 #include <palpate/core/error.hpp>
 #include <palpate/force/concept.hpp>
 #include <palpate/force/curve_join.hpp>
+#include <palpate/haptics/concept.hpp>
 #include <palpate/haptics/local_model.hpp>
-#include <palpate/haptics/overlay.hpp>
 #include <palpate/haptics/patch_handover.hpp>
 #include <palpate/haptics/plane_handover.hpp>
 #include <palpate/haptics/surface_proxy.hpp>
@@ -16,27 +16,10 @@
 
 namespace palpate {
 
-/// A force that answers to the tissue's surface as it is now, instead of a depth below the undisturbed one. Beyond the syntax: as of `ForceModel`; zero soon after the
-/// surface's stiffness has become 0. `begin_session(servo rate, model rate)` tells it how many ticks lie between two models.
-template <class T, class Scalar>
-concept SurfaceForce = RealScalar<Scalar> && requires(T& model, LocalModel<Scalar> const& local, ToolMotion<Scalar> const& motion) {
-  { model.on_surface(local, motion) } noexcept -> detail::Vector3Of<Scalar>;
-  { model.surface_kind() } -> std::same_as<SurfaceKind>;
-  model.begin_session(1000.0, 500.0);
-};
-
 /// A force that tells how it falls off as its tool yields: N/m, of the last `on_surface`, symmetric, without negative eigenvalues.
 template <class T, class Scalar>
 concept KnowsLoadStiffness = requires(T const& force) {
   { force.load_stiffness() } -> std::convertible_to<Matrix<Scalar, 3, 3>>;
-};
-
-/// A force that states the largest stiffness [N/m] it renders, in the scene, and can be told to render less: a simulator asks for what the device stands,
-/// seen through the mapping.
-template <class T>
-concept LimitsStiffness = requires(T& force, T const& constant, double stiffness) {
-  { constant.most_stiffness() } noexcept -> std::convertible_to<double>;
-  { force.limit_stiffness(stiffness) } noexcept;
 };
 
 /// What a force model that knows no more than its force falls off by: along the normal its secant, F·n/d, where that is above zero.

@@ -26,7 +26,7 @@ SurfacePatch<typename Body::Scalar> tangent_plane(Body const& body, int triangle
   for (std::size_t k = 0; k < 3; ++k) {
     S const w = barycentric[static_cast<Eigen::Index>(k)];
     patch.point += w * body.positions().col(c[k]);
-    if constexpr (requires { body.velocities(); }) patch.velocity += w * body.velocities().col(c[k]);
+    patch.velocity += w * body.velocities().col(c[k]);
   }
   patch.normal = shaded_normal(body, triangle, barycentric);
   return patch;
@@ -151,18 +151,15 @@ class SurfaceFit {
   template <class Body>
   void settle(Body const& body, S reach) noexcept {
     auto const c = body.tissue().surface().corners(triangle_);
-    Vector3<S> point = Vector3<S>::Zero(), velocity = Vector3<S>::Zero(), turn = Vector3<S>::Zero();
+    Vector3<S> point = Vector3<S>::Zero(), velocity = Vector3<S>::Zero();
     for (std::size_t k = 0; k < 3; ++k) point += barycentric_[static_cast<Eigen::Index>(k)] * body.positions().col(c[k]);
     patch_ = patch_.anchored_at(point);
-    if constexpr (requires { body.velocities(); }) {
-      PatchUpdate<S> rate(patch_, options_.curved, options_.damping);
-      for (std::size_t k = 0; k < 3; ++k) velocity += barycentric_[static_cast<Eigen::Index>(k)] * body.velocities().col(c[k]);
-      for (int k = 0; k < count_; ++k)
-        if (vertex_[at(k)] < body.velocities().cols()) rate.add(last_[at(k)], Vector3<S>(body.velocities().col(vertex_[at(k)]) - velocity));
-      turn = patch_.normal.cross(rate.solve().tilt);
-    }
+    PatchUpdate<S> rate(patch_, options_.curved, options_.damping);
+    for (std::size_t k = 0; k < 3; ++k) velocity += barycentric_[static_cast<Eigen::Index>(k)] * body.velocities().col(c[k]);
+    for (int k = 0; k < count_; ++k)
+      if (vertex_[at(k)] < body.velocities().cols()) rate.add(last_[at(k)], Vector3<S>(body.velocities().col(vertex_[at(k)]) - velocity));
     patch_.velocity = velocity;
-    patch_.angular_velocity = turn;
+    patch_.angular_velocity = patch_.normal.cross(rate.solve().tilt);
     patch_.reach = reach;
     if (!(patch_.stiffness > S(0))) patch_.stiffness = S(options_.stiffness);
   }

@@ -44,9 +44,10 @@ concept LinearisedSystem = System<S> && requires(S& system, typename S::Matrix& 
 namespace detail {
 
 /// The least a System can be; concepts are checked against it.
+template <RealScalar S>
 struct SystemArchetype {
-  using Scalar = double;
-  using Matrix = Matrix3X<double>;
+  using Scalar = S;
+  using Matrix = Matrix3X<S>;
 
   Matrix& positions() { return columns; }
   Matrix& velocities() { return columns; }
@@ -63,33 +64,48 @@ struct SystemArchetype {
   Matrix columns;
 };
 
-struct LinearisedSystemArchetype : SystemArchetype {
+template <RealScalar S>
+struct LinearisedSystemArchetype : SystemArchetype<S> {
   void linearise() {}
   template <class D, class Out>
-  void multiply_tangent(double, double, double, D const&, Out&&) {}
+  void multiply_tangent(S, S, S, D const&, Out&&) {}
   template <class Out>
-  void tangent_diagonal(double, double, double, Out&&) {}
+  void tangent_diagonal(S, S, S, Out&&) {}
 };
 
-static_assert(System<SystemArchetype> && !LinearisedSystem<SystemArchetype> && LinearisedSystem<LinearisedSystemArchetype>);
+static_assert(System<SystemArchetype<double>> && !LinearisedSystem<SystemArchetype<double>> && LinearisedSystem<LinearisedSystemArchetype<double>>);
 
 template <class I, class S>
-concept Steps = requires(I const& integrator, S& system, double h) { integrator.step(system, h); };
+concept Steps = requires(I const& integrator, S& system, typename S::Scalar h) { integrator.step(system, h); };
+
+/// What step_by_parts() is given.
+struct PartsArchetype {
+  template <class X, class V, class M>
+  void before(X&, V const&, M&) const;
+  template <class X, class V, class A>
+  void after(X&, V&, A&) const;
+  template <class X, class V, class A>
+  void undo(X&, V&, A const&) const;
+};
 
 }  // namespace detail
 
 /// Advances a System by one step of h seconds.
 /// What the syntax can not say, and `testing/` checks: a step of zero changes nothing, and the error shrinks as h^order.
-template <class I>
-concept Integrator = std::copyable<I> && (detail::Steps<I, detail::SystemArchetype> || detail::Steps<I, detail::LinearisedSystemArchetype>);
+template <class I, class Scalar = double>
+concept Integrator = std::copyable<I> && (detail::Steps<I, detail::SystemArchetype<Scalar>> || detail::Steps<I, detail::LinearisedSystemArchetype<Scalar>>);
 
 /// An integrator whose step takes a LinearisedSystem and nothing less.
-template <class I>
-concept ImplicitIntegrator = Integrator<I> && !detail::Steps<I, detail::SystemArchetype>;
+template <class I, class Scalar = double>
+concept ImplicitIntegrator = Integrator<I, Scalar> && !detail::Steps<I, detail::SystemArchetype<Scalar>>;
 
 /// An integrator whose step is one call of step_by_parts and touches the state in no other way, and says so.
 template <class I>
 concept StepsByParts = Integrator<I> && requires { requires I::by_parts; };
+
+/// A System that does a step by parts at once, while what it needs is near the processor.
+template <class S>
+concept HasFusedStep = System<S> && requires(S& system, detail::PartsArchetype const& parts) { system.step_by_parts(parts); };
 
 /// A step that does the same to each particle by itself, then asks for the forces once, then does the same to each again:
 ///   parts.before(x, v, m)   m is what was remembered; leaves there the velocity that the forces are asked for at. v is const
@@ -100,7 +116,7 @@ concept StepsByParts = Integrator<I> && requires { requires I::by_parts; };
 /// of its state but undoes a step that diverges.
 template <System S, class Parts>
 void step_by_parts(S& system, Parts const& parts) {
-  if constexpr (requires { system.step_by_parts(parts); }) {
+  if constexpr (HasFusedStep<S>) {
     system.step_by_parts(parts);
   } else {
     auto&& x = system.positions();
@@ -125,6 +141,12 @@ struct ModalBounds {
   Scalar stiffness = 0;            ///< largest κ = ω² [1/s²]
   Scalar damping = 0;              ///< largest γ [1/s]
   Scalar least_damping = 0;        ///< smallest γ of any mode [1/s]
+};
+
+/// An integrator that states its order: its error shrinks as h^order.
+template <class I>
+concept StatesOrder = Integrator<I> && requires {
+  { I::order } -> std::convertible_to<double>;
 };
 
 /// An integrator that states its largest stable step [s] for all modes within the bounds; infinity where none is needed.

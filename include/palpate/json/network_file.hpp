@@ -181,6 +181,10 @@ std::string network_text(NetworkCurve<Net> const& curve) {
                                        ",\n    \"largest_force_N\": ", std::isfinite(cap) ? detail::json_number(cap) : "null", "\n  }"));
 }
 
+/// What `write_network` takes: a network, or a curve of one.
+template <class Network>
+concept HasNetworkText = requires(Network const& network) { network_text(network); };
+
 /// Writes a trained network, or a `NetworkCurve`, to a JSON file, the whole file or none of it:
 ///   format, version    "palpate network", 1
 ///   activation, sizes  "tanh", [2, 5, 1]
@@ -194,8 +198,7 @@ std::string network_text(NetworkCurve<Net> const& curve) {
 /// Units      as the network's caller has them: the scaling is in the file. The curve's keys name theirs.
 /// Invariant  Numbers read back to the same bits, in any locale; what is read and written again gives the same bytes.
 /// Limits     Throws `FileError` for a folder that is missing or may not be written, or a full disk; an older file then stays as it was.
-template <class Network>
-  requires requires(Network const& network) { network_text(network); }
+template <HasNetworkText Network>
 void write_network(std::filesystem::path const& path, Network const& network) {
   detail::write_whole_file(path, network_text(network));
 }

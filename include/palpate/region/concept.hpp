@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/policy.hpp>
 #include <palpate/region/selection.hpp>
 
 #include <concepts>
@@ -21,6 +22,7 @@ struct GraphArchetype {
 
 /// Chooses which particles are computed: adds them to `selection`, given those that are touched, held or pulled.
 /// `relaxation` is the share of a mean edge below which a particle outside the choice may stop (see SoftBody::step).
+/// One that is Validatable is asked so when a body is made.
 /// What the syntax can not say: the choice contains every touched particle and depends on the graph and the touched ones alone.
 template <class R>
 concept Region = std::copyable<R> && requires(R const& region, detail::GraphArchetype const& graph, std::span<int const> touched,

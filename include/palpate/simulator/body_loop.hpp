@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/body/shape_of.hpp>
 #include <palpate/body/substeps.hpp>
 #include <palpate/cutting/concept.hpp>
@@ -40,8 +41,10 @@ struct BodyCounts {
 /// After a step that diverged the local model says so, until the tip is out of the tissue and the body moves again.
 template <class BodyType, class CutterType>
 class BodyLoop {
+  static_assert(SimulatedBody<BodyType>, "Simulator: the body is no SimulatedBody; see palpate/body/concept.hpp, or use a SoftBody.");
   static_assert(Cutter<CutterType, BodyType>,
-                "Simulator: the cutter needs advance(body, tip), contact(), state() and report(); use NoCutter<double>{} for a blunt tool.");
+                "Simulator: the cutter needs advance(body, tip), contact(), state(), report() and tip_radius() of the body's scalar; use NoCutter<double>{} for a "
+                "blunt tool.");
 
  public:
   using Scalar = typename BodyType::Scalar;
@@ -63,7 +66,7 @@ class BodyLoop {
     Vector const from = ticked_ ? last_tip_ : tip;
     last_tip_ = tip;
     ticked_ = true;
-    if constexpr (requires { cutter_.advance(body_, tip, pressed_); })
+    if constexpr (FeelsReaction<CutterType, BodyType>)
       cutter_.advance(body_, tip, pressed_);
     else
       cutter_.advance(body_, tip);
@@ -71,11 +74,11 @@ class BodyLoop {
     Vector reaction = Vector::Zero();
     step(h, [&](int i, int steps, Scalar each) {
       Vector const now = from + (tip - from) * (Scalar(i) / Scalar(steps));
-      if constexpr (requires { cutter_.held(body_); })
+      if constexpr (HoldsTissue<CutterType, BodyType>)
         if (auto const held = cutter_.held(body_))
           reaction += coupling_.drag(body_, held->particle, held->slip_force, cutter_.contact().normal, now, velocity, each) / Scalar(steps);
       if (!presses) return;
-      reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, tip_radius(), each) / Scalar(steps);
+      reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, cutter_.tip_radius(), each) / Scalar(steps);
     });
     pressed_ = reaction.norm();
 
@@ -83,17 +86,15 @@ class BodyLoop {
     SurfaceContact<Scalar> const& contact = cutter_.contact();
     model.phase = cutter_.state();
     model.sound = sound_;
-    if constexpr (requires { body_.restorations(); }) model.restorations = body_.restorations();
+    model.restorations = body_.restorations();
     if (model.phase != CuttingPhase::no_contact) {
       model.home_point = contact.home_point;
       model.normal = contact.normal;
-      model.tip_radius = tip_radius();
+      model.tip_radius = cutter_.tip_radius();
       model.tissue_force = reaction;
     }
-    if (sensor_.kind() != SurfaceKind::none) {
-      if constexpr (requires { body_.nearest_point(tip); body_.tissue().surface(); body_.topology_revision(); })
-        model.surface = sensor_.look(detail::shape_of(body_), contact, model.phase, tip, tip_radius(), static_cast<Scalar>(coupling_.stiffness));
-    }
+    if (sensor_.kind() != SurfaceKind::none)
+      model.surface = sensor_.look(detail::shape_of(body_), contact, model.phase, tip, cutter_.tip_radius(), static_cast<Scalar>(coupling_.stiffness));
     return model;
   }
 
@@ -133,17 +134,12 @@ class BodyLoop {
   static constexpr int guarded_at_once = 2;   // ticks
 
   void take_tool_away() {
-    if constexpr (requires { cutter_.reset(body_); }) cutter_.reset(body_);
+    if constexpr (ResettableCutter<CutterType, BodyType>) cutter_.reset(body_);
     ticked_ = false;
     pressed_ = 0;
   }
 
-  std::size_t revision() const noexcept {
-    if constexpr (requires { body_.tissue().revision(); })
-      return body_.tissue().revision();
-    else
-      return body_.topology_revision();
-  }
+  std::size_t revision() const noexcept { return body_.tissue().revision(); }
 
   /// The steps of one tick; `before(i, steps, each)` is called before each of them, i from 1 to steps, each so many seconds.
   template <class Before>
@@ -192,8 +188,7 @@ class BodyLoop {
     }
     if (guarded_ticks_ == 0 && moves_ && --ticks_to_speed_ <= 0) {
       ticks_to_speed_ = ticks_between_speeds;
-      if constexpr (requires { body_.mean_edge(); })
-        if (body_.velocities().cwiseAbs().maxCoeff() * h > Scalar(0.05) * body_.mean_edge()) guard();
+      if (body_.velocities().cwiseAbs().maxCoeff() * h > Scalar(0.05) * body_.mean_edge()) guard();
     }
     if (guarded_ticks_ == 0) return stable_step_;
     if (--guarded_ticks_ == 0) ticks_to_speed_ = 1;
@@ -203,26 +198,15 @@ class BodyLoop {
 
   /// Keeps to the guaranteed step for the next ticks.
   void guard() {
-    if constexpr (requires { { body_.guaranteed_stable_step() } -> std::convertible_to<Scalar>; }) {
-      guarded_step_ = body_.guaranteed_stable_step();
-      guarded_ticks_ = guarded_at_once;
-      was_guarded_ = true;
-    }
+    guarded_step_ = body_.guaranteed_stable_step();
+    guarded_ticks_ = guarded_at_once;
+    was_guarded_ = true;
   }
 
   void look_at_stable_step() {
     ticks_unseen_ = 0;
-    if constexpr (requires { body_.stable_step_fell(); }) {
-      ++counts_.looks;
-      if (body_.stable_step_fell()) find_stable_step();
-    }
-  }
-
-  Scalar tip_radius() const noexcept {
-    if constexpr (requires { cutter_.tip_radius(); })
-      return cutter_.tip_radius();
-    else
-      return 0;
+    ++counts_.looks;
+    if (body_.stable_step_fell()) find_stable_step();
   }
 
   BodyType body_;

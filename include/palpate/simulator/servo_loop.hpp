@@ -4,9 +4,8 @@
 #include <palpate/device/concept.hpp>
 #include <palpate/device/limit.hpp>
 #include <palpate/force/concept.hpp>
+#include <palpate/haptics/concept.hpp>
 #include <palpate/haptics/local_model.hpp>
-#include <palpate/haptics/overlay.hpp>
-#include <palpate/haptics/proxy_force.hpp>
 #include <palpate/haptics/safety_chain.hpp>
 #include <palpate/haptics/workspace_mapping.hpp>
 #include <palpate/core/event_ring.hpp>
@@ -67,7 +66,7 @@ struct DeviceScalarOf {
 /// chain is not armed, and, from a fault of the device on, until its next session. When the body is restored under the
 /// tool, the last force fades to zero over 50 ms, evenly; then the force model is heard again, and the tool has to touch anew. Where the position jumps, the
 /// tool was placed anew: `placements()` tells the body's side, and until that has answered there is no force.
-/// A force model with an overlay (see haptics/overlay.hpp) adds to the tissue's force in free space too, and goes on during that fading.
+/// A force model with an overlay (see HasOverlay) adds to the tissue's force in free space too, and goes on during that fading.
 template <class Device, class Force, RealScalar Scalar>
 class ServoLoop {
  public:
@@ -191,7 +190,7 @@ class ServoLoop {
     max_force_ = static_cast<DeviceScalar>(chain_.limits().max_force);
     if constexpr (LimitsStiffness<Force>) force_.limit_stiffness(chain_.stiffest(force_.most_stiffness()));
     rate_ = capabilities.rate;
-    if constexpr (requires { force_.begin_session(capabilities, mapping_, model_rate); })
+    if constexpr (BeginsSession<Force, Scalar>)
       force_.begin_session(capabilities, mapping_, model_rate);
     else if constexpr (SurfaceForce<Force, Scalar>)
       force_.begin_session(rate_, model_rate);
@@ -251,7 +250,7 @@ class ServoLoop {
     wanted.elastic = static_cast<double>(tissue.norm() * contact.depth);
     if constexpr (HasOverlay<Force, Scalar>) {
       wanted.force += force_.overlay(ToolMotion<Scalar>{tip_, velocity_, since_last_, continues_});
-      if constexpr (requires { force_.overlay_energy(); }) wanted.elastic += force_.overlay_energy();
+      if constexpr (HasOverlayEnergy<Force>) wanted.elastic += static_cast<double>(force_.overlay_energy());
     }
     continues_ = true;
   }

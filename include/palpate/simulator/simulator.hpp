@@ -63,7 +63,7 @@ class Simulator {
         snapshots_(std::make_unique<SnapshotChannel<Scalar>>()),
         live_(std::make_unique<LiveStatistics>()),
         told_(std::make_unique<Told>()) {
-    if constexpr (requires { servo_.force().validate(); }) servo_.force().validate();
+    if constexpr (Validatable<Force>) servo_.force().validate();
     if constexpr (SurfaceForce<Force, Scalar>) loop_.sense_surface(servo_.force().surface_kind());
   }
 
@@ -154,7 +154,7 @@ class Simulator {
     };
     if constexpr (SelfClocked<Device>) {
       on_clock_of(servo_.device());
-    } else if constexpr (requires(Device& device) { device.clock()->stop(); }) {   // known while the program runs: AnyDevice
+    } else if constexpr (HasOptionalClock<Device>) {   // known while the program runs: AnyDevice
       if (auto* const clock = servo_.device().clock())
         on_clock_of(*clock);
       else
@@ -176,11 +176,7 @@ class Simulator {
   EventRing<Tick, 1024>& live_ticks() noexcept { return told_->ticks; }
 
   /// The body as it is now, cuts included, also while the tool is in it: for restore(), as often as wanted.
-  auto mark() const
-    requires requires(Body const& body) { body.save(); }
-  {
-    return loop_.body().save();
-  }
+  auto mark() const { return loop_.body().save(); }
   /// Undoes all that has happened to the body since mark(). A tool that is in contact feels its force fade to zero over 50 ms, and has to touch
   /// the tissue anew. Between runs, or from `after_tick`.
   template <class Mark>

@@ -12,7 +12,7 @@ namespace palpate {
 /// taken anew there for tissue that hardens and states its bounds at x.
 ///   v ← v + F/k,   x ← x + v
 /// Needs nothing but forces and row bounds, so it serves every tissue. The default of settle().
-/// Source     the dynamic relaxation of form-finding; the masses are Gershgorin's bound, see BoundsItsRows.
+/// Source     the dynamic relaxation of form-finding; the masses are Gershgorin's bound, see HasStiffnessRowBounds.
 /// Cost       O(iterations · elements); iterations grow with the square root of the condition number. Allocates.
 /// Limits     a law that hardens much beyond its slope at rest, in tissue that does not state its bounds at x, may swing on for ever.
 struct DynamicRelaxation {

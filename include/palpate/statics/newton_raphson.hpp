@@ -35,7 +35,7 @@ struct NewtonRaphson {
   Inner inner{};
 
   template <TissueModel Tissue, RealScalar Scalar = typename Tissue::Scalar>
-    requires MultipliesStiffness<Tissue> && TangentSolver<Inner, Scalar>
+    requires HasStiffnessProduct<Tissue> && TangentSolver<Inner, Scalar>
   Equilibrium<Scalar> solve(StaticProblem<Tissue> const& problem, Matrix3X<Scalar>& positions) const {
     if (!(damping > 0 && damping <= 1))
       throw InvalidArgument(detail::message("the damping of Newton's step is ", damping, "; it must be above 0 and at most 1"));

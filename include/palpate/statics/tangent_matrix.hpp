@@ -26,7 +26,7 @@ class TangentMatrix {
   using Columns = Matrix3X<Scalar>;
 
   /// Which blocks there are: particles that are no neighbours must not feel each other.
-  template <MultipliesStiffness Tissue>
+  template <HasStiffnessProduct Tissue>
   TangentMatrix(Tissue const& tissue, std::span<int const> free) : particles_(free.begin(), free.end()) {
     std::vector<int> place(at(tissue.size()), -1);
     for (int k = 0; k < size(); ++k) place[at(particles_[at(k)])] = k;
@@ -49,7 +49,7 @@ class TangentMatrix {
   int colours() const noexcept { return static_cast<int>(first_of_colour_.size()) - 1; }
 
   /// Reads the blocks at positions x, 3 × particles of the body.
-  template <MultipliesStiffness Tissue>
+  template <HasStiffnessProduct Tissue>
   void update(Tissue const& tissue, Columns const& x) {
     for (int c = 0; c < colours(); ++c) {
       auto const same = std::span(by_colour_).subspan(at(first_of_colour_[at(c)]), at(first_of_colour_[at(c + 1)] - first_of_colour_[at(c)]));

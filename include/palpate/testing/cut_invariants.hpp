@@ -8,6 +8,7 @@
 #include <palpate/mesh/components.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/testing/violations.hpp>
+#include <palpate/tissue/concept.hpp>
 
 #include <algorithm>
 #include <array>
@@ -100,12 +101,12 @@ class CutInvariants {
       double const m = static_cast<double>(body.tissue().mass(i));
       s.mass += m;
       s.moment += m * rest.points.col(i).template cast<double>();
-      if constexpr (requires { body.tissue().home(i).stiffness; }) {
+      if constexpr (HasHomeSprings<typename Body::Tissue>) {
         s.stiffness += static_cast<double>(body.tissue().home(i).stiffness);
         s.damping += static_cast<double>(body.tissue().home(i).damping);
       }
     }
-    if constexpr (requires { body.tissue().links(); })
+    if constexpr (HasLinks<typename Body::Tissue>)
       for (int l = 0; l < body.tissue().links().size(); ++l) {
         auto const& link = body.tissue().links()[l];
         double const length = moves_vertices ? 1.0 : static_cast<double>((rest.points.col(link.a) - rest.points.col(link.b)).norm());
@@ -242,7 +243,7 @@ class CutInvariants {
     for (int i = 0; i < body.size(); ++i) {
       Scalar const mass = body.tissue().mass(i);
       if (body.is_temporary(i) ? mass != 0 : !(mass > 0)) report(found, "particle ", i, " weighs ", mass, " kg");
-      if constexpr (requires { body.tissue().home(i).stiffness; })
+      if constexpr (HasHomeSprings<typename Body::Tissue>)
         if (!(body.tissue().home(i).stiffness >= 0 && body.tissue().home(i).damping >= 0)) report(found, "particle ", i, " has a negative home spring");
       if (!body.positions().col(i).allFinite() || !body.velocities().col(i).allFinite()) report(found, "particle ", i, " has no finite state");
       if (!(std::abs(body.home_normal(i).norm() - 1) < Scalar(1e-3))) report(found, "particle ", i, " has no unit normal");
@@ -271,7 +272,7 @@ class CutInvariants {
   }
 
   void check_links(Body const& body, Violations& found) const {
-    if constexpr (requires { body.tissue().links(); }) {
+    if constexpr (HasLinks<typename Body::Tissue>) {
       std::vector<std::pair<int, int>> edges, links;
       auto const triangles = body.triangles();
       for (Eigen::Index t = 0; t < triangles.cols(); ++t)

@@ -121,7 +121,7 @@ Violations check_integrator(I const& integrator) {
     again.advance(integrator, 0.01);
     if (again.positions() != x || again.velocities() != v) found.push_back("two runs from the same state differ");
   }
-  if constexpr (requires { I::order; }) {
+  if constexpr (StatesOrder<I>) {
     double const order = measured_order(integrator);
     if (!(order > I::order - 0.1))
       found.push_back(message("the order is ", int{I::order}, " but the error shrinks as h^", order, " from h = 1/64 s to 1/128 s"));

@@ -141,7 +141,7 @@ Violations check_tissue(Tissue const& tissue, TissueChecks const& checks = {}) {
     if (!(std::abs(slope + work) <= tolerance * (std::abs(work) + largest * Scalar(std::sqrt(n)))))
       found.push_back(message("the energy grows by ", slope, " J/m along a direction in which the force is ", work, " N; force must be -gradient"));
   }
-  if constexpr (MultipliesStiffness<Tissue>) {
+  if constexpr (HasStiffnessProduct<Tissue>) {
     auto const slope = [&](Scalar width) {
       Columns const ahead = whole.rest + width * direction, behind = whole.rest - width * direction;
       return Columns((whole.forces(behind, still) - whole.forces(ahead, still)) / (2 * width));

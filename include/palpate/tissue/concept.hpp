@@ -2,12 +2,33 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/padded_columns.hpp>
+#include <palpate/mesh/surface_topology.hpp>
+#include <palpate/tissue/column_force.hpp>
 
 #include <array>
 #include <concepts>
+#include <cstddef>
 #include <span>
+#include <utility>
 
 namespace palpate {
+
+namespace detail {
+
+/// Columns of which one is looked at at a time, whatever they are made of: positions as they are, shifted or extrapolated, velocities of a body at rest.
+template <RealScalar Scalar>
+struct AnyColumns {
+  Vector3<Scalar> col(int) const;
+};
+
+/// The columns that a body and a solver of statics compute in; what passes for both works with either.
+template <RealScalar Scalar>
+using BodyColumns = NarrowView<Scalar>;
+template <RealScalar Scalar>
+using ConstBodyColumns = typename PaddedColumns<Scalar>::ConstView;
+
+}  // namespace detail
 
 /// Knows its particles: how many, where they rest, what they weigh, which are nailed, who their neighbours are.
 template <class T>
@@ -20,75 +41,164 @@ concept HasParticles = requires(T const& tissue, int i) {
   tissue.for_each_neighbour(i, [](int) {});
 };
 
-/// Knows its surface: what a tool touches and a renderer draws.
+/// Counts its edits: what was derived from masses, elements or nails before is void when the number is another. One that never changes says 0.
 template <class T>
-concept HasSurface = requires(T const& tissue) {
-  { tissue.surface().triangle_count() } -> std::convertible_to<int>;
-  tissue.surface().triangles();
+concept CountsRevisions = requires(T const& tissue) {
+  { tissue.revision() } -> std::same_as<std::size_t>;
 };
 
-/// Gathers what acts on a subset of its particles into an `Assembly`, which then answers forces at (x, v).
+/// Knows its surface: what a tool touches and a renderer draws. Of a body without one it has no triangles.
 template <class T>
-concept Assembles = requires(T const& tissue, std::span<int const> moving, typename T::Assembly& assembly,
-                             Matrix3X<typename T::Scalar>& columns) {
+concept HasSurface = requires(T const& tissue) {
+  { tissue.surface() } -> std::same_as<SurfaceTopology const&>;
+};
+
+/// Gathers what acts on a subset of its particles into an `Assembly`, which then adds the forces at (x, v) [N].
+///   assemble(moving, assembly) const
+///   assembly.particles()                  the particles in `moving`, then those that act on them
+///   assembly.add_forces(x, v, f)          3 × particles(); x, v and f are padded columns in a body, matrices in statics and tests: make it a template
+template <class T>
+concept HasSubsetForces = requires(T const& tissue, std::span<int const> moving, typename T::Assembly& assembly, Matrix3X<typename T::Scalar> const& x,
+                                   Matrix3X<typename T::Scalar>& f, detail::ConstBodyColumns<typename T::Scalar> const& padded_x,
+                                   detail::BodyColumns<typename T::Scalar>& padded_f) {
+  requires std::default_initializable<typename T::Assembly>;
   tissue.assemble(moving, assembly);
-  { assembly.particles() } -> std::convertible_to<std::span<int const>>;
-  assembly.add_forces(columns, columns, columns);
+  { std::as_const(assembly).particles() } -> std::convertible_to<std::span<int const>>;
+  assembly.add_forces(x, x, f);
+  assembly.add_forces(padded_x, padded_x, padded_f);
+};
+
+/// Answers the force of all its elements on one particle at (x, v) [N]; x and v answer col(i) and nothing else: make it a template.
+template <class T>
+concept HasParticleForce = requires(T const& tissue, int i, detail::AnyColumns<typename T::Scalar> const& columns) {
+  { tissue.internal_force(i, columns, columns) } -> std::convertible_to<Vector3<typename T::Scalar>>;
 };
 
 /// States, row by row, an upper bound of its stiffness [N/m] and damping [N·s/m]: Σ_j ‖K_ij‖ at the rest shape.
 template <class T>
-concept BoundsItsRows = requires(T const& tissue, int i) {
+concept HasStiffnessRowBounds = requires(T const& tissue, int i) {
   { tissue.stiffness_bound(i) } -> std::convertible_to<typename T::Scalar>;
   { tissue.damping_bound(i) } -> std::convertible_to<typename T::Scalar>;
-};
-
-/// Also states the bound of its stiffness at other positions [N/m]: Σ_j ‖K_ij(x)‖, tangent and pre-tension counted.
-template <class T>
-concept BoundsItsRowsAt = BoundsItsRows<T> && requires(T const& tissue, int i, Matrix3X<typename T::Scalar> const& positions) {
-  { tissue.stiffness_bound(i, positions) } -> std::convertible_to<typename T::Scalar>;
-};
-
-/// Answers the force of all its elements on one particle at (x, v) [N]; x and v are asked for a column at a time.
-template <class T>
-concept AnswersForOne = requires(T const& tissue, int i, Matrix3X<typename T::Scalar> const& columns) {
-  { tissue.internal_force(i, columns, columns) } -> std::convertible_to<Vector3<typename T::Scalar>>;
 };
 
 /// What the body is made of: rest shape, masses and elements, and their forces.
 /// What the syntax can not say: forces are continuous, vanish at the rest shape of a body without pre-tension, and depend on
 /// nothing but the positions and velocities given.
 template <class T>
-concept TissueModel = std::copyable<T> && HasParticles<T> && HasSurface<T> && Assembles<T> && AnswersForOne<T> && BoundsItsRows<T>;
+concept TissueModel = std::copyable<T> && HasParticles<T> && CountsRevisions<T> && HasSurface<T> && HasSubsetForces<T> && HasParticleForce<T> &&
+                      HasStiffnessRowBounds<T>;
 
-/// Also multiplies its stiffness and damping with a vector: K dx at x, C dv at x.
+// --- what a tissue may answer besides; a misspelt one is told by static_assert(HasPrestrain<MyTissue>) and its like --------------------
+
+/// Refinement: also states the bound of its stiffness at other positions [N/m]: Σ_j ‖K_ij(x)‖, tangent and pre-tension counted. x answers col(i).
 template <class T>
-concept MultipliesStiffness = requires(T const& tissue, Matrix3X<typename T::Scalar>& columns) {
-  tissue.add_stiffness_product(columns, columns, columns);
-  tissue.add_damping_product(columns, columns, columns);
+concept HasStiffnessRowBoundsAt = HasStiffnessRowBounds<T> && requires(T const& tissue, int i, detail::AnyColumns<typename T::Scalar> const& positions) {
+  { tissue.stiffness_bound(i, positions) } -> std::convertible_to<typename T::Scalar>;
 };
 
-/// Its Assembly also gives the matrix that an implicit integrator solves with: after linearise(x, inverse_mass), out = (m M + c C + k K) d and
+/// Refinement: has springs without weight that hold particles where they rest (anchor springs): `home(i).stiffness` [N/m], `home(i).damping` [N·s/m].
+template <class T>
+concept HasHomeSprings = requires(T const& tissue, int i) {
+  { tissue.home(i).stiffness } -> std::convertible_to<typename T::Scalar>;
+  { tissue.home(i).damping } -> std::convertible_to<typename T::Scalar>;
+};
+
+/// Refinement: is made of springs between two particles each (links): `links()` lists them, and at which particles they are; see LinkSet.
+template <class T>
+concept HasLinks = requires(T const& tissue, int i) {
+  { tissue.links().size() } -> std::same_as<int>;
+  { tissue.links()[i].rest_length } -> std::convertible_to<typename T::Scalar>;
+  { tissue.links().at(i) } -> std::convertible_to<std::span<int const>>;
+};
+
+/// Refinement: states its pre-tension, the share that elements are shorter at rest. Where it is above 0 a body is settled as it is made.
+template <class T>
+concept HasPrestrain = requires(T const& tissue) {
+  { tissue.link_prestrain() } -> std::convertible_to<typename T::Scalar>;
+};
+
+/// Refinement: takes memory beforehand, so that up to so many particles and triangles neither cuts nor another choice of moving particles allocates.
+template <class T>
+concept ReservesMemory = requires(T& tissue, T const& built, typename T::Assembly& assembly, int particles, int triangles) {
+  tissue.reserve(particles, triangles);
+  assembly.reserve(built, particles, triangles);
+};
+
+namespace detail {
+
+/// What a body passes to accelerate(); each is called as a template.
+struct EachBlock {
+  template <class Walk>
+  void operator()(int, Walk const&) const;
+};
+struct BeforeForces {
+  void operator()(int, int) const;
+};
+struct AfterForces {
+  template <class Columns>
+  void operator()(int, Columns const&) const;
+};
+struct AfterForcesOfBlock {
+  AfterForces operator()(int) const;
+};
+
+}  // namespace detail
+
+/// Refinement: its Assembly does in one pass what else takes three: integrator, forces, integrator. For accelerate() see MassSpringAssembly.
+///   blocks() const                        of particles(), that can be walked at once
+///   force_columns() const                 that accelerate() needs behind `force`
+///   max_force_columns(n) static           the most that n particles need
+///   accelerate(x, v, gravity, pushes, force, run, columns, before, after_of) const
+template <class T>
+concept HasFusedForces =
+    HasSubsetForces<T> && requires(typename T::Assembly const& assembly, typename T::Scalar const* x, typename T::Scalar* force,
+                                   Vector3<typename T::Scalar> const& gravity, std::span<ColumnForce<typename T::Scalar> const> pushes,
+                                   std::array<typename T::Scalar const*, 2> const& columns, int n) {
+      { assembly.blocks() } noexcept -> std::same_as<int>;
+      { assembly.force_columns() } noexcept -> std::same_as<int>;
+      { T::Assembly::max_force_columns(n) } noexcept -> std::same_as<int>;
+      assembly.accelerate(x, x, gravity, pushes, force, detail::EachBlock{}, columns, detail::BeforeForces{}, detail::AfterForcesOfBlock{});
+    };
+
+/// Refinement: multiplies its stiffness and damping with a vector: y += K(x) d, y += C(x) d, both symmetric and positive semidefinite. x is as in
+/// add_forces, d and y are matrices or contiguous columns: make them templates.
+template <class T>
+concept HasStiffnessProduct =
+    requires(T const& tissue, detail::ConstBodyColumns<typename T::Scalar> const& padded_x, Matrix3X<typename T::Scalar> const& x,
+             typename Columns<typename T::Scalar, 3>::View& view, Matrix3X<typename T::Scalar>& y) {
+      tissue.add_stiffness_product(padded_x, std::as_const(view), view);
+      tissue.add_damping_product(padded_x, std::as_const(view), view);
+      tissue.add_stiffness_product(x, x, y);
+      tissue.add_damping_product(x, x, y);
+    };
+
+/// Refinement: its Assembly also gives the matrix that an implicit integrator solves with: after linearise(x, inverse_mass), out = (m M + c C + k K) d and
 /// the diagonal of that matrix, K and C symmetric and positive semidefinite at x. d and out are 4 × particles().size(), contiguous, the fourth row
 /// 0, d zero in the border's columns; what comes out there is not used.
 template <class T>
-concept Linearises = Assembles<T> && requires(typename T::Assembly& assembly, Matrix<typename T::Scalar, 4, Dynamic> const& x,
-                                              typename T::Scalar const* in, typename T::Scalar* out, typename T::Scalar factor) {
+concept HasTangentOperator = HasSubsetForces<T> && requires(typename T::Assembly& assembly, WideView<typename T::Scalar> const& x,
+                                                            typename T::Scalar const* in, typename T::Scalar* out, typename T::Scalar factor) {
   assembly.linearise(x, in);
   assembly.multiply_tangent(factor, factor, factor, in, out);
   assembly.tangent_diagonal(factor, factor, factor, out);
 };
 
-/// Also states the energy stored in its elements at given positions [J].
+/// Refinement: states the energy stored in its elements at given positions [J]; they are padded columns or a matrix.
 template <class T>
-concept HasPotentialEnergy = requires(T const& tissue, Matrix3X<typename T::Scalar> const& positions) {
-  { tissue.potential_energy(positions) } -> std::convertible_to<typename T::Scalar>;
-};
+concept HasPotentialEnergy =
+    requires(T const& tissue, Matrix3X<typename T::Scalar> const& x, detail::ConstBodyColumns<typename T::Scalar> const& padded_x) {
+      { tissue.potential_energy(x) } -> std::convertible_to<typename T::Scalar>;
+      { tissue.potential_energy(padded_x) } -> std::convertible_to<typename T::Scalar>;
+    };
 
-/// Also lets its surface be cut: particles are inserted and split, triangles subdivided, and mass and springs follow.
+/// Refinement: lets its surface be cut: particles are inserted and split, triangles subdivided, and mass and springs follow.
+///   cuttable()       whether this one can be; one built from a volume, say, can not
+///   next_copy(i)     particles that cuts made of one, at one place undeformed, form a ring: the one after i, or i where there is no other
 template <class T>
-concept CuttableTissue = TissueModel<T> && requires(T& tissue, int i, Vector3<typename T::Scalar> barycentric,
-                                                    typename T::Scalar s, std::span<int const> triangles, std::array<int, 3> corners) {
+concept CuttableTissue = TissueModel<T> && requires(T& tissue, T const& seen, int i, Vector3<typename T::Scalar> const& barycentric,
+                                                    typename T::Scalar s, std::span<int const> triangles, std::array<int, 3> const& corners) {
+  { seen.cuttable() } -> std::same_as<bool>;
+  { seen.next_copy(i) } -> std::same_as<int>;
   { tissue.insert_in_triangle(i, barycentric) } -> std::same_as<int>;
   { tissue.insert_on_edge(i, i, s) } -> std::same_as<int>;
   { tissue.split_particle(i, triangles) } -> std::same_as<int>;
@@ -100,18 +210,18 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, int i, Vector3<ty
   tissue.remove_temporary(i, corners);
 };
 
-/// Also evens out the masses around a particle that a cut has left too light; see MassSpring::even_mass.
+/// Refinement: evens out the masses around a particle that a cut has left too light; see MassSpring::even_mass.
 template <class T>
-concept EvensMasses = CuttableTissue<T> && requires(T& tissue, int i) { tissue.even_mass(i, [](int, int, typename T::Scalar) {}); };
+concept RedistributesMass = CuttableTissue<T> && requires(T& tissue, int i) { tissue.even_mass(i, [](int, int, typename T::Scalar) {}); };
 
-/// Also makes tissue of one or more of its pieces alone: their particles, in the order given, with all that hangs on them.
+/// Refinement: makes tissue of one or more of its pieces alone: their particles, in the order given, with all that hangs on them.
 template <class T>
 concept DivisibleTissue = TissueModel<T> && requires(T const& tissue, std::span<int const> particles) {
   { tissue.part(particles) } -> std::same_as<T>;
 };
 
-/// Also lets a particle rest at another place of its surface: what hangs on it follows, its mass stays with it.
+/// Refinement: lets a particle rest at another place of its surface: what hangs on it follows, its mass stays with it.
 template <class T>
-concept SeparableTissue = CuttableTissue<T> && requires(T& tissue, int i, Vector3<typename T::Scalar> rest) { tissue.move_rest(i, rest); };
+concept SeparableTissue = CuttableTissue<T> && requires(T& tissue, int i, Vector3<typename T::Scalar> const& rest) { tissue.move_rest(i, rest); };
 
 }  // namespace palpate

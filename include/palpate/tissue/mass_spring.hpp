@@ -356,7 +356,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
   Scalar fastest_ = 0;   // 1/s², the largest stiffness bound over mass that the host has asked for
 };
 
-static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>> && EvensMasses<MassSpring<double>> && DivisibleTissue<MassSpring<float>> &&
-              Linearises<MassSpring<double>>);
+static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>> && RedistributesMass<MassSpring<double>> && DivisibleTissue<MassSpring<float>> &&
+              HasTangentOperator<MassSpring<double>>);
 
 }  // namespace palpate

@@ -91,7 +91,7 @@ class MassSpringAssembly {
   }
   /// Of what accelerate() needs: one for each particle, then a window for each block.
   int force_columns() const noexcept { return static_cast<int>(particles().size()) + blocks() * layout_.window(); }
-  static int most_force_columns(int particles) noexcept { return particles + Layout::most_window_columns(particles); }
+  static int max_force_columns(int particles) noexcept { return particles + Layout::most_window_columns(particles); }
   /// Blocks that accelerate() walks: those that can be walked at once.
   int blocks() const noexcept { return static_cast<int>(layout_.blocks().size()); }
 
@@ -134,7 +134,11 @@ class MassSpringAssembly {
   void build(Tissue const& tissue, std::span<int const> moving) {
     layout_.build(tissue, moving);
   }
-  void reserve(int particles, int links) { layout_.reserve(particles, links); }
+  /// Memory for the springs of a tissue that grows to so many particles and triangles.
+  template <class Tissue>
+  void reserve(Tissue const& tissue, int particles, int triangles) {
+    layout_.reserve(particles, std::max(3 * triangles + particles, tissue.links().size()));   // a volume has more
+  }
 
  private:
   using Four = detail::Four<Scalar>;

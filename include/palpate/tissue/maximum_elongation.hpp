@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
+#include <palpate/tissue/concept.hpp>
 
 #include <algorithm>
 #include <span>
@@ -39,8 +40,7 @@ struct MaximumElongation {
   double tolerance = 1e-3;
 
   /// `inverse_mass(i)` [1/kg], 0 for a particle that stays; `move(i, Δx)` must move column i of `positions`.
-  template <class Tissue, class InverseMass, class X, class Move, RealScalar Scalar = typename Tissue::Scalar>
-    requires requires(Tissue const& tissue) { tissue.links()[0].rest_length; }
+  template <HasLinks Tissue, class InverseMass, class X, class Move, RealScalar Scalar = typename Tissue::Scalar>
   ElongationReport<Scalar> correct(Tissue const& tissue, std::span<int const> moving, InverseMass inverse_mass, X const& positions,
                                    Move move) const noexcept {
     ElongationReport<Scalar> report;

@@ -21,6 +21,10 @@ concept SpringLaw = RealScalar<Scalar> && std::copyable<Law> &&
                       { law.damping } -> std::convertible_to<Scalar>;
                     };
 
+/// A law with a coefficient `stiffness` [N/m]: a fit looks for that, unless it is told what to look for.
+template <class Law, class Scalar>
+concept HasStiffness = SpringLaw<Law, Scalar> && std::same_as<decltype(Law::stiffness), Scalar>;
+
 /// A law that states its tangent stiffness dT/dδ.
 template <class Law, class Scalar>
 concept StatesStiffness = SpringLaw<Law, Scalar> && requires(Law const& law, Scalar elongation, Scalar rest_length) {

@@ -32,9 +32,6 @@ namespace palpate {
 /// Limits     they lessen a change of volume, they do not forbid it. Radial means outward only where the surface is star-shaped about C.
 template <TissueModel Tissue, SpringLaw<typename Tissue::Scalar> Law = LinearSpring<typename Tissue::Scalar>>
 class Supported : public Tissue {
-  static_assert(requires(Tissue const& tissue) { tissue.surface().triangles_at(0).empty(); },
-                "Supported: the tissue's surface() must answer triangles_at(i), as a SurfaceTopology does.");
-
  public:
   using Scalar = typename Tissue::Scalar;
   using Vector = Vector3<Scalar>;
@@ -86,7 +83,7 @@ class Supported : public Tissue {
   /// y += K dx [N], positive semidefinite as the tissue's own.
   template <class X, class D, class Y>
   void add_stiffness_product(X const& x, D const& dx, Y& y) const noexcept
-    requires MultipliesStiffness<Tissue>
+    requires HasStiffnessProduct<Tissue>
   {
     Tissue::add_stiffness_product(x, dx, y);
     for (int i = 0; i < this->size(); ++i) {
@@ -100,7 +97,7 @@ class Supported : public Tissue {
   }
   template <class X, class D, class Y>
   void add_damping_product(X const& x, D const& dv, Y& y) const noexcept
-    requires MultipliesStiffness<Tissue>
+    requires HasStiffnessProduct<Tissue>
   {
     Tissue::add_damping_product(x, dv, y);
     for (int i = 0; i < this->size(); ++i) {
@@ -115,7 +112,7 @@ class Supported : public Tissue {
   }
   /// The same at positions x.
   template <class X>
-    requires BoundsItsRowsAt<Tissue>
+    requires HasStiffnessRowBoundsAt<Tissue>
   Scalar stiffness_bound(int i, X const& x) const noexcept {
     Scalar const length = (x.col(i) - centre_).norm(), rest_length = support_length(i), elongation = length - rest_length;
     Scalar const along = std::abs(tangent_stiffness_of(law_, elongation, rest_length));
@@ -182,15 +179,17 @@ class Supported<Tissue, Law>::Assembly {
     }
   }
 
-  void reserve(int particles, int links) {
-    if constexpr (requires { inner_.reserve(particles, links); }) inner_.reserve(particles, links);
+  void reserve(Supported const& tissue, int particles, int triangles)
+    requires ReservesMemory<Tissue>
+  {
+    inner_.reserve(static_cast<Tissue const&>(tissue), particles, triangles);
     supports_.reserve(static_cast<std::size_t>(particles));
   }
 
-  /// The tissue's own tangent and that of the supports; see Linearises.
+  /// The tissue's own tangent and that of the supports; see HasTangentOperator.
   template <class X>
   void linearise(X const& x, Scalar const* inverse_mass)
-    requires Linearises<Tissue> && StatesStiffness<Law, Scalar>
+    requires HasTangentOperator<Tissue> && StatesStiffness<Law, Scalar>
   {
     inner_.linearise(x, inverse_mass);
     for (Support& s : supports_) {
@@ -205,7 +204,7 @@ class Supported<Tissue, Law>::Assembly {
     }
   }
   void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, Scalar const* d, Scalar* out) const noexcept
-    requires Linearises<Tissue> && StatesStiffness<Law, Scalar>
+    requires HasTangentOperator<Tissue> && StatesStiffness<Law, Scalar>
   {
     inner_.multiply_tangent(mass, damping, stiffness, d, out);
     for (Support const& s : supports_) {
@@ -215,7 +214,7 @@ class Supported<Tissue, Law>::Assembly {
     }
   }
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept
-    requires Linearises<Tissue> && StatesStiffness<Law, Scalar>
+    requires HasTangentOperator<Tissue> && StatesStiffness<Law, Scalar>
   {
     inner_.tangent_diagonal(mass, damping, stiffness, out);
     for (Support const& s : supports_) {

@@ -3,7 +3,7 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
-#include <palpate/haptics/overlay.hpp>
+#include <palpate/haptics/concept.hpp>
 #include <palpate/training/guide_path.hpp>
 
 #include <algorithm>

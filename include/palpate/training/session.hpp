@@ -81,8 +81,7 @@ template <class Device>
 Session make_session(Recording recording, Device const& device, Configuration configuration = {}, Seed seed = {}) {
   Session session{.seed = seed, .configuration = std::move(configuration), .device = device.capabilities()};
   session.events = phase_events(recording);
-  if constexpr (requires { device.samples(); })
-  {
+  if constexpr (RecordsSamples<Device>) {
     if (device.samples().size() != recording.ticks().size())
       throw InvalidArgument(detail::message("make_session: the device kept ", device.samples().size(), " samples of the hand for ", recording.ticks().size(),
                                             " ticks; give RecordedDevice room for all of them, and record one run"));

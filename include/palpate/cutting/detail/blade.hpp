@@ -109,6 +109,7 @@ class Blade {
 
   CuttingPhase state() const noexcept { return state_; }
   SurfaceContact<Scalar> const& contact() const noexcept { return touch_.contact(); }
+  Scalar tip_radius() const noexcept { return touch_.tip_radius(); }
   Front const& front() const noexcept { return front_; }
 
  private:

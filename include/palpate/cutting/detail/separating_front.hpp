@@ -190,9 +190,7 @@ class SeparatingFront {
   template <class Body>
   static int nearer_beyond(Body const& body, int p, Vector const& point) {
     int best = p;
-    if constexpr (requires { body.tissue().next_copy(0); })
-      for (int copy = body.tissue().next_copy(p); copy != p; copy = body.tissue().next_copy(copy))
-        best = nearer_beside(body, copy, best, point);
+    for (int copy = body.tissue().next_copy(p); copy != p; copy = body.tissue().next_copy(copy)) best = nearer_beside(body, copy, best, point);
     return best;
   }
 
@@ -356,9 +354,7 @@ class SeparatingFront {
   /// Lips and borders stay, and what is nailed or held.
   template <class Body>
   static bool is_movable(Body const& body, int p) {
-    if (body.tissue().nailed(p) || is_on_border(body, p)) return false;
-    if constexpr (requires { body.is_held(p); }) return !body.is_held(p);
-    return true;
+    return !body.tissue().nailed(p) && !is_on_border(body, p) && !body.is_held(p);
   }
 
   void note(Slide<Scalar> const& slide) {

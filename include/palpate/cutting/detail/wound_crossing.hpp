@@ -26,21 +26,19 @@ BorderPlace<typename Body::Scalar> snapped(Body const& body, BorderPlace<typenam
 template <class Body>
 BorderPlace<typename Body::Scalar> place_across(Body const& body, int particle, RestWay<typename Body::Scalar> const& way,
                                                 Snapping<typename Body::Scalar> const& snapping) {
-  if constexpr (requires { body.tissue().next_copy(0); }) {
-    auto const& tissue = body.tissue();
-    for (int copy = tissue.next_copy(particle); copy != particle; copy = tissue.next_copy(copy))
-      if (triangle_towards(body, copy, way) >= 0) return {copy};
-    for (int const t : tissue.surface().triangles_at(particle))
-      for (int const beside : tissue.surface().corners(t)) {
-        if (beside == particle || !is_open_edge(body, particle, beside)) continue;
-        for (int copy = tissue.next_copy(beside); copy != beside; copy = tissue.next_copy(copy)) {
-          auto place = border_edge_at(body, copy, tissue.rest_position(particle));
-          if (place.a < 0 || !(way.to_the_right(tissue.rest_position(place.a)) <= 0 && way.to_the_right(tissue.rest_position(place.b)) >= 0)) continue;
-          place = snapped(body, place, snapping);
-          if (place.b < 0 ? triangle_towards(body, place.a, way) >= 0 : !body.is_temporary(place.a) && !body.is_temporary(place.b)) return place;
-        }
+  auto const& tissue = body.tissue();
+  for (int copy = tissue.next_copy(particle); copy != particle; copy = tissue.next_copy(copy))
+    if (triangle_towards(body, copy, way) >= 0) return {copy};
+  for (int const t : tissue.surface().triangles_at(particle))
+    for (int const beside : tissue.surface().corners(t)) {
+      if (beside == particle || !is_open_edge(body, particle, beside)) continue;
+      for (int copy = tissue.next_copy(beside); copy != beside; copy = tissue.next_copy(copy)) {
+        auto place = border_edge_at(body, copy, tissue.rest_position(particle));
+        if (place.a < 0 || !(way.to_the_right(tissue.rest_position(place.a)) <= 0 && way.to_the_right(tissue.rest_position(place.b)) >= 0)) continue;
+        place = snapped(body, place, snapping);
+        if (place.b < 0 ? triangle_towards(body, place.a, way) >= 0 : !body.is_temporary(place.a) && !body.is_temporary(place.b)) return place;
       }
-  }
+    }
   return {};
 }
 

@@ -26,7 +26,7 @@ class WrappedDevice {
   std::optional<DeviceFault> pop_fault() noexcept requires ReportsFaults<Device> { return device_.pop_fault(); }
   void start(void (*tick)(void*) noexcept, void* context) requires SelfClocked<Device> { device_.start(tick, context); }
   void stop() noexcept requires SelfClocked<Device> { device_.stop(); }
-  auto* clock() noexcept requires HandsOverClock<Device> { return device_.clock(); }
+  DeviceClock* clock() noexcept requires HasOptionalClock<Device> { return device_.clock(); }
 
   Device& device() noexcept { return device_; }
   Device const& device() const noexcept { return device_; }

@@ -20,7 +20,7 @@ Scalar larger(Scalar a, Scalar b) noexcept {
 /// Stiffness bound of a particle at positions x, where the tissue states it, and never below the one at rest.
 template <class Tissue, class X>
 typename Tissue::Scalar stiffness_at(Tissue const& tissue, int i, X const& x) {
-  if constexpr (requires { tissue.stiffness_bound(i, x); })
+  if constexpr (HasStiffnessRowBoundsAt<Tissue>)
     return std::max(tissue.stiffness_bound(i), tissue.stiffness_bound(i, x));
   else
     return tissue.stiffness_bound(i);

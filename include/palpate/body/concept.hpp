@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/collision/surface_tree.hpp>
+#include <palpate/tissue/concept.hpp>
+
+#include <concepts>
+#include <cstddef>
+
+namespace palpate {
+
+/// A body that a tool can touch: where its surface is now and where it is undisturbed. SoftBody is one.
+///   positions(), velocities()     3 × particles [m], [m/s]
+///   nearest_point(p, hint)        the surface point nearest to p, as the body is now
+///   topology_revision()           counts the changes of triangles
+///   restorations()                counts how often it was brought back to an earlier state: what was touched then may not exist
+template <class B>
+concept TouchableBody = requires(B& body, B const& seen, typename B::Vector const& point, int i) {
+  requires RealScalar<typename B::Scalar>;
+  requires std::same_as<typename B::Vector, Vector3<typename B::Scalar>>;
+  { seen.tissue().surface() } -> std::same_as<SurfaceTopology const&>;
+  { seen.positions().col(i) } -> std::convertible_to<typename B::Vector>;
+  { seen.velocities().col(i) } -> std::convertible_to<typename B::Vector>;
+  { seen.home_position(i) } -> std::convertible_to<typename B::Vector>;
+  { seen.home_normal(i) } -> std::convertible_to<typename B::Vector>;
+  { body.home_diagonal() } -> std::convertible_to<typename B::Scalar>;
+  { body.nearest_point(point, i) } -> std::same_as<SurfacePoint<typename B::Scalar>>;
+  { seen.topology_revision() } -> std::same_as<std::size_t>;
+  { seen.restorations() } -> std::same_as<std::size_t>;
+};
+
+/// A body that a simulator moves: it takes steps, says how long they may be, and feels forces. SoftBody is one.
+template <class B>
+concept SimulatedBody = TouchableBody<B> && requires(B& body, B const& seen, typename B::Vector const& force, typename B::Scalar h, int i) {
+  { body.step(h).moving } -> std::convertible_to<int>;
+  static_cast<bool>(body.step(h));
+  { body.stable_step() } -> std::convertible_to<typename B::Scalar>;
+  { seen.guaranteed_stable_step() } -> std::convertible_to<typename B::Scalar>;
+  { body.stable_step_fell() } -> std::same_as<bool>;
+  { seen.mean_edge() } -> std::convertible_to<typename B::Scalar>;
+  body.apply_force(i, force);
+  { seen.predicted_acceleration(i, h) } -> std::convertible_to<typename B::Vector>;
+  { seen.is_held(i) } -> std::same_as<bool>;
+  seen.for_each_carrier(i, [](int, typename B::Scalar) {});
+  body.restore(seen.save());
+};
+
+}  // namespace palpate
