@@ -27,10 +27,10 @@ class AnyCutter {
   AnyCutter(Blade blade, double puncture_depth) : blade_(blade), puncture_depth_(puncture_depth) { sharpen(); }
 
   template <class Body>
-  void advance(Body& body, Vector const& tip, double force = 0.0) {
-    if (blade_ == Blade::none) blunt_.advance(body, tip);
-    if (blade_ == Blade::progressive) progressive_.advance(body, tip, force);
-    if (blade_ == Blade::separating) separating_.advance(body, tip, force);
+  void advance(Body& body, palpate::ToolPose<double> const& tool, double force = 0.0) {
+    if (blade_ == Blade::none) blunt_.advance(body, tool);
+    if (blade_ == Blade::progressive) progressive_.advance(body, tool, force);
+    if (blade_ == Blade::separating) separating_.advance(body, tool, force);
   }
 
   /// Takes the tool away and gives another one: the cut in progress ends, and the tip has to come from outside again.

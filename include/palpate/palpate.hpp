@@ -16,6 +16,7 @@
 #include <palpate/core/random.hpp>
 #include <palpate/core/serial.hpp>
 #include <palpate/core/similarity.hpp>
+#include <palpate/core/tool_pose.hpp>
 #include <palpate/core/triple_buffer.hpp>
 #include <palpate/core/units.hpp>
 #include <palpate/core/version.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// expect: Simulator: the cutter needs advance(body, tip), contact(), state() and report(); use NoCutter<double>{} for a blunt tool.
+// expect: Simulator: the cutter needs advance(body, ToolPose<Scalar> const&), contact(), state(), report() and tip_radius() of the body's scalar
 // The options of a cutter are not yet a cutter.
 #include <palpate/palpate.hpp>
 

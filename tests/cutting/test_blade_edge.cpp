@@ -77,16 +77,39 @@ TEMPLATE_TEST_CASE("a blade with an edge cuts along it like a point, and nothing
   CHECK_FALSE(cutter.held(body));
 }
 
+// By hand: an edge along x of a tool that is turned by a right angle about z lies along y.
+TEMPLATE_TEST_CASE("the edge turns with the tool", "[cutting]", ProgressiveCutter<double>, SeparatingCutter<double>) {
+  Eigen::Quaternion<double> const right_angle(Eigen::AngleAxis<double>(90 * degree, Vector3<double>::UnitZ()));
+  auto body = sheet(), twin = sheet();
+  TestType turned({.puncture_depth = 0.002, .edge = BladeEdge<double>{.axis = {1, 0, 0}, .angle = 30 * degree}});
+  TestType along_y({.puncture_depth = 0.002, .edge = BladeEdge<double>{.axis = {0, 1, 0}, .angle = 30 * degree}});
+  auto const go = [&](Vector3<double> const& tip) {
+    turned.advance(body, {.position = tip, .orientation = right_angle});
+    along_y.advance(twin, tip + Vector3<double>::Zero());   // an expression is a tip too
+    REQUIRE(turned.held(body).has_value() == along_y.held(twin).has_value());
+  };
+  for (double const depth : {-0.004, 0.0, 0.003}) go(at(0.0213, 0.0237, depth));
+  for (int k = 1; k <= 80; ++k) go(at(0.0213, 0.0237 + 5e-4 * k));
+  CHECK(turned.report().particles_added == along_y.report().particles_added);
+  CHECK(turned.report().particles_added > 0);
+  for (int k = 1; k <= 20; ++k) go(at(0.0213 + 5e-4 * k, 0.0637));
+  CHECK(turned.held(body));
+  CHECK(body.triangles() == twin.triangles());
+  CHECK(body.positions() == twin.positions());
+  Eigen::Quaternion<double> const none(0.0, 0.0, 0.0, 0.0);
+  CHECK_THROWS_WITH(turned.advance(body, {.position = at(0.0213, 0.0637), .orientation = none}), Catch::Contains("length 0") && Catch::Contains("unit quaternion"));
+}
+
 TEST_CASE("a blade that is held across its edge drags the tissue, which pulls at the hand, up to the slip force", "[cutting]") {
   double const slip = GENERATE(0.02, 100.0);   // N
   BladeEdge<double> const edge{.axis = {1, 0, 0}, .slip_force = slip};
   BodyLoop loop(sheet(), ProgressiveCutter<double>({.puncture_depth = 0.002, .edge = edge}), ContactCoupling{}, 100);
-  for (double const depth : {-0.004, 0.0, 0.003}) loop.tick(at(0.0313, 0.0337, depth), Vector3<double>::Zero(), 1e-3);
-  for (int k = 1; k <= 20; ++k) loop.tick(at(0.0313 + 2e-4 * k, 0.0337), Vector3<double>(0.2, 0, 0), 1e-3);
+  for (double const depth : {-0.004, 0.0, 0.003}) loop.tick({.position = at(0.0313, 0.0337, depth)}, 1e-3);
+  for (int k = 1; k <= 20; ++k) loop.tick({.position = at(0.0313 + 2e-4 * k, 0.0337), .velocity = Vector3<double>(0.2, 0, 0)}, 1e-3);
   int const size = loop.body().size();
   LocalModel<double> model;
-  for (int k = 1; k <= 40; ++k) model = loop.tick(at(0.0353, 0.0337 + 2e-4 * k), Vector3<double>(0, 0.2, 0), 1e-3);
-  for (int k = 0; k < 3000; ++k) model = loop.tick(at(0.0353, 0.0417), Vector3<double>::Zero(), 1e-3);
+  for (int k = 1; k <= 40; ++k) model = loop.tick({.position = at(0.0353, 0.0337 + 2e-4 * k), .velocity = Vector3<double>(0, 0.2, 0)}, 1e-3);
+  for (int k = 0; k < 3000; ++k) model = loop.tick({.position = at(0.0353, 0.0417)}, 1e-3);
   auto const held = loop.cutter().held(loop.body());
   REQUIRE(held);
   CHECK(loop.body().size() == size);

@@ -86,15 +86,18 @@ TEST_CASE("a velocity that the device does not report is not recorded", "[device
 TEMPLATE_TEST_CASE("a device is replayed as it was, failed reads and writes included", "[device][replay]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   Strings<S> strings;
-  strings.capabilities = {.max_force = 2.0, .rate = 500.0, .reports_velocity = true};
+  bool const turns = GENERATE(false, true);
+  strings.capabilities = {.max_force = 2.0, .rate = 500.0, .reports_velocity = true, .reports_orientation = turns};
   RecordedDevice<Puppet<S>, S> recorded(Puppet<S>(strings), 5);
   DeviceStatus const reads[] = {DeviceStatus::ok, DeviceStatus::stale, DeviceStatus::ok, DeviceStatus::disconnected, DeviceStatus::ok};
   DeviceStatus const writes[] = {DeviceStatus::ok, DeviceStatus::ok, DeviceStatus::fault, DeviceStatus::ok, DeviceStatus::ok};
   auto const place = [](int i) {
     return Vector3<S>(S(1) / S(3 + i), std::nextafter(S(i), S(9)), i == 2 ? std::numeric_limits<S>::quiet_NaN() : S(-i));
   };
+  auto const turn = [](int i) { return Eigen::Quaternion<S>(S(0.5), S(i) / 7, 0, S(-0.5)); };
   for (int i = 0; i < 5; ++i) {
     strings.next.position = place(i);
+    strings.next.orientation = turn(i);
     strings.next.velocity = S(2) * Vector3<S>(S(1) / S(7), S(i), 0);
     strings.reads = reads[i];
     strings.writes = writes[i];
@@ -123,6 +126,7 @@ TEMPLATE_TEST_CASE("a device is replayed as it was, failed reads and writes incl
         CHECK(state.position.template head<2>() == place(i).template head<2>());
         CHECK(std::isnan(state.position.z()) == (i == 2));
         CHECK(state.velocity == S(2) * Vector3<S>(S(1) / S(7), S(i), 0));
+        CHECK(state.orientation.coeffs() == (turns ? turn(i) : Eigen::Quaternion<S>::Identity()).coeffs());
       }
       CHECK(again.write({.force = Vector3<S>(S(i), 0, 0)}) == writes[i]);
       CHECK(again.last_wrench().force.x() == S(i));

@@ -78,7 +78,7 @@ TEMPLATE_TEST_CASE("a tick is split into the fewest equal steps not above the st
     Witness<S> body(sheet<S>(3));
     body.stated = static_cast<S>(c.stable);
     BodyLoop<Witness<S>, NoCutter<S>> loop(std::move(body), NoCutter<S>{}, ContactCoupling{}, 1000);
-    loop.tick(Vector3<S>(0, 0, 1), Vector3<S>::Zero(), static_cast<S>(c.tick));
+    loop.tick({.position = Vector3<S>(0, 0, 1)}, static_cast<S>(c.tick));
     INFO(c.tick << " s in steps of at most " << c.stable << " s");
     CHECK(static_cast<int>(loop.body().steps.size()) == c.steps);
     for (S const h : loop.body().steps) CHECK(h == Approx(c.tick / c.steps).epsilon(1e-6));
@@ -96,7 +96,7 @@ TEST_CASE("a tick takes no more steps than it may, and says so", "[simulator][bo
     Witness<double> body(sheet<double>(3));
     body.stated = stable;
     BodyLoop<Witness<double>, NoCutter<double>> loop(std::move(body), NoCutter<double>{}, ContactCoupling{}, 7);
-    for (int k = 0; k < 3; ++k) loop.tick({0, 0, 1}, {0, 0, 0}, 1e-3);
+    for (int k = 0; k < 3; ++k) loop.tick({.position = {0, 0, 1}}, 1e-3);
     CHECK(loop.body().steps.size() == 21);
     for (double const h : loop.body().steps) CHECK(h == Approx(stable > 0 ? stable : 1e-3 / 7));   // it lags, it does not diverge
     CHECK(loop.counts().capped == 3);
@@ -138,7 +138,7 @@ TEST_CASE("the stable step is found anew when the tissue was edited and when its
   int edits = 0;
   auto revision = body.tissue().revision();
   auto const advance = [&](Vector3<double> const& tip) {
-    loop.tick(tip, {0, 0, 0}, 1e-3);
+    loop.tick({.position = tip}, 1e-3);
     if (body.tissue().revision() != revision) ++edits;
     revision = body.tissue().revision();
   };
@@ -156,8 +156,8 @@ TEST_CASE("what a real cut makes of the stable step is what the body itself says
   BodyLoop<Body, ProgressiveCutter<double>> loop(Body(sheet<double>()), ProgressiveCutter<double>({.puncture_depth = 0.003, .snap = 5e-4}),
                                                  ContactCoupling{}, 100);
   double const before = loop.stable_step();
-  for (int k = 0; k <= 60; ++k) loop.tick(over(0.002 - 1e-4 * k), {0, 0, 0}, 1e-3);
-  for (int k = 0; k <= 300; ++k) loop.tick(over(-0.004) + Vector3<double>(1e-4 * k, 0, 0), {0, 0, 0}, 1e-3);
+  for (int k = 0; k <= 60; ++k) loop.tick({.position = over(0.002 - 1e-4 * k)}, 1e-3);
+  for (int k = 0; k <= 300; ++k) loop.tick({.position = over(-0.004) + Vector3<double>(1e-4 * k, 0, 0)}, 1e-3);
   CHECK(loop.stable_step() < before);   // particles of a cut are lighter
   Body fresh = loop.body();
   CHECK(fresh.stable_step() == Approx(loop.stable_step()).epsilon(0.03));
@@ -180,9 +180,9 @@ TEST_CASE("a stiff organ under pre-tension is cut without diverging", "[simulato
                                                  100);
   Vector3<double> const over_it(-0.0334, -0.0122, 0.049), in(-0.032, -0.0087, 0.0215), end(0.026, 0.006, 0.018);
   double farthest = 0;
-  for (int k = 1; k <= 300; ++k) loop.tick(over_it + k / 300.0 * (in - over_it), {0, 0, 0}, 1e-3);
+  for (int k = 1; k <= 300; ++k) loop.tick({.position = over_it + k / 300.0 * (in - over_it)}, 1e-3);
   for (int k = 1; k <= 1200; ++k) {
-    loop.tick(in + k / 3000.0 * (end - in), {0, 0, 0}, 1e-3);
+    loop.tick({.position = in + k / 3000.0 * (end - in)}, 1e-3);
     for (int i = 0; i < loop.body().size(); ++i)
       farthest = std::max(farthest, (loop.body().positions().col(i) - loop.body().home_position(i)).norm());
   }
@@ -198,20 +198,19 @@ TEMPLATE_TEST_CASE("a wall answers stiffness times the mean depth of the tick", 
   Witness<S> body(sheet<S>(21, true));
   body.stated = S(0.25e-3);   // four steps
   BodyLoop<Witness<S>, NoCutter<S>> loop(std::move(body), NoCutter<S>{}, ContactCoupling{.stiffness = 500, .damping = 0}, 100);
-  Vector3<S> const zero = Vector3<S>::Zero();
-  CHECK(loop.tick(over(S(0.001)), zero, S(1e-3)).phase == CuttingPhase::no_contact);
+  CHECK(loop.tick({.position = over(S(0.001))}, S(1e-3)).phase == CuttingPhase::no_contact);
   // The tip moves evenly from +1 mm to −2 mm: 0.25, −0.5, −1.25, −2 mm at the ends of the steps; above the surface it does not pull.
-  LocalModel<S> model = loop.tick(over(S(-0.002)), zero, S(1e-3));
+  LocalModel<S> model = loop.tick({.position = over(S(-0.002))}, S(1e-3));
   CHECK(model.phase == CuttingPhase::indenting);
   CHECK(model.tissue_force.z() == Approx(500 * (0.0005 + 0.00125 + 0.002) / 4).epsilon(1e-4));
   CHECK(model.depth(over(S(-0.002))) == Approx(0.002).epsilon(1e-4));
   CHECK(model.normal == Vector3<S>(0, 0, 1));
-  model = loop.tick(over(S(-0.002)), zero, S(1e-3));
+  model = loop.tick({.position = over(S(-0.002))}, S(1e-3));
   CHECK(model.tissue_force.z() == Approx(1.0).epsilon(1e-4));
   // With a velocity v the spring is where it will be at the end of the step: h k v more.
-  model = loop.tick(over(S(-0.002)), Vector3<S>(0, 0, S(-0.1)), S(1e-3));
+  model = loop.tick({.position = over(S(-0.002)), .velocity = Vector3<S>(0, 0, S(-0.1))}, S(1e-3));
   CHECK(model.tissue_force.z() == Approx(1.0 + 0.25e-3 * 500 * 0.1).epsilon(1e-4));
-  model = loop.tick(over(S(0.001)), zero, S(1e-3));
+  model = loop.tick({.position = over(S(0.001))}, S(1e-3));
   CHECK(model.phase == CuttingPhase::no_contact);
   CHECK(model.tissue_force.isZero(0));
 }
@@ -221,9 +220,9 @@ TEST_CASE("a body is never punctured by a force it has not felt yet", "[simulato
   Witness<double> body(sheet<double>(21, true));
   BodyLoop<Witness<double>, ProgressiveCutter<double>> loop(
       std::move(body), ProgressiveCutter<double>({.puncture_depth = 1.0, .puncture_force = 2.0}), ContactCoupling{.stiffness = 1000, .damping = 0}, 1);
-  loop.tick(over(0.001), {0, 0, 0}, 1e-3);
+  loop.tick({.position = over(0.001)}, 1e-3);
   int tick = 0;
-  for (; loop.cutter().state() != CuttingPhase::moving && tick < 100; ++tick) loop.tick(over(-1e-4 * tick - 5e-5), {0, 0, 0}, 1e-3);
+  for (; loop.cutter().state() != CuttingPhase::moving && tick < 100; ++tick) loop.tick({.position = over(-1e-4 * tick - 5e-5)}, 1e-3);
   CHECK(tick - 1 == 21);   // tick 20 presses with 2.05 N
 }
 
@@ -231,20 +230,20 @@ TEST_CASE("a diverged step silences the hand until the tool has left and the bod
   Witness<double> body(sheet<double>());
   body.stated = 1e-4;
   BodyLoop<Witness<double>, NoCutter<double>> loop(std::move(body), NoCutter<double>{}, ContactCoupling{}, 100);
-  CHECK(loop.tick(over(0.001), {0, 0, 0}, 1e-3).sound);
-  CHECK(loop.tick(over(-0.001), {0, 0, 0}, 1e-3).sound);
+  CHECK(loop.tick({.position = over(0.001)}, 1e-3).sound);
+  CHECK(loop.tick({.position = over(-0.001)}, 1e-3).sound);
   loop.body().steps.clear();
   loop.body().diverge_at = 4;
-  CHECK_FALSE(loop.tick(over(-0.002), {0, 0, 0}, 1e-3).sound);
+  CHECK_FALSE(loop.tick({.position = over(-0.002)}, 1e-3).sound);
   CHECK(loop.body().steps.size() == 4);   // the rest of the tick is left out
   CHECK(loop.counts().diverged == 1);
-  CHECK_FALSE(loop.tick(over(-0.002), {0, 0, 0}, 1e-3).sound);   // all is well again, but the tool is still inside
+  CHECK_FALSE(loop.tick({.position = over(-0.002)}, 1e-3).sound);   // all is well again, but the tool is still inside
   CHECK(loop.body().steps.size() == 14);
-  CHECK(loop.tick(over(0.002), {0, 0, 0}, 1e-3).sound);
-  CHECK(loop.tick(over(-0.002), {0, 0, 0}, 1e-3).sound);
-  loop.tick(over(0.002), {0, 0, 0}, 1e-3);
+  CHECK(loop.tick({.position = over(0.002)}, 1e-3).sound);
+  CHECK(loop.tick({.position = over(-0.002)}, 1e-3).sound);
+  loop.tick({.position = over(0.002)}, 1e-3);
   loop.body().diverge_at = 1;
-  CHECK_FALSE(loop.tick(over(0.002), {0, 0, 0}, 1e-3).sound);   // without contact as well
+  CHECK_FALSE(loop.tick({.position = over(0.002)}, 1e-3).sound);   // without contact as well
   CHECK(loop.counts().diverged == 2);
 }
 
@@ -254,13 +253,13 @@ TEST_CASE("a tool that was placed anew touches and cuts nothing on its way, and 
   body.stated = 1e-4;   // 1 ms is too much for it once it is cut
   BodyLoop<Witness<double>, ProgressiveCutter<double>> loop(std::move(body), ProgressiveCutter<double>({.puncture_depth = 0.003, .snap = 2e-4}), ContactCoupling{}, 100);
   auto const move = [&](Vector3<double> const& from, Vector3<double> const& to, int ticks, std::uint64_t placements) {
-    for (int k = 1; k <= ticks; ++k) loop.tick(from + (to - from) * (double(k) / ticks), {0, 0, 0}, 1e-3, placements);
+    for (int k = 1; k <= ticks; ++k) loop.tick({.position = from + (to - from) * (double(k) / ticks)}, 1e-3, placements);
   };
   Vector3<double> const begin = over(0.002), in = over(-0.004), end = in + Vector3<double>(0.01, 0, 0), beside = end + Vector3<double>(0, 0.02, 0);
   move(begin, in, 60, 0), move(in, end, 100, 0);
   REQUIRE(loop.cutter().state() == CuttingPhase::moving);
   auto const pieces = loop.body().size();
-  LocalModel<double> const there = loop.tick(beside, {0, 0, 0}, 1e-3, 1);
+  LocalModel<double> const there = loop.tick({.position = beside}, 1e-3, 1);
   CHECK(there.phase == CuttingPhase::no_contact);
   CHECK(there.tissue_force.isZero(0));
   CHECK(loop.cutter().report().particles_added > 0);   // the stroke that ended
@@ -292,7 +291,7 @@ TEST_CASE("a body that really diverges ends in no number that is not finite", "[
   BodyLoop<Boaster, NoCutter<double>> loop(Boaster(sheet<double>()), NoCutter<double>{}, ContactCoupling{.stiffness = 1e6}, 1);   // 1 step of 50 ms
   bool unsound = false;
   for (int k = 0; k < 400; ++k) {
-    LocalModel<double> const model = loop.tick(over(0.002 - 2e-5 * k), {0, 0, -4e-4}, 0.05);
+    LocalModel<double> const model = loop.tick({.position = over(0.002 - 2e-5 * k), .velocity = {0, 0, -4e-4}}, 0.05);
     CHECK(model.tissue_force.allFinite());
     CHECK(model.home_point.allFinite());
     unsound = unsound || !model.sound;
@@ -309,8 +308,8 @@ namespace {
 /// The least a cutter can be: no interest in the force.
 struct Needle {
   template <class Body>
-  void advance(Body& body, Vector3<double> const& tip) {
-    touch.update(body, tip);
+  void advance(Body& body, ToolPose<double> const& tool) {
+    touch.update(body, tool.position);
   }
   SurfaceContact<double> const& contact() const { return touch.contact(); }
   CuttingPhase state() const { return contact().touching ? CuttingPhase::indenting : CuttingPhase::no_contact; }
@@ -326,9 +325,9 @@ struct Needle {
 TEST_CASE("a cutter of the least kind is enough", "[simulator][body_loop]") {
   Witness<double> body(sheet<double>(21, true));
   BodyLoop<Witness<double>, Needle> loop(std::move(body), Needle{}, ContactCoupling{.stiffness = 100, .damping = 0}, 10);
-  loop.tick(over(0.001), {0, 0, 0}, 1e-3);
-  loop.tick(over(-0.001), {0, 0, 0}, 1e-3);
-  LocalModel<double> const model = loop.tick(over(-0.001), {0, 0, 0}, 1e-3);
+  loop.tick({.position = over(0.001)}, 1e-3);
+  loop.tick({.position = over(-0.001)}, 1e-3);
+  LocalModel<double> const model = loop.tick({.position = over(-0.001)}, 1e-3);
   CHECK(model.tissue_force.z() == Approx(0.1));
   CHECK(model.tip_radius == 0.0);
 }
@@ -341,7 +340,7 @@ TEMPLATE_TEST_CASE("a tick of palpation allocates nothing", "[simulator][body_lo
     BodyLoop<Body, NoCutter<S>> loop(Body(sheet<S>(), LeapfrogVerlet{}, region), NoCutter<S>{}, ContactCoupling{}, 100);
     auto const press = [&](int from, int to) {
       for (int k = from; k < to; ++k)
-        loop.tick(over(S(0.002) - S(0.006) * std::sin(S(0.01) * S(k))) + Vector3<S>(S(2e-5) * S(k), 0, 0), Vector3<S>::Zero(), S(1e-3));
+        loop.tick({.position = over(S(0.002) - S(0.006) * std::sin(S(0.01) * S(k))) + Vector3<S>(S(2e-5) * S(k), 0, 0)}, S(1e-3));
     };
     press(0, 300);
     palpate_test::AllocationCount const allocations;

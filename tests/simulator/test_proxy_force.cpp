@@ -52,7 +52,7 @@ double largest_step(ProxyForce<double> force, int every) {
   for (int k = 0; k < 430; ++k) {
     if (k % every == 0) {
       model = next;   // a frame late, as a body's thread is
-      next = loop.tick(at(k), k == 0 ? Vector3<double>(Vector3<double>::Zero()) : Vector3<double>((at(k) - at(k - 1)) / 0.001), 0.001 * every);
+      next = loop.tick({.position = at(k), .velocity = k == 0 ? Vector3<double>(Vector3<double>::Zero()) : Vector3<double>((at(k) - at(k - 1)) / 0.001)}, 0.001 * every);
     }
     Vector3<double> const now = force.on_surface(model, {.tip = at(k), .seconds = 0.001});
     if (k > 280) largest = std::max(largest, (now - before).norm());
@@ -98,7 +98,7 @@ TEST_CASE("the surface is there before the first touch, and not while the tool c
   bool near = false, cuts = false;
   for (int k = 0; k < 200; ++k) {
     Vector3<double> const tip{0.0512, 0.0533, 0.010 - 1e-4 * k};
-    auto const model = loop.tick(tip, {0, 0, -0.1}, 0.001);
+    auto const model = loop.tick({.position = tip, .velocity = {0, 0, -0.1}}, 0.001);
     CHECK(model.surface.sequence == ++last);
     if (tip.z() > 0.0051) CHECK(model.surface.stiffness() == 0.0);
     if (tip.z() < 0.0049 && tip.z() > 1e-4) {
@@ -138,7 +138,7 @@ TEST_CASE("where a cut begins and ends a proxy's force has no step, alone and wi
     int cuts = 0, ends = 0;
     for (int k = 0; k < 1000; ++k) {
       CuttingPhase const before = model.phase;
-      if (k % every == 0) model = loop.tick(at(k), k == 0 ? Vector3<double>(Vector3<double>::Zero()) : Vector3<double>((at(k) - at(k - 1)) / 0.001), 0.001 * every);
+      if (k % every == 0) model = loop.tick({.position = at(k), .velocity = k == 0 ? Vector3<double>(Vector3<double>::Zero()) : Vector3<double>((at(k) - at(k - 1)) / 0.001)}, 0.001 * every);
       ToolMotion<double> const motion{.tip = at(k), .velocity = k == 0 ? Vector3<double>(Vector3<double>::Zero()) : Vector3<double>((at(k) - at(k - 1)) / 0.001), .continues = true};
       Vector3<double> const now = alone.on_surface(model, motion), also = both.on_surface(model, motion);
       step = std::max(step, (now - felt).norm());

@@ -50,9 +50,9 @@ struct Counted : Cutter {
   Counted(Cutter cutter, std::atomic<long>& count) : Cutter(std::move(cutter)), ticks(&count) {}
 
   template <class Body, class... More>
-    requires requires(Cutter& cutter, Body& body, typename Body::Vector const& tip, More... more) { cutter.advance(body, tip, more...); }
-  void advance(Body& body, typename Body::Vector const& tip, More... more) {
-    Cutter::advance(body, tip, more...);
+    requires requires(Cutter& cutter, Body& body, ToolPose<typename Body::Scalar> const& tool, More... more) { cutter.advance(body, tool, more...); }
+  void advance(Body& body, ToolPose<typename Body::Scalar> const& tool, More... more) {
+    Cutter::advance(body, tool, more...);
     ++*ticks;
   }
 
@@ -256,9 +256,9 @@ struct Falling {
 /// A cutter that throws once it is deep enough.
 struct Brittle : NoCutter<double> {
   template <class Body>
-  void advance(Body& body, Vector3<double> const& tip) {
-    NoCutter<double>::advance(body, tip);
-    if (tip.z() < -0.002) throw std::runtime_error("the blade broke");
+  void advance(Body& body, ToolPose<double> const& tool) {
+    NoCutter<double>::advance(body, tool);
+    if (tool.position.z() < -0.002) throw std::runtime_error("the blade broke");
   }
 };
 
@@ -639,9 +639,9 @@ namespace {
 struct SlowTool : NoCutter<double> {
   int ticks = 0;
   template <class Body>
-  void advance(Body& body, Vector3<double> const& tip) {
+  void advance(Body& body, ToolPose<double> const& tool) {
     if (++ticks > 120) std::this_thread::sleep_for(std::chrono::milliseconds(400));
-    NoCutter<double>::advance(body, tip);
+    NoCutter<double>::advance(body, tool);
   }
 };
 

@@ -55,7 +55,7 @@ GuardedStroke guarded_stroke(Device device, CutterType cutter, Force force, int 
       ServoGuard const guard;
       servo.read(1e-3);
     }
-    LocalModel<double> const model = loop.tick(servo.tip(), servo.velocity(), 1e-3);
+    LocalModel<double> const model = loop.tick(servo.tool(), 1e-3);
     ServoGuard const guard;
     Tick const tick = servo.respond(model, 1e-3 * run.ticks);
     if (tick.phase == CuttingPhase::indenting) ++run.indenting;

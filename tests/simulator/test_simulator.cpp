@@ -261,12 +261,34 @@ struct Diary {
 };
 static_assert(HapticDevice<Diary> && OpensAndCloses<Diary> && Armable<Diary>);
 
+/// A device that turns the tool by 40 degrees about z, and says so or not.
+struct Turning {
+  bool reports;
+  Capabilities capabilities() const { return {.max_force = 3.3, .rate = 1000.0, .reports_orientation = reports, .moves_a_hand = false}; }
+  DeviceStatus read(DeviceState<double>& state) noexcept {
+    state.position = {0.05, 0.05, 0.01};
+    if (reports) state.orientation = Eigen::AngleAxis<double>(40.0 / 180.0 * 3.14159265358979323846, Vector3<double>::UnitZ());
+    return DeviceStatus::ok;
+  }
+  DeviceStatus write(Wrench<double> const&) noexcept { return DeviceStatus::ok; }
+};
+
+/// A blunt tool that remembers its pose.
+struct Posed : NoCutter<double> {
+  template <class Body>
+  void advance(Body& body, ToolPose<double> const& tool) {
+    pose = tool;
+    NoCutter<double>::advance(body, tool);
+  }
+  ToolPose<double> pose{};
+};
+
 /// A cutter that gives up at a certain depth.
 struct Brittle : NoCutter<double> {
   template <class Body>
-  void advance(Body& body, Vector3<double> const& tip) {
-    NoCutter<double>::advance(body, tip);
-    if (tip.z() < -0.0035) throw std::runtime_error("the blade broke");
+  void advance(Body& body, ToolPose<double> const& tool) {
+    NoCutter<double>::advance(body, tool);
+    if (tool.position.z() < -0.0035) throw std::runtime_error("the blade broke");
   }
 };
 
@@ -329,6 +351,20 @@ TEST_CASE("a limit that no force met is told too", "[simulator]") {
         "or say moves_a_hand = false in the device's Capabilities if nobody holds it\n");
   simulator.run(1.0);
   CHECK(simulator.run(0.001).saturation().ticks == 1);   // of its own session alone
+}
+
+// By hand: turns about one axis add up.
+TEST_CASE("the cutter is told how the tool is turned in the scene", "[simulator]") {
+  double const degree = 3.14159265358979323846 / 180.0;
+  WorkspaceMapping<double> const turned(Similarity<double>::make(1.0, Eigen::Quaternion<double>(Eigen::AngleAxis<double>(30 * degree, Vector3<double>::UnitZ())), {0, 0, 0}));
+  for (bool const real_time : {false, true})
+    for (bool const reports : {false, true}) {
+      Simulator simulator(Turning{reports}, skin<double>(ZoneOfInfluence{.rings = 1}), Posed{}, NoForce{}, {.servo = {.mapping = turned}});
+      real_time ? simulator.run_realtime(0.05) : simulator.run(0.01);
+      Vector3<double> const x = simulator.cutter().pose.orientation * Vector3<double>::UnitX();
+      CHECK(std::atan2(x.y(), x.x()) / degree == Approx(reports ? 70.0 : 0.0));
+      CHECK(simulator.cutter().pose.position.head<2>().norm() == Approx(0.05 * std::sqrt(2.0)));
+    }
 }
 
 TEST_CASE("a session opens, arms, plays, lets go, disarms and closes", "[simulator]") {

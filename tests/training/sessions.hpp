@@ -38,7 +38,8 @@ inline palpate::Session random_session(unsigned seed, int ticks, bool hand) {
       if (std::isfinite(value)) return value;
     }
   };
-  Session session{.seed = Seed{generator()}, .device = {.max_force = 1.5, .rate = 500.0, .reports_velocity = hand}};
+  bool const turns = hand && seed % 4 == 0;
+  Session session{.seed = Seed{generator()}, .device = {.max_force = 1.5, .rate = 500.0, .reports_velocity = hand, .reports_orientation = turns}};
   for (int i = 0; i < ticks; ++i) {
     Tick tick{.time = i / 500.0, .tip = {any(), any(), any()}, .phase = static_cast<CuttingPhase>(generator() % 3)};
     if (generator() % 2 == 0) {
@@ -50,6 +51,7 @@ inline palpate::Session random_session(unsigned seed, int ticks, bool hand) {
     if (hand)
       session.hand.push_back({.position = generator() % 2 == 0 ? tick.tip : Vector3<double>(any(), any(), any()),
                               .velocity = {any(), any(), any()},
+                              .orientation = turns && generator() % 2 == 0 ? Eigen::Quaternion<double>(any(), any(), any(), any()) : Eigen::Quaternion<double>::Identity(),
                               .buttons = static_cast<std::uint32_t>(generator() % 3 == 0 ? generator() : 0),
                               .read = static_cast<DeviceStatus>(generator() % 4),
                               .written = static_cast<DeviceStatus>(generator() % 4)});

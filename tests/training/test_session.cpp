@@ -123,7 +123,14 @@ TEST_CASE("sessions come back to the bit from text and from bytes, and go out ag
     CHECK(bytes.configuration == session.configuration);
     CHECK(bytes.events == session.events);
     CHECK(bytes.seed.value == session.seed.value);
-    CHECK(bytes.device.reports_velocity == session.device.reports_velocity);
+    for (Session const* const read : {&bytes, &text}) {
+      CHECK(read->device.reports_velocity == session.device.reports_velocity);
+      CHECK(read->device.reports_orientation == session.device.reports_orientation);
+      REQUIRE(read->hand.size() == session.hand.size());
+      bool same = true;
+      for (std::size_t k = 0; k < session.hand.size(); ++k) same = same && read->hand[k].orientation.coeffs() == session.hand[k].orientation.coeffs();
+      CHECK(same);
+    }
     if (session.recording.ticks().empty() || &session == &sessions.back()) continue;
     CHECK_FALSE(first_difference(bytes.recording, session.recording));
     CHECK_FALSE(first_difference(text.recording, session.recording));

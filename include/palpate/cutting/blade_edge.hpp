@@ -11,7 +11,7 @@ namespace palpate {
 
 /// The edge of a blade: it cuts along itself, to and fro. What moves it more than `angle` off deforms the tissue, which hangs on to the blade,
 /// and does not cut. A tool without it is a point that cuts whichever way it goes.
-/// Units      rad, N. World frame.
+/// Units      rad, N. The axis is in the tool's frame, which is the world's for a tool that is not turned.
 template <RealScalar Scalar>
 struct BladeEdge {
   Vector3<Scalar> axis = Vector3<Scalar>::UnitX();         ///< direction of the edge, of any length; its part along the surface counts

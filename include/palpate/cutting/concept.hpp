@@ -3,6 +3,7 @@
 
 #include <palpate/body/touch.hpp>
 #include <palpate/core/phase.hpp>
+#include <palpate/core/tool_pose.hpp>
 #include <palpate/cutting/blade_edge.hpp>
 
 #include <concepts>
@@ -21,8 +22,8 @@ struct CutReport {
   int edge_edge = 0;         ///< P-P
 };
 
-/// Follows a tool tip on a body and changes the body where the tool cuts.
-///   advance(body, tip)          one tick: contact, puncture, cut [m]
+/// Follows a tool on a body and changes the body where the tool cuts.
+///   advance(body, tool)         one tick: contact, puncture, cut; tool is a ToolPose
 ///   contact()                   where the tip touches since the last advance
 ///   state()                     no contact → indenting → moving → no contact
 ///   report()                    what the current or last cut did
@@ -30,8 +31,8 @@ struct CutReport {
 /// What the syntax can not say: the body's mesh is valid after every tick, and its mass is unchanged. So is its rest area, unless the cutter moves
 /// vertices; then its report says by how much the area has changed.
 template <class C, class Body>
-concept Cutter = std::copyable<C> && requires(C& cutter, C const& seen, Body& body, typename Body::Vector const& tip) {
-  cutter.advance(body, tip);
+concept Cutter = std::copyable<C> && requires(C& cutter, C const& seen, Body& body, ToolPose<typename Body::Scalar> const& tool) {
+  cutter.advance(body, tool);
   { seen.contact() } -> std::convertible_to<SurfaceContact<typename Body::Scalar> const&>;
   { seen.state() } -> std::same_as<CuttingPhase>;
   { seen.report() } -> std::convertible_to<CutReport const&>;
@@ -40,8 +41,8 @@ concept Cutter = std::copyable<C> && requires(C& cutter, C const& seen, Body& bo
 
 /// Refinement: a cutter that is told what the tool pressed the tissue with in the last tick [N].
 template <class C, class Body>
-concept FeelsReaction = Cutter<C, Body> && requires(C& cutter, Body& body, typename Body::Vector const& tip, typename Body::Scalar pressed) {
-  cutter.advance(body, tip, pressed);
+concept FeelsReaction = Cutter<C, Body> && requires(C& cutter, Body& body, ToolPose<typename Body::Scalar> const& tool, typename Body::Scalar pressed) {
+  cutter.advance(body, tool, pressed);
 };
 
 /// Refinement: a cutter that can be taken away from the body: a cut in progress ends, and the tip has to come from outside again.

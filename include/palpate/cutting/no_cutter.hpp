@@ -20,8 +20,13 @@ class NoCutter {
   explicit NoCutter(NoCutterOptions<Scalar> const& options) : touch_(options.tip_radius) {}
 
   template <class Body>
-  void advance(Body& body, Vector3<Scalar> const& tip) {
-    touch_.update(detail::shape_of(body), tip);
+  void advance(Body& body, ToolPose<Scalar> const& tool) {
+    touch_.update(detail::shape_of(body), tool.position);
+  }
+  /// The same for the tip [m] of a tool that is not turned.
+  template <class Body>
+  void advance(Body& body, detail::TipPosition<Scalar> const& tip) {
+    advance(body, tip.pose());
   }
 
   /// Forgets the contact: the tip has to come from outside again.

@@ -64,13 +64,18 @@ class ProgressiveCutter {
       throw InvalidArgument(detail::message("crossings_per_tick is ", crossings_per_tick_, "; it must be at least 1"));
   }
 
-  /// Moves the tip [m] by one tick; `force` is what the tool presses the tissue with [N], for puncture_force.
-  /// Throws InvalidArgument for a tip that is not finite, or a body that can not be cut; then nothing has changed.
+  /// Moves the tool by one tick; `force` is what it presses the tissue with [N], for puncture_force. The blade's edge turns with the tool.
+  /// Throws InvalidArgument for a pose that is not finite, or a body that can not be cut; then nothing has changed.
   template <class Body>
-  void advance(Body& body, Vector const& tip, Scalar force = 0) {
+  void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
     static_assert(CuttableTissue<typename Body::Tissue>,
                   "ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue. MassSpring has it.");
-    cut(detail::shape_of(body), tip, force);
+    cut(detail::shape_of(body), tool, force);
+  }
+  /// The same for the tip [m] of a tool that is not turned.
+  template <class Body>
+  void advance(Body& body, detail::TipPosition<Scalar> const& tip, Scalar force = 0) {
+    advance(body, tip.pose(), force);
   }
 
   /// Takes the tool away: a cut in progress ends where the blade is, or where it has come to if it is behind, and the tip has to come from
@@ -80,7 +85,7 @@ class ProgressiveCutter {
     blade_.reset(detail::shape_of(body));
   }
 
-  /// Turns the blade's edge with the tool: its direction in the world, of any length. A point gets an edge by that.
+  /// Turns the blade's edge in the tool: its direction in the tool's frame, of any length. A point gets an edge by that.
   void turn_edge(Vector const& axis) { blade_.turn(axis); }
 
   CuttingPhase state() const noexcept { return blade_.state(); }
@@ -99,7 +104,7 @@ class ProgressiveCutter {
 
  private:
   template <class Shape>
-  void cut(Shape& body, Vector const& tip, Scalar force) {
+  void cut(Shape& body, ToolPose<Scalar> const& tool, Scalar force) {
     using Front = CutFront<Scalar>;
     using Contact = SurfaceContact<Scalar>;
     using Snapping = detail::Snapping<Scalar>;
@@ -112,7 +117,7 @@ class ProgressiveCutter {
       front.advance(body, contact.triangle, contact.barycentric);
       return front.triangle(body);
     };
-    blade_.advance(body, tip, force, start, go_on);
+    blade_.advance(body, tool, force, start, go_on);
   }
 
   detail::Blade<Scalar, CutFront<Scalar>> blade_;

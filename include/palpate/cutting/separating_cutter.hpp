@@ -68,13 +68,18 @@ class SeparatingCutter {
       throw InvalidArgument(detail::message("edges_per_tick is ", edges_per_tick_, "; it must be at least 1"));
   }
 
-  /// Moves the tip [m] by one tick; `force` is what the tool presses the tissue with [N], for puncture_force.
-  /// Throws InvalidArgument for a tip that is not finite, or a body that can not be cut; then nothing has changed.
+  /// Moves the tool by one tick; `force` is what it presses the tissue with [N], for puncture_force. The blade's edge turns with the tool.
+  /// Throws InvalidArgument for a pose that is not finite, or a body that can not be cut; then nothing has changed.
   template <class Body>
-  void advance(Body& body, Vector const& tip, Scalar force = 0) {
+  void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
     static_assert(SeparableTissue<typename Body::Tissue>,
                   "SeparatingCutter: this tissue can not be cut along its edges; it lacks the ability SeparableTissue. MassSpring has it.");
-    cut(detail::shape_of(body), tip, force);
+    cut(detail::shape_of(body), tool, force);
+  }
+  /// The same for the tip [m] of a tool that is not turned.
+  template <class Body>
+  void advance(Body& body, detail::TipPosition<Scalar> const& tip, Scalar force = 0) {
+    advance(body, tip.pose(), force);
   }
 
   /// Takes the tool away: a cut in progress ends where the blade is, or where it has come to if it is behind, and the tip has to come from
@@ -84,7 +89,7 @@ class SeparatingCutter {
     blade_.reset(detail::shape_of(body));
   }
 
-  /// Turns the blade's edge with the tool: its direction in the world, of any length. A point gets an edge by that.
+  /// Turns the blade's edge in the tool: its direction in the tool's frame, of any length. A point gets an edge by that.
   void turn_edge(Vector const& axis) { blade_.turn(axis); }
 
   CuttingPhase state() const noexcept { return blade_.state(); }
@@ -106,7 +111,7 @@ class SeparatingCutter {
   using Contact = SurfaceContact<Scalar>;
 
   template <class Shape>
-  void cut(Shape& body, Vector const& tip, Scalar force) {
+  void cut(Shape& body, ToolPose<Scalar> const& tool, Scalar force) {
     auto const start = [&](Front& front, Contact const& contact) {
       is_away_ = false;
       front.start(body, contact.triangle, contact.barycentric, edges_per_tick_);
@@ -115,14 +120,14 @@ class SeparatingCutter {
     };
     auto const go_on = [&](Front& front, Contact const& contact) {
       body.keep_temporary_in(contact.triangle);   // another blade's
-      bool const changed = move(body, front, contact, tip);
+      bool const changed = move(body, front, contact, tool.position);
       body.stand_on_particle();
       return changed ? contact.triangle : -1;
     };
     bool const was_behind = blade_.is_behind();
-    blade_.advance(body, tip, force, start, go_on);
+    blade_.advance(body, tool, force, start, go_on);
     if (was_behind && blade_.contact().off_surface)
-      is_away_ = is_far_beside(body, blade_.contact(), tip);   // for when it has caught up
+      is_away_ = is_far_beside(body, blade_.contact(), tool.position);   // for when it has caught up
   }
 
   /// Moves the blade in the tissue. True when that changed the body.

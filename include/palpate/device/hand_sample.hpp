@@ -4,6 +4,8 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/device/concept.hpp>
 
+#include <Eigen/Geometry>
+
 #include <concepts>
 #include <cstdint>
 #include <vector>
@@ -11,11 +13,12 @@
 namespace palpate {
 
 /// What went in and out of a device in one servo tick, as far as a simulation depends on it: enough to repeat the tick.
-/// Invariant  after a failed read position, velocity and buttons are zero; nobody asks for them.
+/// Invariant  after a failed read all are as at the start; nobody asks for them.
 /// Units      position [m], velocity [m/s]; the device's frame; in double for every scalar, which loses nothing of a float.
 struct HandSample {
   Vector3<double> position = Vector3<double>::Zero();
   Vector3<double> velocity = Vector3<double>::Zero();   ///< as the device reported it; zero where it reports none
+  Eigen::Quaternion<double> orientation = Eigen::Quaternion<double>::Identity();   ///< device ← tool, the same
   std::uint32_t buttons = 0;
   DeviceStatus read = DeviceStatus::ok;
   DeviceStatus written = DeviceStatus::ok;

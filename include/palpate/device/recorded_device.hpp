@@ -12,7 +12,7 @@
 namespace palpate {
 
 /// Any device, with a log of what it said: one `HandSample` a tick. A `Recording` holds where the tip was; what it lacks, and a replay to the
-/// byte needs, is the velocity that the device reported, and which reads and writes failed.
+/// byte needs, is the velocity and orientation that the device reported, and which reads and writes failed.
 ///
 ///   Simulator simulator(RecordedDevice(MyDevice{}, 60 * 1000), std::move(body), cutter, force);
 ///   Recording const recording = simulator.run(60.0);
@@ -20,7 +20,7 @@ namespace palpate {
 ///
 /// Invariant  a copy has the log so far and the same room.
 /// Cost       what the device costs, and a copy; noexcept, no allocation: ticks beyond the room asked for are counted, not logged.
-/// Limits     orientation is passed on and not logged; no simulation here depends on it.
+/// Limits     the angular velocity is passed on and not logged; no simulation here depends on it.
 template <class Device, RealScalar Scalar = double>
   requires HapticDevice<Device, Scalar>
 class RecordedDevice : public detail::WrappedDevice<Device, Scalar> {
@@ -32,7 +32,10 @@ class RecordedDevice : public detail::WrappedDevice<Device, Scalar> {
   RecordedDevice(Device device, std::size_t room) : Wrapped(std::move(device)), log_(room) {}
 
   DeviceStatus read(DeviceState<Scalar>& state) noexcept {
-    if (!knows_) knows_ = true, moves_ = device_.capabilities().reports_velocity;
+    if (!knows_) {
+      Capabilities const capabilities = device_.capabilities();
+      knows_ = true, moves_ = capabilities.reports_velocity, turns_ = capabilities.reports_orientation;
+    }
     DeviceStatus const status = device_.read(state);
     logs_ = log_.samples.size() < log_.room;
     if (!logs_)
@@ -40,6 +43,7 @@ class RecordedDevice : public detail::WrappedDevice<Device, Scalar> {
     else if (is_usable(status))
       log_.samples.push_back({.position = state.position.template cast<double>(),
                               .velocity = moves_ ? state.velocity.template cast<double>().eval() : Vector3<double>(Vector3<double>::Zero()),
+                              .orientation = turns_ ? state.orientation.template cast<double>() : Eigen::Quaternion<double>::Identity(),
                               .buttons = state.buttons,
                               .read = status});
     else
@@ -75,7 +79,7 @@ class RecordedDevice : public detail::WrappedDevice<Device, Scalar> {
   Log log_;
   std::size_t dropped_ = 0;
   bool logs_ = false;   // this tick has a sample
-  bool knows_ = false, moves_ = false;   // whether the device reports velocities, asked in the first read; otherwise the state has the host's
+  bool knows_ = false, moves_ = false, turns_ = false;   // whether it reports velocity and orientation, asked in the first read; else the state has the host's
 };
 
 }  // namespace palpate

@@ -38,6 +38,7 @@ class ReplayDevice {
     if (!is_usable(sample.read)) return sample.read;
     state.position = sample.position.template cast<Scalar>();
     state.buttons = sample.buttons;
+    if (capabilities_.reports_orientation) state.orientation = sample.orientation.template cast<Scalar>();
     if (capabilities_.reports_velocity) state.velocity = rests ? Vector3<Scalar>::Zero() : sample.velocity.template cast<Scalar>().eval();
     return rests ? DeviceStatus::stale : sample.read;
   }

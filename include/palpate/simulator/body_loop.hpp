@@ -4,6 +4,7 @@
 #include <palpate/body/concept.hpp>
 #include <palpate/body/shape_of.hpp>
 #include <palpate/body/substeps.hpp>
+#include <palpate/core/tool_pose.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/haptics/contact_coupling.hpp>
 #include <palpate/haptics/local_model.hpp>
@@ -43,7 +44,7 @@ template <class BodyType, class CutterType>
 class BodyLoop {
   static_assert(SimulatedBody<BodyType>, "Simulator: the body is no SimulatedBody; see palpate/body/concept.hpp, or use a SoftBody.");
   static_assert(Cutter<CutterType, BodyType>,
-                "Simulator: the cutter needs advance(body, tip), contact(), state(), report() and tip_radius() of the body's scalar; use NoCutter<double>{} for a "
+                "Simulator: the cutter needs advance(body, ToolPose<Scalar> const&), contact(), state(), report() and tip_radius() of the body's scalar; use NoCutter<double>{} for a "
                 "blunt tool.");
 
  public:
@@ -55,10 +56,11 @@ class BodyLoop {
     find_stable_step();
   }
 
-  /// Moves the tip [m] with a velocity [m/s] through a tick of h seconds and returns what the servo needs to know. Where `placements`, the servo's count, has
+  /// Moves the tool through a tick of h seconds, its tip evenly, and returns what the servo needs to know. Where `placements`, the servo's count, has
   /// changed, the tool was not moved there but placed: nothing is touched or cut on the way, a cut in progress ends where the blade was, and the tip has to
   /// come from outside again. A cutter without `reset(body)` can not be told.
-  LocalModel<Scalar> tick(Vector const& tip, Vector const& velocity, Scalar h, std::uint64_t placements = 0) {
+  LocalModel<Scalar> tick(ToolPose<Scalar> const& tool, Scalar h, std::uint64_t placements = 0) {
+    Vector const &tip = tool.position, &velocity = tool.velocity;
     if (placements != placements_) {
       placements_ = placements;
       take_tool_away();
@@ -67,9 +69,9 @@ class BodyLoop {
     last_tip_ = tip;
     ticked_ = true;
     if constexpr (FeelsReaction<CutterType, BodyType>)
-      cutter_.advance(body_, tip, pressed_);
+      cutter_.advance(body_, tool, pressed_);
     else
-      cutter_.advance(body_, tip);
+      cutter_.advance(body_, tool);
     bool const presses = cutter_.state() == CuttingPhase::indenting;
     Vector reaction = Vector::Zero();
     step(h, [&](int i, int steps, Scalar each) {

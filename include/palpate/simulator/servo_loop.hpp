@@ -9,6 +9,7 @@
 #include <palpate/haptics/safety_chain.hpp>
 #include <palpate/haptics/workspace_mapping.hpp>
 #include <palpate/core/event_ring.hpp>
+#include <palpate/core/tool_pose.hpp>
 #include <palpate/simulator/recording.hpp>
 
 #include <cmath>
@@ -126,6 +127,8 @@ class ServoLoop {
     else
       velocity_.setZero();
     tip_ = tip;
+    if (reports_orientation_ && std::abs(state.orientation.norm() - 1) < DeviceScalar(0.01))   // false for what is not finite
+      orientation_ = mapping_.orientation_to_world(state.orientation.template cast<Scalar>());
     placed_ = follows_ = true;
   }
 
@@ -196,6 +199,7 @@ class ServoLoop {
       force_.begin_session(rate_, model_rate);
     since_sample_ = 0;
     reports_velocity_ = capabilities.reports_velocity;
+    reports_orientation_ = capabilities.reports_orientation;
     placed_at_ = -std::numeric_limits<double>::infinity();   // the clock of a session begins anew
     answer_is_due_ = false;
     fall_silent();
@@ -208,6 +212,8 @@ class ServoLoop {
 
   Vector const& tip() const noexcept { return tip_; }
   Vector const& velocity() const noexcept { return velocity_; }
+  /// The tool in the world. One whose device reports no orientation is not turned.
+  ToolPose<Scalar> tool() const noexcept { return {tip_, orientation_, velocity_}; }
   /// Has there been a pose yet?
   bool placed() const noexcept { return placed_; }
   /// How often the tip was found farther from where it was than `SafetyLimits::jump`, or than the fastest hand goes while a device has no new samples for a
@@ -304,7 +310,7 @@ class ServoLoop {
   DeviceState<DeviceScalar> state_;   // the last usable one
   DeviceScalar max_force_ = 0;
   double rate_ = 0.0;
-  bool reports_velocity_ = false;
+  bool reports_velocity_ = false, reports_orientation_ = false;
   bool usable_ = false;    // this tick's pose is new
   bool follows_ = false;   // so was the last one's: a difference of the two is a velocity
   bool placed_ = false;
@@ -314,6 +320,7 @@ class ServoLoop {
   double placed_at_ = -std::numeric_limits<double>::infinity();   // s, on the clock of the model's time
   Vector tip_ = Vector::Zero();
   Vector velocity_ = Vector::Zero();
+  Eigen::Quaternion<Scalar> orientation_ = Eigen::Quaternion<Scalar>::Identity();   // world ← tool
   Scalar last_depth_ = 0;
   Scalar since_last_ = 0;   // s, the tick before this one
   double sample_age_ = 0;   // s, for which the device has had no new sample

@@ -87,7 +87,7 @@ class Simulator {
       auto const body_started = std::chrono::steady_clock::now();
       LocalModel<Scalar> model;
       if (servo_.placed())
-        model = loop_.tick(servo_.tip(), servo_.velocity(), h, servo_.placements());
+        model = loop_.tick(servo_.tool(), h, servo_.placements());
       else
         loop_.rest(h);
       auto const body_ended = std::chrono::steady_clock::now();
@@ -121,7 +121,7 @@ class Simulator {
     Exchange between{.started_at = started_at,
                      .ticks = ticks,
                      .pacer = Pacer(rate, options_.realtime.spin),
-                     .poses = TripleBuffer<Pose>(Pose{.tip = servo_.tip(), .time = started_at, .placements = servo_.placements()}),
+                     .poses = TripleBuffer<Pose>(Pose{.tool = servo_.tool(), .time = started_at, .placements = servo_.placements()}),
                      .models = TripleBuffer<LocalModel<Scalar>>(LocalModel<Scalar>{.known = false})};
     Recording recording(ticks);
     aim(statistics_.servo, rate);
@@ -224,8 +224,7 @@ class Simulator {
   };
 
   struct Pose {
-    Vector3<Scalar> tip = Vector3<Scalar>::Zero();
-    Vector3<Scalar> velocity = Vector3<Scalar>::Zero();
+    ToolPose<Scalar> tool{};
     double time = 0.0;    // s of the recording
     double clock = 0.0;   // s since the run began
     std::uint64_t placements = 0;
@@ -320,7 +319,7 @@ class Simulator {
     if constexpr (SelfClocked<Device>) statistics_.servo.add_skipped(static_cast<std::uint64_t>(periods) - 1);
     servo_.read(static_cast<Scalar>(periods / rate));
     if (servo_.placed()) {
-      between.poses.back() = {servo_.tip(), servo_.velocity(), time, now, servo_.placements()};
+      between.poses.back() = {servo_.tool(), time, now, servo_.placements()};
       between.poses.publish();
     }
     Tick const tick = servo_.respond(between.models.read(), time, now);
@@ -370,7 +369,7 @@ class Simulator {
       placed = between.poses.fetch() || placed;
       Pose const& pose = between.poses.front();
       if (placed) {
-        between.models.back() = loop_.tick(pose.tip, pose.velocity, static_cast<Scalar>(h), pose.placements);
+        between.models.back() = loop_.tick(pose.tool, static_cast<Scalar>(h), pose.placements);
         between.models.back().time = pose.clock;
         between.models.publish();
       } else {
@@ -379,7 +378,7 @@ class Simulator {
       since_snapshot += h;
       if (since_snapshot * options_.snapshot_rate >= 1.0) {
         since_snapshot = 0.0;
-        publish(pose.time, pose.tip);
+        publish(pose.time, pose.tool.position);
       }
       statistics_.body.add(TickTiming{slot.due, started, std::chrono::steady_clock::now()});
       statistics_.body.add_skipped(slot.skipped);

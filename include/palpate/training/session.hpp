@@ -47,12 +47,12 @@ inline std::vector<SessionEvent> phase_events(Recording const& recording) {
 ///   session_io.hpp writes and reads it, replay.hpp repeats it, comparison.hpp compares two.
 /// Units      s, m, m/s, N, Hz.
 /// Invariant  `hand` is empty or has one sample a tick; checked by `validate`, which writing calls.
-/// Limits     orientation, and how many ticks a real-time run dropped, are not kept.
+/// Limits     how many ticks a real-time run dropped is not kept.
 struct Session {
   std::string version = PALPATE_VERSION_STRING;   ///< of the library that recorded it
   Seed seed{};
   Configuration configuration{};
-  Capabilities device{.max_force = std::numeric_limits<double>::infinity(), .rate = 1000.0};   ///< what its `safety` depends on and `reports_velocity` are kept
+  Capabilities device{.max_force = std::numeric_limits<double>::infinity(), .rate = 1000.0};   ///< what its `safety` depends on, and what it reports, are kept
   Recording recording{};
   std::vector<HandSample> hand{};
   std::vector<SessionEvent> events{};

@@ -5,10 +5,12 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
+#include <palpate/core/tool_pose.hpp>
 #include <palpate/cutting/blade_edge.hpp>
 #include <palpate/cutting/detail/rest_walk.hpp>
 #include <palpate/cutting/detail/snapping.hpp>
 
+#include <cmath>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -30,21 +32,25 @@ class Blade {
   /// `puncture_depth` and `tip_radius` in m, `puncture_force` in N.
   Blade(Scalar puncture_depth, Scalar puncture_force, Scalar tip_radius, std::optional<BladeEdge<Scalar>> const& edge)
       : puncture_depth_(puncture_depth), puncture_force_(puncture_force), edge_(edge), touch_(tip_radius) {
-    if (edge_) edge_->validate();
+    if (edge_) turn(edge_->axis);
     require_positive("puncture_depth", puncture_depth, "m");
     require_positive("puncture_force", puncture_force, "N");
   }
 
-  /// Moves the tip by one tick. `start(front, contact)` punctures, `go_on(front, contact)` moves the blade in the tissue. Each returns the
+  /// Moves the tool by one tick. `start(front, contact)` punctures, `go_on(front, contact)` moves the blade in the tissue. Each returns the
   /// triangle that the tip is to be followed from, as the mesh has changed under it, or −1.
-  /// Throws InvalidArgument for a tip that is not finite, or a body that can not be cut; then nothing has changed.
+  /// Throws InvalidArgument for a pose that is not finite, or a body that can not be cut; then nothing has changed.
   template <class Body, class Start, class GoOn>
-  void advance(Body& body, Vector const& tip, Scalar force, Start const& start, GoOn const& go_on) {
+  void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force, Start const& start, GoOn const& go_on) {
+    Vector const& tip = tool.position;
     if (!tip.allFinite())
       throw InvalidArgument(message("the tip is at (", tip[0], ", ", tip[1], ", ", tip[2], "); it must be finite"));
+    if (!(std::abs(tool.orientation.norm() - 1) < Scalar(1e-3)))
+      throw InvalidArgument(message("the tool's orientation has the length ", tool.orientation.norm(), "; it must be a unit quaternion"));
     if (!body.tissue().cuttable())
       throw InvalidArgument("this body is built from a volume; only a body built from a surface can be cut");
     if (touch_.was_restored(body)) reset(body);
+    if (edge_) edge_->axis = tool.orientation * axis_;
     bool const was_behind = is_behind(), was_lifted = is_lifted_;
     if (was_behind) front_.catch_up(body), body.even_masses();
     if (is_lifted_) end(body, go_on);
@@ -89,12 +95,12 @@ class Blade {
     next_.triangle = -1;
   }
 
-  /// The edge turns with the tool.
+  /// The edge turns in the tool: to this direction in the tool's frame.
   void turn(Vector const& axis) {
     BladeEdge<Scalar> edge = edge_ ? *edge_ : BladeEdge<Scalar>{};
     edge.axis = axis;
     edge.validate();
-    edge_ = edge;
+    edge_ = edge, axis_ = axis;
   }
 
   /// What the blade drags along while it is held across its edge.
@@ -146,7 +152,8 @@ class Blade {
   }
 
   Scalar puncture_depth_, puncture_force_;
-  std::optional<BladeEdge<Scalar>> edge_;
+  std::optional<BladeEdge<Scalar>> edge_;   // in the world, where the tool was last
+  Vector axis_ = Vector::UnitX();           // its axis, in the tool's frame
   bool is_held_ = false;              // across its edge
   bool is_lifted_ = false;            // the tip has left the surface, and the front is behind
   Next next_;

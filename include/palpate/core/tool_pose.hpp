@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+
+#include <Eigen/Geometry>
+
+namespace palpate {
+
+/// Where a tool is, how it is turned and how fast it goes.
+/// Units      position [m] and velocity [m/s] of the tip; world frame.
+/// Invariant  orientation is a unit quaternion, world ← tool; the identity where nobody knows.
+template <RealScalar Scalar>
+struct ToolPose {
+  Vector3<Scalar> position = Vector3<Scalar>::Zero();
+  Eigen::Quaternion<Scalar> orientation = Eigen::Quaternion<Scalar>::Identity();
+  Vector3<Scalar> velocity = Vector3<Scalar>::Zero();
+};
+
+namespace detail {
+
+/// A position alone, out of any 3 × 1 expression or {x, y, z}: what a cutter takes for a tool that is not turned. A vector would do, but for gcc 12,
+/// which takes {.position = p, .orientation = q} for one as well.
+template <RealScalar Scalar>
+struct TipPosition {
+  template <class Derived>
+  TipPosition(Eigen::MatrixBase<Derived> const& point) : position(point) {}
+  TipPosition(Scalar x, Scalar y, Scalar z) : position(x, y, z) {}
+
+  ToolPose<Scalar> pose() const { return {.position = position}; }
+
+  Vector3<Scalar> position;
+};
+
+}  // namespace detail
+
+}  // namespace palpate
