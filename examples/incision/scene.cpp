@@ -90,7 +90,7 @@ palpate::Trajectory<double> stroke(SurfaceLine const& line, Organ const& organ, 
   return path;
 }
 
-/// One line for each way in which a path can not be used.
+/// One line for each way in which a path can not be used, or the run is too short for it.
 void check_path(palpate::Trajectory<double> const& path, TriangleMesh<double> const& mesh, double seconds, std::string const& name) {
   palpate::SurfaceTree<double> const tree(mesh);
   auto const distance = [&](Vector const& p) { return tree.nearest(mesh.points, p).distance; };
@@ -100,17 +100,23 @@ void check_path(palpate::Trajectory<double> const& path, TriangleMesh<double> co
                                            " mm inside the organ; let it start outside"));
   double nearest = std::numeric_limits<double>::infinity(), when = 0.0;
   Vector before = path.begin();
-  double const end = std::min(seconds, path.duration());
-  for (long long tick = 0; 1e-3 * double(tick) <= end; ++tick) {
-    Vector const p = path.at(1e-3 * double(tick)).position;
+  auto const touches = [&](double time) {   // between the last time and this one
+    Vector const p = path.at(time).position;
     double const d = distance(p);
-    if (d < nearest) {
-      nearest = d;
-      when = 1e-3 * double(tick);
-    }
-    if (d <= (p - before).norm() && (tick == 0 || inside(p) != inside(before))) return;   // through the surface in this tick
+    if (d < nearest) nearest = d, when = time;
+    bool const through = d <= (p - before).norm() && (time == 0.0 || inside(p) != inside(before));
     before = p;
-  }
+    return through;
+  };
+  double const end = std::min(seconds, path.duration());
+  for (long long tick = 0; 1e-3 * double(tick) <= end; ++tick)
+    if (touches(1e-3 * double(tick))) return;
+  constexpr int looks = 10000;   // at what the run leaves out
+  double const left_out = path.duration() - end;
+  for (int i = 1; i <= looks && left_out > 0.0; ++i)
+    if (double const time = end + left_out * i / looks; touches(time))
+      throw palpate::InvalidArgument(message(name, ": a run of ", seconds, " s is too short: the path touches the organ at ", time, " s; ",
+                                             time < longest_run ? "give a larger --seconds, or none" : message("let the path do so within ", longest_run, " s")));
   throw palpate::InvalidArgument(message(name, ": the path never touches the organ; it comes to ", 1000.0 * nearest, " mm at ", when,
                                          " s; is it in metres and in the frame of the mesh?"));
 }

@@ -152,6 +152,8 @@ path() { printf 'time_s,x_m,y_m,z_m\n%s\n' "$1"; }
 path "0,0,0,0.2
 1,0.1,0,0.2" >far.csv
 refused far "never touches" --tool far.csv
+refused default_too_short "liver: a run of 0.05 s is too short: the path touches the organ at 0..* s; give a larger --seconds, or none" --resolution 800 --seconds 0.05
+refused far_too_short "never touches" --tool far.csv --seconds 0.5
 path "0,0,0,0
 1,0,0,0.2" >inside.csv
 refused inside "inside the organ" --mesh good.obj --unit cm --tool inside.csv
@@ -166,11 +168,12 @@ path "0,0,0,0.06
 1e9,0,0,0.02" >ages.csv
 refused ages "at most 3600 s" --mesh good.obj --unit cm --tool ages.csv
 run some_of_ages 2 --mesh good.obj --unit cm --tool ages.csv --seconds 1 --out some_of_ages --no-pictures
-grep -q "never touches" some_of_ages.err || fail "some_of_ages: $(cat some_of_ages.err)"
+grep -q "a run of 1 s is too short: the path touches the organ at 80[0-9]*00000 s; let the path do so within 3600 s" some_of_ages.err || fail "some_of_ages: $(cat some_of_ages.err)"
 path "0,0,0,0.06
 1,0,0,0.02
 2,0.02,0,0.02
 3,0.02,0,0.06" >stroke.csv
+refused too_short "a run of 0.5 s is too short: the path touches the organ at 0.[78].* s; give a larger --seconds, or none" --mesh good.obj --unit cm --tool stroke.csv --seconds 0.5
 run tool 0 --mesh good.obj --unit cm --tool stroke.csv --out tool --no-pictures
 grep -q '^cut  *[1-9]' tool.out || fail "tool: the path does not cut: $(cat tool.out)"
 # 2 cm along the dome of a 10 cm ellipsoid, give or take the way in and out and an edge of the mesh.
