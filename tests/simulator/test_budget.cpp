@@ -94,7 +94,7 @@ TEST_CASE("a body that lags is told, with how far, why, and what to do", "[simul
         "SimulatorOptions::most_body_steps, or make the stable step longer with softer links, less damping, more mass or a coarser mesh\n");
   CHECK(budget_text(statistics) == "servo: no tick yet\nbody: no tick yet\n" + lag_text(body));
   body.capped = 0;
-  CHECK(lag_text(body).find("; its ticks take longer than their period: compute fewer particles, or lower SimulatorOptions::body_rate\n") != std::string::npos);
+  CHECK(lag_text(body).find("; its ticks came too late: compute fewer particles, lower SimulatorOptions::body_rate, or leave its thread a core\n") != std::string::npos);
   body.diverged = 3;
   CHECK(lag_text(body).find("; 3 steps diverged: ") != std::string::npos);
   body = {.ticks = 400, .capped = 250, .seconds = 0.4};
