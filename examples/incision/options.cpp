@@ -59,7 +59,7 @@ Parsed parse_options(int argc, char** argv) {
   app.add_option("--integrator", integrator, "leapfrog, velocity-verlet, symplectic-euler, explicit-euler or rk4")->check(CLI::IsMember(integrators))->capture_default_str()->group(tissue);
 
   auto const force = "Cut and force";
-  app.add_option("--puncture-depth", o.puncture_depth, "[m]; default: a twentieth of the organ's diagonal, at most 0.018")->check(CLI::Range(1e-6, 1.0))->group(force);
+  app.add_option("--puncture-depth", o.puncture_depth, "[m]; default: a twentieth of the organ's diagonal, at most 0.018; at most the organ's thickness")->check(CLI::Range(1e-6, 1e6))->group(force);
   app.add_option("--curve-factor", o.curve_factor, "the published liver curve, of a 4 mm probe, times this for a blade that cuts")->check(CLI::Range(0.0, 1000.0))->capture_default_str()->group(force);
   app.add_option("--organ-coefficient", o.organ_coefficient, "drag of the organ on the blade, per depth [N s/m2]")->check(not_negative)->capture_default_str()->group(force);
   app.add_option("--snr", o.snr_db, "signal-to-noise ratio of the force [dB]")->check(CLI::Range(0.0, 300.0))->capture_default_str()->group(force);

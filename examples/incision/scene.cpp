@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "scene.hpp"
 
+#include "../organ_file.hpp"
+
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/units.hpp>
@@ -8,14 +10,11 @@
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/mesh/organ.hpp>
-#include <palpate/mesh/repair.hpp>
-#include <palpate/vtk/read_mesh.hpp>
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -36,28 +35,6 @@ double winding_number(TriangleMesh<double> const& mesh, Vector const& p) {
     sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
   }
   return sum / (2.0 * std::numbers::pi);
-}
-
-/// A foreign mesh, corrected where there is one right way, which is said in one line; else refused.
-TriangleMesh<double> read_organ(Options const& options) {
-  std::string const name = options.mesh.string();
-  auto mesh = palpate::read_mesh<double>(options.mesh, palpate::metres_per(options.unit));
-  palpate::RepairReport const report = palpate::repair(mesh, {.wanted = {.closed = true}});
-  if (!report.sound()) {
-    // The telling defect first: a fin leaves holes too, and holes are what a file that was cut short looks like.
-    using Kind = palpate::MeshDefectKind;
-    auto worst = report.left.begin();
-    for (Kind const kind : {Kind::open_border, Kind::non_manifold_edge}) {
-      auto const found = std::find_if(report.left.begin(), report.left.end(), [&](auto const& defect) { return defect.kind == kind; });
-      if (found != report.left.end()) worst = found;
-    }
-    bool const open = worst->kind == Kind::open_border;
-    auto const others = report.left.size() - 1;
-    throw palpate::InvalidMesh(message(name, ": ", to_string(*worst), open ? "; was the file cut short?" : "",
-                                       others == 0 ? std::string() : message(" (and ", others, others == 1 ? " more defect)" : " more defects)")));
-  }
-  if (report.changed()) std::fprintf(stderr, "incision: %s: repaired: %s\n", name.c_str(), to_string(report).c_str());
-  return mesh;
 }
 
 /// Palpates without puncturing, comes back, goes in, follows the surface, and leaves.
@@ -90,9 +67,30 @@ palpate::Trajectory<double> stroke(SurfaceLine const& line, Organ const& organ, 
   return path;
 }
 
+/// A blade that has to go deeper than the organ is thick before it cuts would leave at the other side.
+void check_depth(double depth, Organ const& organ) {
+  Eigen::RowVectorXd const heights = organ.up.transpose() * organ.mesh.points;
+  palpate::LengthRange const within{.low = 1e-6, .high = heights.maxCoeff() - heights.minCoeff()};
+  if (!within.contains(depth))
+    throw palpate::InvalidArgument(message("--puncture-depth is ", palpate::unlikely_length(depth, "m", within),
+                                           "; give it in metres, no more than the organ is thick"));
+}
+
+/// Tissue is about as dense as water; bounds far enough apart for a shell and for a body of lead.
+void check_mass(double mass, double volume) {
+  constexpr double low = 20.0, high = 20000.0;   // kg/m³
+  auto const fits = [&](double kilograms) { return kilograms >= low * volume && kilograms <= high * volume; };
+  if (fits(mass)) return;
+  throw palpate::InvalidArgument(message("--mass is ", mass, " kg for ", volume, " m³, outside ", low, " … ", high, " kg/m³",
+                                         fits(mass / 1000.0) ? message("; in g it would be ", mass / 1000.0, " kg") : std::string(),
+                                         "; give it in kilograms"));
+}
+
 /// One line for each way in which a path can not be used, or the run is too short for it.
 void check_path(palpate::Trajectory<double> const& path, TriangleMesh<double> const& mesh, double seconds, std::string const& name) {
   palpate::SurfaceTree<double> const tree(mesh);
+  constexpr palpate::LengthRange reach{.low = 0.0, .high = palpate::organ_extent.high};
+  Vector const middle = mesh.points.rowwise().mean();
   auto const distance = [&](Vector const& p) { return tree.nearest(mesh.points, p).distance; };
   auto const inside = [&](Vector const& p) { return winding_number(mesh, p) > 0.5; };
   if (inside(path.begin()))
@@ -102,6 +100,9 @@ void check_path(palpate::Trajectory<double> const& path, TriangleMesh<double> co
   Vector before = path.begin();
   auto const touches = [&](double time) {   // between the last time and this one
     Vector const p = path.at(time).position;
+    if (double const away = (p - middle).norm(); !reach.contains(away))
+      throw palpate::InvalidArgument(message(name, ": at ", time, " s the distance from the organ's middle is ",
+                                             palpate::unlikely_length(away, "m", reach), "; write the path in metres, in the frame of the mesh"));
     double const d = distance(p);
     if (d < nearest) nearest = d, when = time;
     bool const through = d <= (p - before).norm() && (time == 0.0 || inside(p) != inside(before));
@@ -127,13 +128,16 @@ Organ prepare_organ(Options const& options) {
   Organ organ;
   bool const own = options.mesh.empty();
   organ.name = own ? "the library's liver" : options.mesh.string();
-  organ.mesh = own ? palpate::make_organ<double>({.vertices = options.resolution, .seed = 1}) : read_organ(options);
+  organ.mesh = own ? palpate::make_organ<double>({.vertices = options.resolution, .seed = 1}) : organ_file::read_organ("incision", options.mesh, options.unit);
 
   auto const& points = organ.mesh.points;
   organ.diagonal = (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
   organ.up = upper_direction(organ.mesh, options.up);
   organ.puncture_depth = options.puncture_depth.value_or(std::min(0.018, organ.diagonal / 20.0));
-  organ.mass = options.mass.value_or(1060.0 * std::abs(palpate::volume(organ.mesh)));
+  double const volume = std::abs(palpate::volume(organ.mesh));   // m³
+  organ.mass = options.mass.value_or(1060.0 * volume);
+  if (options.puncture_depth) check_depth(*options.puncture_depth, organ);
+  if (options.mass) check_mass(organ.mass, volume);
 
   // In proportion to the particles' mass, a body of any size and resolution swings at the same frequencies and allows the same step.
   double const particle = organ.mass / double(points.cols());

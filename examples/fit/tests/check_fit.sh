@@ -94,6 +94,9 @@ sed 's/indenting/pushing/' generated_needle.csv >pushing.csv
 refused pushing 'line 7: the phase is "pushing"' pushing.csv
 sed '20s/,[^,]*$/,nan/' generated_needle.csv >nan.csv
 refused nan "line 20" nan.csv
+# The liver's depths, 0.5 to 22.5 mm, in millimetres: the first beyond 0.3 m is the first of 0.5.
+awk -F, -v OFS=, '/^#/ || /^depth/ { print; next } { $1 *= 1000; print }' generated_liver.csv >millimetres.csv
+refused millimetres "line [0-9]*: the depth is [0-9.]* m, outside 0 … 0.3 m; .*in mm it would be 0.000[0-9]* m; write depths in metres" millimetres.csv
 head -n 7 generated_liver.csv >few.csv
 refused few "at least 4" few.csv --model polynomial
 refused few_for_a_network "21 weights\|16 weights" few.csv --model network

@@ -148,6 +148,17 @@ refused nan "not a finite number" --mesh nan.obj --unit cm
 refused missing "there is no such file" --mesh missing.stl
 refused kind "not a known kind of mesh file" --mesh "$0"
 
+# --- another unit than the one that is read: the message names the likely one ------------------------------------------
+# The ellipsoid's diagonal is 14.1 cm; its volume 502.7 cm3, 0.53 kg of tissue.
+refused metres "diagonal is 14.1 m, outside 0.001 … 2 m; in cm it would be 0.141 m, in mm it would be 0.0141 m; say with --unit" --mesh good.obj
+awk '$1 == "v" { print $1, 10 * $2, 10 * $3, 10 * $4; next } { print }' good.obj >millimetres.obj
+refused millimetres "diagonal is 141 m, .*in mm it would be 0.141 m; say with --unit" --mesh millimetres.obj
+awk '$1 == "v" { print $1, $2 / 100, $3 / 100, $4 / 100; next } { print }' good.obj >metres.obj
+refused tiny "with --unit mm .* is 0.000141 m, .*; in m it would be 0.141 m, in cm it would be 0.00141 m;" --mesh metres.obj --unit mm
+refused depth_mm "puncture-depth is 18 m, .*; in mm it would be 0.018 m; give it in metres" --mesh good.obj --unit cm --puncture-depth 18
+refused depth_one "puncture-depth is 1 m, .*; in cm it would be 0.01 m, in mm it would be 0.001 m;" --puncture-depth 1
+refused mass_grams "mass is 530 kg .*; in g it would be 0.53 kg; give it in kilograms" --mesh good.obj --unit cm --mass 530
+
 path() { printf 'time_s,x_m,y_m,z_m\n%s\n' "$1"; }
 path "0,0,0,0.2
 1,0.1,0,0.2" >far.csv
@@ -161,6 +172,9 @@ path "0,0,0,0.2
 2,0,0,0.1
 1,0,0,0.02" >backwards.csv
 refused backwards "line 4" --tool backwards.csv
+path "0,0,0,60
+1,0,0,20" >path_mm.csv
+refused path_mm "at 0 s the distance .* is 60 m, .*in mm it would be 0.06 m; write the path in metres" --mesh good.obj --unit cm --tool path_mm.csv
 path "" >nothing.csv
 refused nothing "rows" --tool nothing.csv
 refused no_tool "no_tool.csv" --tool no_tool.csv

@@ -3,6 +3,8 @@
 
 #include <palpate/core/error.hpp>
 
+#include <cstdio>
+#include <string>
 #include <string_view>
 
 namespace palpate {
@@ -15,6 +17,37 @@ constexpr double metres_per(std::string_view unit) {
   if (unit == "cm") return 1e-2;
   if (unit == "mm") return 1e-3;
   throw InvalidArgument(detail::message("unknown unit of length \"", unit, "\"; write m, cm or mm"));
+}
+
+/// From the least to the largest length [m] that input can sensibly have.
+struct LengthRange {
+  double low, high;
+
+  constexpr bool contains(double metres) const noexcept { return low <= metres && metres <= high; }
+};
+
+/// Diagonal of an organ's bounding box: from an insect's to a person's.
+inline constexpr LengthRange organ_extent{0.001, 2.0};
+/// Depth of a tool below the surface: up to a long needle's.
+inline constexpr LengthRange tool_depth{0.0, 0.3};
+
+/// For the message that refuses `number` [unit], a length outside `range`: "208 m, outside 0.001 … 2 m; in mm it would be 0.208 m", with every unit
+/// in which it would be within.
+inline std::string unlikely_length(double number, std::string_view unit, LengthRange range) {
+  auto const metres = [](double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return std::string(text) + " m";
+  };
+  std::string text = detail::message(metres(number * metres_per(unit)), ", outside ", range.low, " … ", metres(range.high));
+  char const* separator = "; in ";
+  for (std::string_view const other : {"m", "cm", "mm"}) {
+    double const length = number * metres_per(other);
+    if (other == unit || !range.contains(length)) continue;
+    text += detail::message(separator, other, " it would be ", metres(length));
+    separator = ", in ";
+  }
+  return text;
 }
 
 }  // namespace palpate

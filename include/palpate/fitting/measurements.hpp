@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/core/units.hpp>
 #include <palpate/device/detail/csv_table.hpp>
 
 #include <algorithm>
@@ -64,7 +65,8 @@ inline MeasuredRange speeds_of(std::span<Measurement const> measurements) {
 
 /// Reads a file of comma-separated text with the header depth_m,speed_m_s,phase,force_N, a measurement a line; lines that start with # are
 /// comments. The phase is "indenting", "loading" or "unloading".
-/// Errors     FileError with the line for anything else, for a value that is not finite, a negative depth or speed, and a file without measurements.
+/// Errors     FileError with the line for anything else, for a value that is not finite, a negative depth or speed, a depth outside `tool_depth`
+///            (a file in millimetres), and a file without measurements.
 inline std::vector<Measurement> read_measurements(std::filesystem::path const& path) {
   constexpr std::array<std::string_view, 4> columns = {"depth_m", "speed_m_s", "phase", "force_N"};
   detail::CsvTable table(path);
@@ -82,6 +84,8 @@ inline std::vector<Measurement> read_measurements(std::filesystem::path const& p
     };
     Measurement measurement{.depth = number(0), .speed = number(1), .force = number(3)};
     if (measurement.depth < 0.0) table.fail_here(detail::message("the depth is ", row[0], " m; depths are counted from the surface, zero or more"));
+    if (!tool_depth.contains(measurement.depth))
+      table.fail_here(detail::message("the depth is ", unlikely_length(measurement.depth, "m", tool_depth), "; write depths in metres, speeds in m/s"));
     if (measurement.speed < 0.0)
       table.fail_here(detail::message("the speed is ", row[1], " m/s; give it without sign, the phase \"unloading\" says that the tool comes back"));
     bool known = false;
