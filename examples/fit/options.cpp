@@ -3,11 +3,10 @@
 
 #include "fitting.hpp"
 
+#include "../command_line.hpp"
+
 #include <palpate/core/version.hpp>
 
-#include <CLI/CLI.hpp>
-
-#include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -52,20 +51,12 @@ Parsed parse_options(int argc, char** argv) {
       ->group(output);
   app.add_flag("!--no-pictures", o.pictures, "write no PNG files")->group(output);
 
-  try {
-    app.parse(argc, argv);
+  parsed.exit_code = command_line::parse(app, "palpate-fit", argc, argv, [&] {
     if (int const asked = int(!o.data.empty()) + int(generate->count() > 0) + int(check->count() > 0); asked != 1)
       throw CLI::ValidationError("what to do", asked == 0 ? "give a file of measurements, or --generate, or --check"
                                                           : "give a file of measurements or --generate or --check, one of them");
     if (o.out.empty()) o.out = o.generate.empty() ? "palpate-fit-out" : "generated_" + o.generate + ".csv";
-  } catch (CLI::ParseError const& error) {
-    bool const asked = error.get_exit_code() == 0;   // --help, --version
-    if (asked)
-      app.exit(error);
-    else
-      std::fprintf(stderr, "palpate-fit: %s (see palpate-fit --help)\n", error.what());
-    parsed.exit_code = asked ? 0 : 2;
-  }
+  });
   return parsed;
 }
 

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "options.hpp"
 
+#include "../command_line.hpp"
+
 #include <palpate/core/version.hpp>
 
-#include <CLI/CLI.hpp>
-
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <map>
 #include <string>
 
@@ -71,22 +68,10 @@ Parsed parse_options(int argc, char** argv) {
   app.add_flag("!--no-pictures", o.pictures, "write no PNG files")->group(output);
   app.add_flag("--realtime", o.realtime, "run servo and body on two threads by the clock instead of in lock-step")->group(output);
 
-  try {
-    app.parse(argc, argv);
-    for (CLI::Option const* option : app.get_options())
-      for (std::string const& text : option->results())   // a range lets nan pass
-        if (std::string const type = option->get_type_name(); type.find("FLOAT") != std::string::npos && std::isnan(std::strtod(text.c_str(), nullptr)))
-          throw CLI::ValidationError(option->get_name(), text + " is not a number");
+  parsed.exit_code = command_line::parse(app, "incision", argc, argv, [&] {
     o.coupling = couplings.at(coupling);
     o.integrator = integrators.at(integrator);
-  } catch (CLI::ParseError const& error) {
-    bool const asked = error.get_exit_code() == 0;   // --help, --version
-    if (asked)
-      app.exit(error);
-    else
-      std::fprintf(stderr, "incision: %s (see incision --help)\n", error.what());
-    parsed.exit_code = asked ? 0 : 2;
-  }
+  });
   return parsed;
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "options.hpp"
 
+#include "../command_line.hpp"
+
 #include <palpate/core/version.hpp>
 
-#include <CLI/CLI.hpp>
-
-#include <cstdio>
 #include <map>
 #include <string>
 
@@ -47,21 +46,13 @@ Parsed parse_options(int argc, char** argv) {
   app.add_option("--width", o.width, "of the window, pixels")->check(CLI::Range(960, 3840))->capture_default_str()->group(running);
   app.add_option("--height", o.height, "of the window, pixels")->check(CLI::Range(680, 2160))->capture_default_str()->group(running);
 
-  try {
-    app.parse(argc, argv);
+  parsed.exit_code = command_line::parse(app, "viewer", argc, argv, [&] {
     o.setup.tissue = tissues.at(tissue);
     o.setup.integrator = integrators.at(integrator);
     o.setup.coupling = couplings.at(coupling);
     o.setup.blade = blades.at(blade);
     o.realtime = realtime || (!lock_step && o.script.empty());
-  } catch (CLI::ParseError const& error) {
-    bool const asked = error.get_exit_code() == 0;   // --help, --version
-    if (asked)
-      app.exit(error);
-    else
-      std::fprintf(stderr, "viewer: %s (see viewer --help)\n", error.what());
-    parsed.exit_code = asked ? 0 : 2;
-  }
+  });
   return parsed;
 }
 

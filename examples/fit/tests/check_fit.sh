@@ -104,6 +104,7 @@ refused no_model "magic" generated_liver.csv --model magic
 refused share "between 0 and 1" generated_liver.csv --confidence 1.5
 refused no_share "between 0 and 1" generated_liver.csv --confidence nan
 refused seed "negative" generated_liver.csv --seed -1
+refused words "not expected: --bogus --other two (see" generated_liver.csv --bogus --other two
 refused nothing "give a file of measurements"
 refused both "one of them" generated_liver.csv --check needle/force.json
 refused no_data "heart" --generate heart

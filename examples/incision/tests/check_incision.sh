@@ -222,6 +222,8 @@ for wrong in "--unit inch" "--integrator magic" "--resolution 3" "--prestrain 2"
   run option 2 $wrong
   [ "$(wc -l <option.err)" -eq 1 ] || fail "option $wrong: not one line: $(cat option.err)"
 done
+refused words "not expected: --bogus one two (see" --bogus one two
+refused words_between "not expected: one --bogus two (see" one --seed 3 --bogus two
 
 # --- no display to draw on --------------------------------------------------------------------------------------------
 mkdir empty_path

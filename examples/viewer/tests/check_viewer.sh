@@ -53,6 +53,8 @@ printf 'move 10\n' >bad.script
 refused bad "line 1" --script bad.script
 refused no_recording "no such file" --replay missing.session
 refused option "resolution" --resolution 3
+refused words "not expected: --bogus one two (see" --bogus one two
+refused not_a_number "nan is not a number" --seconds nan
 : >file
 refused folder "choose another" --script replay.script --out file/below
 

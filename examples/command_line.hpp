@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <string>
+
+/// What the programs share that have options.
+namespace command_line {
+
+/// What is wrong. CLI11 2.1 names unknown words in reverse order: here as they were typed.
+inline std::string words_of(CLI::App const& app, CLI::ParseError const& error) {
+  if (dynamic_cast<CLI::ExtrasError const*>(&error) == nullptr) return error.what();
+  std::string text = "not expected:";
+  for (std::string const& word : app.remaining()) text += ' ' + word;
+  return text;
+}
+
+/// Reads the options, then calls `finish`, which may throw CLI::ValidationError. Returns nothing, or the exit code where there is nothing more to do: 0
+/// after --help and --version, 2 after a mistake, which it names in one line on standard error.
+template <class Finish>
+std::optional<int> parse(CLI::App& app, char const* program, int argc, char** argv, Finish const& finish) {
+  try {
+    app.parse(argc, argv);
+    for (CLI::Option const* option : app.get_options())
+      for (std::string const& text : option->results())   // a range lets nan pass
+        if (option->get_type_name().find("FLOAT") != std::string::npos && std::isnan(std::strtod(text.c_str(), nullptr)))
+          throw CLI::ValidationError(option->get_name(), text + " is not a number");
+    finish();
+    return std::nullopt;
+  } catch (CLI::ParseError const& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);   // --help, --version
+    std::fprintf(stderr, "%s: %s (see %s --help)\n", program, words_of(app, error).c_str(), program);
+    return 2;
+  }
+}
+
+}  // namespace command_line
