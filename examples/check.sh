@@ -68,3 +68,21 @@ wants_one_folder() {
     [ $? -eq 2 ] && grep -q "usage: $1 FOLDER" wrong.err || fail "\"$wrong\": $(cat wrong.err)"
   done
 }
+
+# ellipsoid: one of 10 x 8 x 6 cm, in centimetres, as an OBJ file: rings of vertices between two poles, faces outward.
+ellipsoid() {
+  awk 'BEGIN {
+    n = 28; m = 14; pi = 3.14159265358979
+    print "v 0 0 3"
+    for (i = 1; i < m; ++i) for (j = 0; j < n; ++j)
+      printf "v %.6f %.6f %.6f\n", 5*sin(pi*i/m)*cos(2*pi*j/n), 4*sin(pi*i/m)*sin(2*pi*j/n), 3*cos(pi*i/m)
+    print "v 0 0 -3"
+    for (j = 0; j < n; ++j) printf "f 1 %d %d\n", 2+j, 2+(j+1)%n
+    for (i = 0; i < m-2; ++i) for (j = 0; j < n; ++j) {
+      a = 2+i*n+j; b = 2+i*n+(j+1)%n
+      printf "f %d %d %d %d\n", a, a+n, b+n, b
+    }
+    last = 2+(m-1)*n
+    for (j = 0; j < n; ++j) printf "f %d %d %d\n", last, 2+(m-2)*n+(j+1)%n, 2+(m-2)*n+j
+  }'
+}

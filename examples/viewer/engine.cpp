@@ -19,7 +19,8 @@ namespace {
 constexpr double longest_recording = 600.0;   // s
 constexpr double longest_stretch = 60.0;      // s, of a run in real time, which keeps room for all its ticks
 
-/// The setup that a recording was made with; what it does not say stays.
+}  // namespace
+
 Setup setup_of(palpate::Session const& session, Setup setup) {
   auto const choose = [&](char const* key, auto& choice) {
     std::string const* const name = session.configuration.find(key);
@@ -31,17 +32,26 @@ Setup setup_of(palpate::Session const& session, Setup setup) {
   choose("integrator", setup.integrator);
   choose("coupling", setup.coupling);
   choose("cutter", setup.blade);
-  if (std::string const* const vertices = session.configuration.find("organ.vertices")) setup.vertices = std::atoi(vertices->c_str());
+  if (std::string const* const vertices = session.configuration.find("organ.vertices")) {
+    setup.vertices = std::atoi(vertices->c_str());
+    setup.mesh.clear();
+  }
+  if (std::string const* const mesh = session.configuration.find("organ.mesh")) {
+    if (setup.mesh.empty()) setup.mesh = *mesh;   // else the file is elsewhere now
+    if (!std::filesystem::exists(setup.mesh))
+      throw palpate::FileError("the recording was made on the mesh " + *mesh + ", and there is no " + setup.mesh.string() + "; say with --mesh where it is");
+    if (auto const* const unit = session.configuration.find("organ.unit")) setup.unit = *unit;
+    if (auto const* const up = session.configuration.find("organ.up")) setup.up = *up;
+  }
   return setup;
 }
-
-}  // namespace
 
 Engine::Engine(Setup const& setup, std::filesystem::path out, bool realtime)
     : out_(std::move(out)),
       realtime_(realtime),
       targets_(std::make_shared<HandTargets>(HandTarget{})),
-      simulation_(make_simulation(setup, targets_)) {
+      organ_(organ_of(setup)),
+      simulation_(make_simulation(setup, organ_, targets_)) {
   show();
 }
 
@@ -175,7 +185,7 @@ void Engine::obey(Command command) {
     case Command::integrator:
       if (command == Command::tissue) setup.tissue = after(setup.tissue);
       else setup.integrator = after(setup.integrator);
-      use(make_simulation(setup, targets_));
+      use(make_simulation(setup, organ_, targets_));
       simulation_->hand().mouse().place(tip());
       next_.note = command == Command::tissue ? std::string("tissue: ") + to_string(setup.tissue)
                                               : std::string("integrator: ") + to_string(setup.integrator);
@@ -270,7 +280,6 @@ void Engine::end_replay() {
 }
 
 void Engine::play(palpate::Session session) {
-  use(make_simulation(setup_of(session, simulation_->setup()), targets_));
   recorded_from_ = simulation_;
   session_ = std::move(session);
   post(Command::replay);

@@ -17,6 +17,10 @@
 
 namespace viewer {
 
+/// The setup that a recording was made with; what it does not say stays, and so does a mesh: its file may be elsewhere now. Throws palpate::FileError
+/// where that file is not there.
+Setup setup_of(palpate::Session const& session, Setup setup);
+
 enum class Command { tissue, integrator, coupling, blade, record, replay, undo, undo_all };
 
 /// Runs the simulation, does what the keys ask for between two runs, and keeps what the window shows.
@@ -36,7 +40,7 @@ class Engine {
   void advance(double seconds);     // lock-step
 
   void post(Command command);
-  /// Plays a recorded hand on an uncut organ, set up as the recording says. Before the first slice.
+  /// Plays a recorded hand on the organ, which `setup_of` has set up. Before the first slice.
   void play(palpate::Session session);
   /// Ends and keeps a recording that is being made. After the last slice.
   void finish();
@@ -66,6 +70,7 @@ class Engine {
   std::filesystem::path out_;
   bool realtime_;
   std::shared_ptr<HandTargets> targets_;
+  Mesh const organ_;   // as it was made or read
   std::shared_ptr<Simulation> simulation_;
 
   Live next_;                                   // what the next show() shows, but for the ticks

@@ -38,7 +38,7 @@ void run(viewer::Options const& options) {
   if (scripted ? !display->ready() : !palpate::display_available())
     throw palpate::FileError(scripted ? display->problem() : "there is no display for a window; log in with one, or see --script");
 
-  Engine engine(options.setup, options.out, options.realtime);
+  Engine engine(session ? setup_of(*session, options.setup) : options.setup, options.out, options.realtime);
   if (session) engine.play(std::move(*session));
   {
     Window window(engine, options.width, options.height, options.realtime);

@@ -201,6 +201,7 @@ void Scene::look_at(Mesh const& organ) {
   eye->SetViewUp(camera.up.data());
   eye->SetViewAngle(camera.view_angle);
   middle_ = camera.target;
+  framed_from_ = eye->GetDistance();
 
   Mesh cast = organ;   // onto the table, from the left and from behind
   double const table = organ.points.row(2).minCoeff();
@@ -244,7 +245,7 @@ void Scene::turn(double across, double upwards) {
 void Scene::come_nearer(double factor) {
   vtkCamera* const eye = renderer_->GetActiveCamera();
   double const distance = eye->GetDistance();
-  if (distance / factor > 0.15 && distance / factor < 1.5) eye->Dolly(factor);
+  if (distance / factor > framed_from_ / 3.0 && distance / factor < 3.0 * framed_from_) eye->Dolly(factor);
 }
 
 }  // namespace viewer

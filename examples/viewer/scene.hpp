@@ -55,6 +55,7 @@ class Scene {
   vtkActor *tip_, *proxy_, *way_, *arrow_;
   vtkNew<vtkLineSource> way_line_;
   Vector middle_ = Vector::Zero();
+  double framed_from_ = 1.0;   // m, the distance that shows the whole organ
 };
 
 }  // namespace viewer

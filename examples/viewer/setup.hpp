@@ -5,6 +5,9 @@
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/training/configuration.hpp>
 
+#include <filesystem>
+#include <string>
+
 namespace viewer {
 
 using Vector = palpate::Vector3<double>;
@@ -41,7 +44,9 @@ struct Setup {
   IntegratorName integrator = IntegratorName::leapfrog;
   Coupling coupling = Coupling::loose;
   Blade blade = Blade::progressive;
-  int vertices = 2000;
+  int vertices = 2000;                           // of the library's own liver
+  std::filesystem::path mesh;                    // empty: that liver
+  std::string unit = "m", up = "auto";           // of the mesh
 };
 
 /// The numbers behind a tissue's name. Stiffness and damping are per mass of a particle, so that any resolution swings alike.
@@ -61,7 +66,11 @@ constexpr TissueValues values_of(TissueName name) noexcept {
 inline palpate::Configuration configuration_of(Setup const& setup) {
   palpate::Configuration configuration;
   configuration.set("tissue", to_string(setup.tissue)).set("integrator", to_string(setup.integrator));
-  configuration.set("coupling", to_string(setup.coupling)).set("cutter", to_string(setup.blade)).set("organ.vertices", setup.vertices);
+  configuration.set("coupling", to_string(setup.coupling)).set("cutter", to_string(setup.blade));
+  if (setup.mesh.empty())
+    configuration.set("organ.vertices", setup.vertices);
+  else
+    configuration.set("organ.mesh", setup.mesh.string()).set("organ.unit", setup.unit).set("organ.up", setup.up);
   return configuration;
 }
 

@@ -59,8 +59,12 @@ class Simulation {
   virtual std::shared_ptr<Simulation> begun_anew() = 0;
 };
 
-/// Makes the organ and its simulator. The hand follows what is written to `targets`.
-std::shared_ptr<Simulation> make_simulation(Setup const& setup, std::shared_ptr<HandTargets> targets);
+/// Makes or reads the organ: its upper side looks along z, its top is where the hand begins 3 cm above it. Throws palpate::Error for a file that can not
+/// be used.
+Mesh organ_of(Setup const& setup);
+
+/// The simulator of an organ. The hand follows what is written to `targets`.
+std::shared_ptr<Simulation> make_simulation(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
 
 /// The two that there are, each compiled in a file of its own.
 std::shared_ptr<Simulation> make_leapfrog(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);

@@ -113,6 +113,7 @@ TEST_CASE("sessions come back to the bit from text and from bytes, and go out ag
   for (Session const& session : sessions) {
     write_session_csv(folder / "a.csv", session);
     Session const text = read_session_csv(folder / "a.csv");
+    CHECK(to_bytes(read_session(folder / "a.csv")) == to_bytes(text));
     CHECK((to_csv(text) == to_csv(session)));
     CHECK((to_bytes(text) == to_bytes(session)));
     write_session(folder / "a.session", session);
@@ -233,7 +234,7 @@ TEST_CASE("a damaged session says where", "[training][session]") {
   std::string const bytes = to_bytes(small_session());
   auto const said = [](std::string const& damaged) { return message_of([&] { session_from_bytes(damaged, "a.session"); }); };
   CHECK(unsaid(said(""), "a.session, byte 0: not a session in binary form") == "");
-  CHECK(unsaid(said("time_s,tip_x_m"), "read_session_csv") == "");
+  CHECK(unsaid(said("time_s,tip_x_m"), "not a session in binary form", "a name that ends in .csv") == "");
   std::string other = bytes;
   other[8] = 2;
   CHECK(unsaid(said(other), "byte 8: the format is 2; this version reads 1") == "");

@@ -48,6 +48,26 @@ printf 'key u\nwait 1\nshot one\nkey u\nwait 1\nshot none\nkey u\nwait 1\nshot n
 run cuts 0 --script cuts.script --realtime --resolution 500 --out cuts
 [ "$(sed -n 's/^uncut //p' cuts/report.txt | tr -d '\n')" = 0011 ] || fail "cuts taken back: $(grep -e '^uncut' -e '^note' cuts/report.txt)"
 
+# An organ from a file, its upper side along y: pressed, cut, recorded; replayed from a copy at another place, with the same bytes.
+ellipsoid | awk '$1 == "v" { print "v", $2, $4, -$3; next } { print }' >organ.obj
+run organ 0 --script record.script --mesh organ.obj --unit cm --out organ
+mkdir elsewhere && mv organ.obj elsewhere
+refused moved "made on the mesh organ.obj, and there is no organ.obj; say with --mesh" --script replay.script --replay organ/recording_1.session --out moved
+run again 0 --script replay.script --replay organ/recording_1.session --mesh elsewhere/organ.obj --out again
+grep -q '^note replayed: the same bytes' again/report.txt || fail "organ: $(grep '^note' again/report.txt)"
+grep -q '^uncut 0' again/report.txt || fail "organ: nothing was cut"
+refused metres "in cm it would be 0.141 m.*--unit" --script replay.script --mesh elsewhere/organ.obj
+refused thin "mm thick, and this tool cuts from 8 mm on" --script replay.script --mesh elsewhere/organ.obj --unit mm
+head -c 900 elsewhere/organ.obj >short.obj
+refused short "short.obj" --script replay.script --mesh short.obj
+refused no_mesh "requires --mesh" --unit cm
+# What was recorded in lock-step by another program, as text; and a file that is no recording.
+printf 'time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J\n0,0,0,0.08,0,no contact,0,0,0,0\n0.001,0,0,0.08,0,no contact,0,0,0,0\n' >tips.csv
+run tips 0 --script replay.script --replay tips.csv --resolution 500 --out tips
+grep -q '^note replayed' tips/report.txt || fail "tips: $(grep '^note' tips/report.txt)"
+cp tips.csv tips.session
+refused no_session "not a session in binary form; give a file that was recorded" --replay tips.session
+
 refused missing "does not exist" --script missing.script
 printf 'move 10\n' >bad.script
 refused bad "line 1" --script bad.script

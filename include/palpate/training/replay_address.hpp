@@ -5,8 +5,6 @@
 #include <palpate/training/replay.hpp>
 #include <palpate/training/session_io.hpp>
 
-#include <filesystem>
-
 namespace palpate {
 
 /// Adds replay:FILE to the devices that a program knows: the hand of a session, from a file of `write_session`, or of `write_session_csv` if its
@@ -20,8 +18,7 @@ void add_replay(DeviceRegistry<Scalar>& devices) {
                .options = {},
                .make = [](DeviceAddress const& address) {
                  if (address.path.empty()) throw InvalidArgument("replay: needs the file of a session; write replay:FILE");
-                 std::filesystem::path const file(address.path);
-                 return AnyDevice<Scalar>(replay_whatever<Scalar>(file.extension() == ".csv" ? read_session_csv(file) : read_session(file)));
+                 return AnyDevice<Scalar>(replay_whatever<Scalar>(read_session(address.path)));
                }});
 }
 

@@ -52,10 +52,11 @@ inline void write_session(std::filesystem::path const& path, Session const& sess
 /// Errors     `FileError` with the line for anything else, and for a file that has lost lines.
 inline Session read_session_csv(std::filesystem::path const& path) { return detail::session_from_csv(path); }
 
-/// Reads what `write_session` wrote.
+/// Reads what `write_session` wrote, and what `read_session_csv` reads if the name ends in .csv.
 /// Errors     `FileError` with the byte for anything else: damaged, cut short, or of another format. Lengths and the checksum are looked at
 ///            before anything is made of them.
 inline Session read_session(std::filesystem::path const& path) {
+  if (path.extension() == ".csv") return read_session_csv(path);
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) throw FileError(detail::message(path.string(), ": there is no such file; check the path"));
   std::ifstream file(path, std::ios::binary);

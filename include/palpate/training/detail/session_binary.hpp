@@ -120,7 +120,7 @@ inline std::string session_bytes(Session const& session) {
 inline Session session_from_bytes(std::string_view bytes, std::filesystem::path const& path) {
   auto const refuse = [&](std::size_t at, std::string_view what) -> void { throw FileError(message(path.string(), ", byte ", at, ": ", what)); };
   if (bytes.size() < session_magic.size() || bytes.substr(0, session_magic.size()) != session_magic)
-    refuse(0, "not a session in binary form; read a CSV file with read_session_csv");
+    refuse(0, "not a session in binary form; give a file that was recorded, or one of text with a name that ends in .csv");
   auto const cut = [&](std::size_t at, std::string_view what) { refuse(at, message(what, " is cut short or damaged; copy the file again")); };
   ByteReader frame(bytes.substr(session_magic.size()), [&](std::size_t at, std::string_view what) { cut(at + session_magic.size(), what); });
   if (auto const format = frame.word<std::uint32_t>("the number of the format"); format != session_format)
