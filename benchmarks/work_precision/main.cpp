@@ -25,12 +25,20 @@ int main(int count, char** arguments) {
     return 2;
   }
   try {
+    std::vector<Scene> scenes = quick ? quick_scenes() : all_scenes();
+    std::string known;
+    for (Scene const& scene : scenes) known += (known.empty() ? "" : ", ") + scene.name;
+    for (auto word = words.begin() + 1; word != words.end(); ++word)
+      if (std::none_of(scenes.begin(), scenes.end(), [&](Scene const& scene) { return scene.name == *word; })) {
+        std::fprintf(stderr, "work_precision: there is no scene \"%s\"%s; there are %s\n", word->c_str(), quick ? " with --quick" : "", known.c_str());
+        return 2;
+      }
     std::filesystem::path const folder = words[0];
     auto const wanted = [&](Scene const& scene) { return words.size() == 1 || std::find(words.begin() + 1, words.end(), scene.name) != words.end(); };
     std::filesystem::create_directories(folder);
     Effort const effort = quick ? Effort{.longest_run = 0.02, .repeats = 1, .energy_steps = 500, .limit_steps = 1000} : Effort{};
     Rows rows;
-    for (Scene& scene : quick ? quick_scenes() : all_scenes()) {
+    for (Scene& scene : scenes) {
       if (!wanted(scene)) continue;
       Case const at = prepare(std::move(scene));
       Row row = at.row("reference", "");
@@ -45,7 +53,6 @@ int main(int count, char** arguments) {
     write_csv(folder / "work_precision.csv", rows);
     print_tables(rows);
     auto const charts = write_charts(folder, rows, integrator_names());
-    if (charts.empty()) std::printf("\nThe charts are left out: this program was built without the component vtk.\n");
     std::printf("\nwritten: %s", (folder / "work_precision.csv").string().c_str());
     for (auto const& chart : charts) std::printf(", %s", chart.filename().string().c_str());
     std::printf("\n");
