@@ -5,7 +5,9 @@
 #include <palpate/core/room.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
+#include <cstring>
 #include <span>
 
 namespace palpate {
@@ -13,7 +15,8 @@ namespace palpate {
 /// One short list of indices per particle, all in one pool: which triangles, or which springs, meet there. Each index has a key beside
 /// it, such as the particle at the spring's other end: it is found without a look at the spring.
 /// Order      as added, except that a removal moves the last entry into the gap.
-/// Cost       add is amortised O(1): a list that outgrows its place moves to the end of the pool with twice the room.
+/// Cost       add is amortised O(1): a list that outgrows its place moves to one with twice the room. Places that were left are used again,
+///            so lists that come and go, grow and shrink take no more room than they took at once.
 class IndexLists {
  public:
   int size() const noexcept { return static_cast<int>(lists_.size()); }
@@ -40,7 +43,10 @@ class IndexLists {
   }
 
   void add_list() { lists_.push_back({}); }
-  void pop_list() noexcept { lists_.pop_back(); }
+  void pop_list() noexcept {
+    leave(lists_.back());
+    lists_.pop_back();
+  }
 
   void add(int list, int index, int key) {
     List& l = lists_[static_cast<std::size_t>(list)];
@@ -82,11 +88,12 @@ class IndexLists {
   void reserve(int lists, int entries) {
     std::size_t const added = static_cast<std::size_t>(lists) - std::min(lists_.size(), static_cast<std::size_t>(lists));
     make_room(lists_, static_cast<std::size_t>(lists));
-    make_room(pool_, 2 * static_cast<std::size_t>(entries), 3 * 2 * least_capacity * added);   // new ones, and old ones that outgrow their place
+    make_room(pool_, heads + 2 * static_cast<std::size_t>(entries), heads + 3 * 2 * least_capacity * added);   // new ones, and old that outgrow theirs
   }
 
  private:
   static constexpr int least_capacity = 8;
+  static constexpr std::size_t heads = 64;   // room for one place, two ints, for each capacity
 
   struct List {   // from `first` on: room for `capacity` indices, then for as many keys
     std::size_t first = 0;
@@ -101,18 +108,42 @@ class IndexLists {
 
   void grow(List& l) {
     int const capacity = std::max(least_capacity, 2 * l.capacity);
-    std::size_t const first = pool_.size();
-    pool_.resize(first + 2 * static_cast<std::size_t>(capacity));
+    std::size_t const first = take(capacity);
     int const* const from = pool_.data() + l.first;
     int* const to = pool_.data() + first;
     std::copy_n(from, l.count, to);
     std::copy_n(from + l.capacity, l.count, to + capacity);
+    leave(l);
     l.first = first;
     l.capacity = capacity;
   }
 
+  /// A place in the pool: the one of this capacity that was left last, or a new one at the end.
+  std::size_t take(int capacity) {
+    if (pool_.empty()) pool_.resize(heads);
+    std::size_t const head = head_of(capacity);
+    std::size_t first = 0;
+    std::memcpy(&first, &pool_[head], sizeof first);
+    if (first != 0) {
+      std::memcpy(&pool_[head], &pool_[first], sizeof first);
+      return first;
+    }
+    first = pool_.size();
+    pool_.resize(first + 2 * static_cast<std::size_t>(capacity));
+    return first;
+  }
+  void leave(List const& l) noexcept {
+    if (l.capacity == 0) return;
+    std::size_t const head = head_of(l.capacity);
+    std::memcpy(&pool_[l.first], &pool_[head], sizeof l.first);
+    std::memcpy(&pool_[head], &l.first, sizeof l.first);
+  }
+  static std::size_t head_of(int capacity) noexcept {
+    return 2 * static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(capacity / least_capacity)));
+  }
+
   LargeVector<List> lists_;
-  LargeVector<int> pool_;
+  LargeVector<int> pool_;   // begins, for each capacity, with the place that was left last, which begins with the one before it; 0: none
 };
 
 }  // namespace palpate
