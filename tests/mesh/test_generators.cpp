@@ -98,6 +98,32 @@ TEMPLATE_TEST_CASE("a block is cut into equal tetrahedra", "[mesh]", PALPATE_TES
   REQUIRE(std::count(sides.begin(), sides.end(), std::array<int, 2>{13, 15}) == 0);
 }
 
+// Yardstick: the volume of a cube's corner and of the regular tetrahedron between; faces, dihedral angles and edges of the tiling by counting.
+TEMPLATE_TEST_CASE("a block of alternating cubes has five tetrahedra in each, which fit together", "[mesh]", PALPATE_TEST_SCALARS) {
+  auto const mesh = make_block<TestType>(4, 3, 5, TestType(0.5), BlockPattern::alternating);
+  REQUIRE(mesh.points == make_block<TestType>(4, 3, 5, TestType(0.5)).points);
+  REQUIRE(mesh.tetrahedra.cols() == 5 * 3 * 2 * 4);
+  REQUIRE(validate(mesh).empty());
+  int large = 0;
+  for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+    auto const p = [&](int k) { return Vector3<TestType>(mesh.points.col(mesh.tetrahedra(k, t))); };
+    double const part = double((p(1) - p(0)).cross(p(2) - p(0)).dot(p(3) - p(0))) / 0.125;   // six volumes over that of a cube
+    REQUIRE((part == Approx(1) || part == Approx(2)));
+    large += part > 1.5 ? 1 : 0;
+  }
+  REQUIRE(large == 3 * 2 * 4);
+  auto const skin = surface(mesh);   // the six sides alone: faces of neighbouring cubes are the same
+  REQUIRE(skin.triangles.cols() == 2 * 2 * (3 * 2 + 3 * 4 + 2 * 4));
+  REQUIRE(surface_area(skin) == Approx(0.25 * 2 * (3 * 2 + 3 * 4 + 2 * 4)));
+  REQUIRE(volume(skin) == Approx(0.125 * 3 * 2 * 4));
+  // Sides of cubes, and one diagonal in each square: none through a cube.
+  REQUIRE(edges(mesh).size() == (3u * 3 * 5 + 4 * 2 * 5 + 4 * 3 * 4) + (3u * 2 * 5 + 3 * 3 * 4 + 4 * 2 * 4));
+  // Mirrored from cube to cube: of two squares side by side the diagonals meet in a vertex.
+  auto const sides = edges(mesh);
+  REQUIRE(std::count(sides.begin(), sides.end(), std::array<int, 2>{0, 5}) == 1);
+  REQUIRE(std::count(sides.begin(), sides.end(), std::array<int, 2>{2, 5}) == 1);
+}
+
 // Yardstick: the ellipsoid's volume 4/3 π a b c; every vertex on it.
 TEST_CASE("an implicit surface has the asked vertices, on the surface", "[mesh]") {
   auto const field = [](Vector3<double> const& p) { return Vector3<double>(p.x(), p.y() / 0.6, p.z() / 0.4).norm() - 1; };
