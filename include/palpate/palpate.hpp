@@ -33,7 +33,11 @@
 #include <palpate/mesh/repair.hpp>
 #include <palpate/mesh/rings.hpp>
 #include <palpate/mesh/sphere.hpp>
+#include <palpate/mesh/surface_topology.hpp>
+#include <palpate/mesh/tetrahedral_adjacency.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
+#include <palpate/mesh/tetrahedral_topology.hpp>
+#include <palpate/mesh/topology_edit.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
 #include <palpate/mesh/wound_walls.hpp>

@@ -4,12 +4,15 @@
 #include <palpate/core/columns.hpp>
 #include <palpate/core/index_lists.hpp>
 
+#include <algorithm>
 #include <array>
 
 namespace palpate {
 
 /// The triangles of a surface that is being edited, and which of them meet at each vertex.
 /// Invariant  at most one triangle holds each directed edge; a triangle's corners are counter-clockwise seen from outside.
+///            The border of a solid may touch itself along an edge: there several triangles hold one directed edge, and
+///            triangle_with_edge gives any of them. See TetrahedralTopology, which pairs them.
 /// Cost       every query and edit is O(triangles at the vertex), whatever the size of the surface.
 class SurfaceTopology {
  public:
@@ -103,7 +106,7 @@ class SurfaceTopology {
 
   void reserve(int vertices, int triangles) {
     triangles_.make_room(triangles);
-    at_.reserve(vertices, 16 * vertices);
+    at_.reserve(vertices, std::max(16 * vertices, 12 * triangles));
   }
 
  private:
