@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: MIT
 // Tissue of tetrahedra. Yardstick: a plain loop over the edges of a block, written from its indices.
+#include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/block.hpp>
+#include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/components.hpp>
+#include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/measures.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
+#include <palpate/testing/tetrahedral_topology.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
 #include "body/naive_body.hpp"
@@ -91,4 +97,42 @@ TEST_CASE("a tool finds the skin of a bar, and a zone works in its inside") {
   body.apply_force(nx * ny * nz - 1, {0.0, 0.0, -0.1});
   // The upper far corner is in all six tetrahedra of its cube: seven neighbours.
   CHECK(body.step(1e-5).moving == 8);
+}
+
+// Yardstick: surface(mesh), which sorts all faces; the tetrahedra that were given; the whole bar, which moves the same.
+TEST_CASE("a body from a volume keeps its tetrahedra, and so does a piece of it") {
+  auto const mesh = make_block<double>(nx, ny, nz, spacing);
+  auto const tissue = bar();
+  CHECK(tissue.solid().tetrahedra() == mesh.tetrahedra);
+  CHECK(tissue.surface().triangles() == surface(mesh).triangles);
+  CHECK(&tissue.surface() == &tissue.solid().border());
+  CHECK(testing::to_text(testing::check_tetrahedral_topology(tissue.solid(), mesh.points, volume(mesh), {.manifold = true})) == "");
+  MassSpring<double> const sheet(make_grid<double>(3, 3, spacing), {});
+  CHECK(sheet.solid().tetrahedron_count() == 0);
+  CHECK(sheet.surface().triangle_count() == 8);
+  double area = 0;
+  for (int t = 0; t < tissue.surface().triangle_count(); ++t) area += tissue.triangle_area(t);
+  CHECK(area == Approx(surface_area(surface(mesh))).epsilon(1e-12));
+
+  // Two bars side by side, in one mesh: the second is taken out.
+  TetrahedralMesh<double> two{Matrix3X<double>(3, 2 * mesh.points.cols()), Matrix<int, 4, Dynamic>(4, 2 * mesh.tetrahedra.cols())};
+  int const n = static_cast<int>(mesh.points.cols());
+  two.points << mesh.points, mesh.points.colwise() + Vector3<double>(0.1, 0, 0);
+  two.tetrahedra << mesh.tetrahedra, (mesh.tetrahedra.array() + n).matrix();
+  SoftBody body(MassSpring<double>(two, {.mass = {.total = 0.1}, .link = {.stiffness = 60.0, .damping = 0.05}}), LeapfrogVerlet{}, WholeBody{});
+  auto const pieces = connected_components(two);
+  REQUIRE(pieces.size() == 2);
+  body.apply_force(n + 5, {0.0, 0.01, 0.02});
+  auto part = part_of(body, pieces[1]);
+  CHECK(part.tissue().solid().tetrahedra() == mesh.tetrahedra);
+  CHECK(part.triangles() == surface(mesh).triangles);
+  CHECK(testing::to_text(testing::check_tetrahedral_topology(part.tissue().solid(), part.positions(), volume(mesh), {.manifold = true})) == "");
+  CHECK_FALSE(part.tissue().cuttable());
+  for (int t = 0; t < part.triangles().cols(); ++t) REQUIRE(part.tissue().triangle_area(t) == Approx(tissue.triangle_area(t)).epsilon(1e-12));
+  for (int k = 0; k < 100; ++k) REQUIRE((part.step(1e-5) && body.step(1e-5)));
+  CHECK((part.positions() - two.points.rightCols(n)).cwiseAbs().maxCoeff() > 1e-9);
+  CHECK((part.positions() - body.positions().rightCols(n)).cwiseAbs().maxCoeff() < 1e-15);
+  auto torn = pieces[1];
+  torn.pop_back();
+  CHECK_THROWS_AS(part_of(body, torn), InvalidArgument);
 }

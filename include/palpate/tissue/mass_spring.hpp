@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/edges.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
@@ -17,6 +16,7 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace palpate {
@@ -43,7 +43,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
   using Options = MassSpringOptions<Scalar, Law>;
   using Assembly = MassSpringAssembly<Scalar, Law>;
   using LinkType = Link<Scalar, Law>;
-  using Elements::home, Elements::nailed, Elements::size;
+  using Elements::cuttable, Elements::home, Elements::nailed, Elements::size, Elements::surface;
 
   /// Springs on the edges of a surface. Throws InvalidMesh or InvalidArgument and says which value is wrong.
   MassSpring(TriangleMesh<Scalar> const& mesh, Options const& options) {
@@ -65,12 +65,12 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     lump(around, options.mass);
   }
 
-  /// Springs on the edges of a volume. It deforms like any other body; cutting it is for surface-built bodies only.
+  /// Springs on the edges of a volume, whose tetrahedra are kept in solid(). It deforms like any other body; cutting it is for surface-built
+  /// bodies only.
   MassSpring(TetrahedralMesh<Scalar> const& mesh, Options const& options) {
     require_valid(mesh);
     rest_ = Columns<Scalar, 3>(mesh.points);
-    surface_ = SurfaceTopology(size(), palpate::surface(mesh).triangles);
-    from_surface_ = false;
+    solid_ = TetrahedralTopology(mesh);
     start(options);
     add_links(edges(mesh), options.link);
     add_elements();
@@ -145,7 +145,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     });
   }
 
-  /// The tissue of these particles alone, in this order: one or more whole pieces. Throws InvalidArgument where a link or triangle leads
+  /// The tissue of these particles alone, in this order: one or more whole pieces. Throws InvalidArgument where a link, triangle or tetrahedron leads
   /// out of them; then, and always, this tissue stays as it is.
   MassSpring part(std::span<int const> particles) const {
     std::vector<int> now(at(size()), -1);
@@ -271,13 +271,14 @@ class MassSpring : public MassSpringElements<S, SpringType> {
           throw InvalidArgument(detail::message("particles ", ends[0], " and ", end, " hang together; a part is made of whole pieces, see connected_components()"));
       return !first;
     };
-    std::vector<SurfaceTopology::Corners> triangles;
-    for (int t = 0; t < whole.surface_.triangle_count(); ++t) {
-      auto const corners = whole.surface_.corners(t);
-      if (leads_out(corners)) continue;
-      triangles.push_back({now[at(corners[0])], now[at(corners[1])], now[at(corners[2])]});
-      elements_.push_back(whole.elements_[at(t)]);
-    }
+    auto const inside = [&](auto const& elements) {   // as columns of the part
+      Matrix<int, std::decay_t<decltype(elements)>::RowsAtCompileTime, Dynamic> kept(elements.rows(), elements.cols());
+      Eigen::Index count = 0;
+      for (Eigen::Index e = 0; e < elements.cols(); ++e)
+        if (auto const corners = elements.col(e); !leads_out(corners)) kept.col(count++) = corners.unaryExpr([&](int corner) { return now[at(corner)]; });
+      kept.conservativeResize(Eigen::NoChange, count);
+      return kept;
+    };
     links_.reserve(static_cast<int>(particles.size()), whole.links_.size());
     for (int const i : particles) {
       rest_.push_back(whole.rest_[i]);
@@ -290,16 +291,22 @@ class MassSpring : public MassSpringElements<S, SpringType> {
       link.a = now[at(link.a)], link.b = now[at(link.b)];
       links_.add(link);
     }
-    surface_ = SurfaceTopology(size(), Eigen::Map<Matrix<int, 3, Dynamic> const>(triangles.front().data(), 3, static_cast<Eigen::Index>(triangles.size())));
+    if (whole.cuttable()) {
+      surface_ = SurfaceTopology(size(), inside(whole.surface_.triangles()));
+      for (int t = 0; t < whole.surface_.triangle_count(); ++t)
+        if (now[at(whole.surface_.corners(t)[0])] >= 0) elements_.push_back(whole.elements_[at(t)]);
+    } else {
+      solid_ = TetrahedralTopology(size(), inside(whole.solid_.tetrahedra()));
+      add_elements();
+    }
     exchange_ = whole.exchange_.part(particles, now);
-    prestrain_ = whole.prestrain_, from_surface_ = whole.from_surface_, revision_ = whole.revision_, fastest_ = whole.fastest_;
+    prestrain_ = whole.prestrain_, revision_ = whole.revision_, fastest_ = whole.fastest_;
   }
 
   using Elements::at;
   using Elements::area_around;
   using Elements::elements_;
   using Elements::exchange_;
-  using Elements::from_surface_;
   using Elements::home_;
   using Elements::links_;
   using Elements::mass_;
@@ -307,11 +314,12 @@ class MassSpring : public MassSpringElements<S, SpringType> {
   using Elements::prestrain_;
   using Elements::rest_;
   using Elements::revision_;
+  using Elements::solid_;
   using Elements::surface_;
 
   void add_elements() {
-    elements_.resize(at(surface_.triangle_count()));
-    for (int t = 0; t < surface_.triangle_count(); ++t) elements_[at(t)].area = Elements::measured_area(t);
+    elements_.resize(at(surface().triangle_count()));
+    for (int t = 0; t < surface().triangle_count(); ++t) elements_[at(t)].area = Elements::measured_area(t);
   }
 
   static void require_valid_home(HomeSpring<Scalar> const& spring) {

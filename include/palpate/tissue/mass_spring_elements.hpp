@@ -4,6 +4,7 @@
 #include <palpate/core/columns.hpp>
 #include <palpate/core/large_vector.hpp>
 #include <palpate/mesh/surface_topology.hpp>
+#include <palpate/mesh/tetrahedral_topology.hpp>
 #include <palpate/tissue/link_set.hpp>
 #include <palpate/tissue/mass_exchange.hpp>
 #include <palpate/tissue/mass_spring_options.hpp>
@@ -41,9 +42,12 @@ class MassSpringElements {
   HomeSpring<Scalar> home(int i) const noexcept { return home_[at(i)]; }
   bool nailed(int i) const noexcept { return nailed_[at(i)] != 0; }
   LinkSet<Scalar, Law> const& links() const noexcept { return links_; }
-  SurfaceTopology const& surface() const noexcept { return surface_; }
+  /// The triangles of a surface-built body; else the border of solid().
+  SurfaceTopology const& surface() const noexcept { return cuttable() ? surface_ : solid_.border(); }
+  /// The tetrahedra of a body built from a volume; else there are none.
+  TetrahedralTopology const& solid() const noexcept { return solid_; }
   /// False for a body built from a volume, whose surface can not be cut.
-  bool cuttable() const noexcept { return from_surface_; }
+  bool cuttable() const noexcept { return solid_.tetrahedron_count() == 0; }
 
   /// Particles that cuts made of one, at one place undeformed, form a ring: the one after i, or i where there is no other.
   int next_copy(int i) const noexcept { return exchange_.next_copy(i); }
@@ -56,7 +60,7 @@ class MassSpringElements {
   /// Rest area of the triangles that meet at a particle [m²].
   Scalar area_around(int i) const noexcept {
     Scalar sum = 0;
-    for (int const t : surface_.triangles_at(i)) sum += triangle_area(t);
+    for (int const t : surface().triangles_at(i)) sum += triangle_area(t);
     return sum;
   }
 
@@ -223,13 +227,13 @@ class MassSpringElements {
   }
 
   Scalar measured_area(int t) const noexcept {
-    Corners const c = surface_.corners(t);
+    Corners const c = surface().corners(t);
     Vector3<Scalar> const a = rest_[c[1]] - rest_[c[0]];
     Vector3<Scalar> const b = rest_[c[2]] - rest_[c[0]];
     return a.cross(b).norm() / 2;
   }
   void measure_around(int particle) noexcept {
-    for (int const t : surface_.triangles_at(particle)) elements_[at(t)].area = measured_area(t);
+    for (int const t : surface().triangles_at(particle)) elements_[at(t)].area = measured_area(t);
   }
 
   Scalar undeformed_length(int a, int b) const noexcept { return (rest_[a] - rest_[b]).norm(); }
@@ -404,12 +408,12 @@ class MassSpringElements {
   LargeVector<Scalar> mass_;
   LargeVector<HomeSpring<Scalar>> home_;
   LargeVector<char> nailed_;
-  SurfaceTopology surface_;
+  SurfaceTopology surface_;         // of a surface-built body
+  TetrahedralTopology solid_;       // of a body built from a volume
   LargeVector<Element> elements_;   // of each triangle
   LinkSet<Scalar, Law> links_;
   MassExchange<Scalar> exchange_;
   Scalar prestrain_ = 0;
-  bool from_surface_ = true;
   std::size_t revision_ = 0;
 };
 
