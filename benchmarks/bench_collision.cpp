@@ -122,6 +122,27 @@ void refit_two_rings(benchmark::State& state) {
   state.counters["triangles"] = double(moved.size());
 }
 
+/// What a cutter does in a tick: triangles are divided and added beside others, here and there, and taken away again.
+template <class Scalar>
+void edits(benchmark::State& state) {
+  auto const& s = scene<Scalar>(state);
+  auto tree = s.tree;
+  int const size = tree.size(), divided = 64;
+  tree.reserve(size + 3 * divided);
+  for (auto _ : state) {
+    for (int i = 0; i < divided; ++i) {
+      int const t = static_cast<int>((i * 7919L) % size);
+      auto const [a, b, c] = tree.corners(t);
+      tree.divide(s.mesh.points, t, {a, b, c}, {b, c, a});
+      tree.add(s.mesh.points, {c, a, b}, t);
+      tree.replace(s.mesh.points, t, {a, b, c});
+      tree.add(s.mesh.points, {a, c, b}, size + 2 * i);
+    }
+    while (tree.size() > size) tree.remove_last(s.mesh.points);
+  }
+  state.SetItemsProcessed(state.iterations() * divided * 7);
+}
+
 template <class Scalar>
 void nearest_point(benchmark::State& state) {
   auto const& s = scene<Scalar>(state);
@@ -186,6 +207,7 @@ BENCHMARK(nearest_point_along_stroke<double>)->Apply(sizes);
 BENCHMARK(nearest_point_linear<double>)->Apply(sizes);
 BENCHMARK(refit<double>)->Apply(sizes);
 BENCHMARK(refit_two_rings<double>)->Apply(sizes);
+BENCHMARK(edits<double>)->Apply(sizes);
 BENCHMARK(build<double>)->Apply(sizes);
 BENCHMARK(nearest_vertex<float>)->Apply(sizes);
 BENCHMARK(nearest_point<float>)->Apply(sizes);

@@ -5,7 +5,9 @@
 
 #include <palpate/collision/surface_tree.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string>
 #include <thread>
@@ -274,6 +276,46 @@ TEMPLATE_TEST_CASE("Queries and refits do not allocate and do not throw", "[coll
   STATIC_REQUIRE(noexcept(tree.nearest(ref, query)));
   STATIC_REQUIRE(noexcept(tree.nearest_within(ref, query, 1)));
   STATIC_REQUIRE(noexcept(tree.nearest_vertex(ref, query)));
+}
+
+TEMPLATE_TEST_CASE("Two trees find the pairs of triangles whose boxes meet", "[collision][surface_tree]", PALPATE_TEST_SCALARS) {
+  Random random(Seed{26});
+  using Mesh = TriangleMesh<TestType>;
+  auto const box = [](Mesh const& mesh, Eigen::Index t) {
+    Matrix<TestType, 3, 3> corners;
+    for (int k = 0; k < 3; ++k) corners.col(k) = mesh.points.col(mesh.triangles(k, t));
+    return std::pair(Vector3<TestType>(corners.rowwise().minCoeff()), Vector3<TestType>(corners.rowwise().maxCoeff()));
+  };
+  auto const check = [&](SurfaceTree<TestType> const& tree, Mesh const& a, SurfaceTree<TestType> const& other, Mesh const& b) {
+    std::vector<std::pair<int, int>> expected, found;   // brute force over all pairs
+    for (int i = 0; i < a.triangles.cols(); ++i)
+      for (int j = 0; j < b.triangles.cols(); ++j) {
+        auto const [low, high] = box(a, i);
+        auto const [lowest, highest] = box(b, j);
+        if ((low.array() <= highest.array()).all() && (lowest.array() <= high.array()).all()) expected.emplace_back(i, j);
+      }
+    tree.visit_overlaps(a.points, other, b.points, [&](int i, int j) { found.emplace_back(i, j); });
+    std::sort(found.begin(), found.end());
+    REQUIRE(found == expected);
+    return found.size();
+  };
+  auto a = globe<TestType>(16, 8, 1), b = globe<TestType>(20, 10, TestType(0.7));
+  SurfaceTree<TestType> tree(a), other(b);
+  for (int push = 0; push < 8; ++push) {   // through each other, and away
+    Mesh moved = b;
+    moved.points.colwise() += Vector3<TestType>(TestType(0.35) * TestType(push), TestType(0.1), 0);
+    deform<TestType>(moved, random, TestType(0.05), 3);
+    other.refit(moved.points);
+    CHECK((check(tree, a, other, moved) > 0) == (push < 5));
+  }
+  CHECK(check(tree, a, tree, a) > std::size_t(a.triangles.cols()));   // itself
+
+  // Boxes that touch in a corner belong to it; nothing meets an empty tree.
+  Mesh const grid = make_grid<TestType>(3, 3, 1);
+  Mesh beside = grid;
+  beside.points.colwise() += Vector3<TestType>(2, 2, 0);
+  CHECK(check(SurfaceTree<TestType>(grid), grid, SurfaceTree<TestType>(beside), beside) == 4);
+  tree.visit_overlaps(a.points, SurfaceTree<TestType>(), a.points, [](int, int) { FAIL("nothing is there"); });
 }
 
 TEST_CASE("Threads may ask at the same time", "[collision][surface_tree]") {

@@ -5,6 +5,7 @@
 
 #include <palpate/collision/surface_tree.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -202,6 +203,14 @@ TEMPLATE_TEST_CASE("Edits within what was reserved do not allocate", "[collision
     }
     while (tree.size() > 10) tree.remove(mesh.points, pick(random, tree.size()));
   }
+  int deepest = 0, depth = 0;
+  while (tree.size() < most && depth >= deepest) {   // each beside the one before, until the tree is built anew
+    deepest = std::max(deepest, depth);
+    tree.add(mesh.points, tree.corners(tree.size() - 1), tree.size() - 1);
+    depth = tree.depth();
+  }
+  CHECK(deepest == SurfaceTree<TestType>::depth_limit);
+  CHECK(depth < deepest / 2);
   long const counted = allocations.count();
   CHECK(counted == 0);
 }

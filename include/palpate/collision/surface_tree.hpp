@@ -7,6 +7,7 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -27,7 +28,7 @@ struct SurfacePoint {
   bool found() const noexcept { return triangle >= 0; }
 };
 
-/// Finds the nearest point and the nearest vertex of a triangle surface that deforms and is cut.
+/// Finds the nearest point and the nearest vertex of a triangle surface that deforms and is cut, and where two surfaces may meet.
 ///
 /// A tree of axis-aligned boxes over the triangles, four children a node. It is built once, for the rest shape. When the surface
 /// deforms, the boxes are fitted again from the leaves up while the tree stays: `refit`. When a cutter edits triangles the tree is
@@ -48,9 +49,9 @@ struct SurfacePoint {
 /// Cost       build O(m log m); refit O(m), or O(moved · log m); nearest about O(log m), also for large deformation as long as the
 ///            surface keeps its neighbourhoods; edits O(log m). Queries and refits are noexcept and do not allocate: allowed in the
 ///            servo tick. Edits allocate only beyond what was reserved.
-/// Limits     the depth is at most `depth_limit`, so the traversal's stack has a fixed size; a leaf that would go deeper becomes a
-///            longer list, right but slow. A query that is not finite finds nothing. Triangles with a corner that is not finite are
-///            never found. Points must have a column for each corner: not checked in queries and refits (Eigen asserts in debug builds).
+/// Limits     the depth is at most `depth_limit`, so the traversal's stack has a fixed size; an edit that would go deeper builds the tree anew,
+///            O(m log m); it takes hundreds of edits in one place. A query that is not finite finds nothing. Triangles with a corner that is
+///            not finite are never found. Points must have a column for each corner: not checked in queries and refits (Eigen asserts in debug builds).
 /// Threads    any number of queries at once, while no refit and no edit runs.
 template <RealScalar Scalar>
 class SurfaceTree {
@@ -126,15 +127,23 @@ class SurfaceTree {
     return vertex;
   }
 
+  /// Calls visit(triangle, triangle of the other) once for each pair of triangles whose boxes overlap or touch: those that may meet. Both
+  /// trees have to fit points in one frame. A tree and itself give each pair both ways, and each triangle with itself.
+  template <class Visit>
+  void visit_overlaps(Points const& points, SurfaceTree const& other, Points const& others_points, Visit&& visit) const {
+    tree_.overlaps(points, other.tree_, others_points, visit);
+  }
+
   /// Room for so many triangles: edits up to there do not allocate. Worth it before a cut in a running simulation.
   void reserve(int triangles) { tree_.reserve(triangles); }
 
   /// Adds a triangle with index size(), which is returned. `sibling` is a triangle beside or around it, as the one that a cutter
-  /// splits: the new one shares its leaf. Without sibling the leaf that grows least is searched.
+  /// splits: the new one shares its leaf. Without sibling it is the triangle nearest to the first corner.
   /// Throws `OutOfRange`, or `InvalidArgument` for a corner that is not finite; then nothing changed.
   int add(Points const& points, Corners const& corners, int sibling = -1) {
     check_corners(points, size(), corners);
     if (sibling != -1) detail::check_index("sibling triangle", sibling, size());
+    if (sibling < 0) sibling = std::max(nearest(points, points.col(corners[0])).triangle, 0);
     return tree_.add(points, corners, sibling);
   }
 
@@ -142,7 +151,8 @@ class SurfaceTree {
   void replace(Points const& points, int triangle, Corners const& corners) {
     detail::check_index("triangle", triangle, size());
     check_corners(points, triangle, corners);
-    tree_.replace(points, triangle, corners);
+    tree_.relabel(triangle, corners);
+    tree_.refit_leaf_of(points, triangle);
   }
 
   /// Divides a triangle in two, which together have the corners that it had and new ones. Returns the second one's index. Throws as `add`.
@@ -150,7 +160,10 @@ class SurfaceTree {
     detail::check_index("triangle", triangle, size());
     check_corners(points, triangle, first);
     check_corners(points, size(), second);
-    return tree_.divide(points, triangle, first, second);
+    tree_.add(points, second, triangle);
+    tree_.relabel(triangle, first);
+    tree_.refit_leaf_of(points, triangle);
+    return size() - 1;
   }
 
   /// Gives a triangle other corners that lie where those before did: the boxes stay. Throws as `add`.

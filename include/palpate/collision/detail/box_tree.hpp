@@ -1,341 +1,478 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/collision/detail/box.hpp>
-#include <palpate/collision/detail/box_nodes.hpp>
+#include <palpate/core/large_vector.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/room.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
 namespace palpate::detail {
 
-/// The tree behind `SurfaceTree`: how it is built, and the edits that keep it in order. What may throw (memory) happens before
-/// anything changes.
+/// An axis-aligned box. Made empty; a coordinate that is not a number does not extend it.
 template <RealScalar Scalar>
-class BoxTree : public BoxNodes<Scalar> {
-  using Base = BoxNodes<Scalar>;
-  using typename Base::Block;
-  using typename Base::Node;
+struct Box {
+  Vector3<Scalar> low = Vector3<Scalar>::Constant(std::numeric_limits<Scalar>::infinity());
+  Vector3<Scalar> high = Vector3<Scalar>::Constant(-std::numeric_limits<Scalar>::infinity());
 
- public:
-  using typename Base::Corners;
-  using typename Base::Points;
-  using Base::capacity;
-  using Base::depth_limit;
-  using Base::refit;
-  using Base::refit_leaf_of;
-  using Base::size;
-  using Base::width;
-
-  static constexpr int built_leaf = 4;   // triangles per leaf after the build: room for edits
-
-  void build(Points const& points, Eigen::Ref<Matrix<int, 3, Dynamic> const> const& triangles) {
-    *this = BoxTree();
-    int const count = static_cast<int>(triangles.cols());
-    if (count == 0) return;
-    place_.resize(std::size_t(count));
-    blocks_.reserve(std::size_t(count) / 2 + 1);
-    nodes_.reserve(std::size_t(count) / 4 + 1);
-    Builder builder{triangles, Matrix3X<Scalar>(3, count), std::vector<int>(std::size_t(count))};
-    for (int t = 0; t < count; ++t) {
-      builder.order[std::size_t(t)] = t;
-      builder.centres.col(t) = (points.col(triangles(0, t)) + points.col(triangles(1, t)) + points.col(triangles(2, t))) / 3;
+  template <class Point>
+  void add(Point const& point) noexcept {
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], point[k]);   // in this order NaN loses
+      high[k] = std::max(high[k], point[k]);
     }
-    build_node(builder, root, 0, count);
+  }
+  /// A triangle at once: shorter chains of dependent operations than corner by corner. When the first corner is not a number, the
+  /// triangle may be left out.
+  template <class Point>
+  void add(Point const& a, Point const& b, Point const& c) noexcept {
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], std::min(std::min(a[k], b[k]), c[k]));
+      high[k] = std::max(high[k], std::max(std::max(a[k], b[k]), c[k]));
+    }
+  }
+  bool overlaps(Box const& other) const noexcept { return (low.array() <= other.high.array() && other.low.array() <= high.array()).all(); }
+  bool operator==(Box const& other) const noexcept { return low == other.low && high == other.high; }
+  Scalar perimeter() const noexcept { return (high - low).sum(); }
+};
+
+/// The bounding volume hierarchy behind `SurfaceTree`: nodes of four boxes, each of another node or of a leaf of a few triangles. The build halves
+/// along the longest side; an edit changes one leaf and the boxes above it. Where that would go deeper than `depth_limit`, the tree is built
+/// anew. What may throw (memory) happens before anything changes.
+/// Invariant  every node but the root has at least two children, and every leaf a triangle: there are at most as many of either as triangles
+///            (and one root).
+/// Limits     indices are not checked here.
+template <RealScalar Scalar>
+class BoxTree {
+ public:
+  using Points = Eigen::Ref<Matrix3X<Scalar> const, 0, Eigen::OuterStride<>>;
+  using Triangles = Eigen::Ref<Matrix<int, 3, Dynamic> const>;
+  using Corners = std::array<int, 3>;
+
+  static constexpr int depth_limit = 32;   // levels of nodes; the build needs at most 16 for 2³¹ triangles
+
+  int size() const noexcept { return static_cast<int>(places_.size()); }
+  Corners const& corners(int triangle) const noexcept {
+    auto const [leaf, at] = places_[std::size_t(triangle)];
+    return leaves_[leaf].corners[at];
+  }
+
+  void build(Points const& points, Triangles const& triangles) {
+    *this = BoxTree();
+    places_.resize(std::size_t(triangles.cols()));
+    for (int t = 0; t < size(); ++t) items_.push_back({{triangles(0, t), triangles(1, t), triangles(2, t)}, t});
+    leaves_.reserve(places_.size() / 2 + 1);
+    nodes_.reserve(places_.size() / 4 + 1);
+    build_node(points, root, items_);
     refit(points);
   }
 
   void reserve(int triangles) {
-    std::size_t const count = std::size_t(std::max(triangles, 0));
-    std::size_t const growth = count - std::min(count, place_.size());
-    make_room(place_, count);
-    make_room(blocks_, count, growth / 2);
-    make_room(nodes_, std::max<std::size_t>(count, 1), growth / 4);
+    std::size_t const count = std::size_t(std::max(triangles, 1));
+    std::size_t const growth = count - std::min(count, places_.size());
+    make_room(places_, count);
+    make_room(leaves_, count, growth / 2);
+    make_room(nodes_, count, growth / 4);
+    items_.reserve(std::max<std::size_t>(count, capacity + 1));
   }
+
+  void refit(Points const& points) noexcept {
+    if (size() > 0) refit_node(points, root);
+  }
+  void refit_leaf_of(Points const& points, int triangle) noexcept { refit_leaf(points, places_[std::size_t(triangle)].leaf); }
 
   int add(Points const& points, Corners const& corners, int sibling) {
-    grow();
+    if (nodes_.empty()) *this = BoxTree();   // moved from
+    make_room_for_one(points, sibling);
     int const triangle = size();
-    place_.push_back(0);
-    auto const [node, slot] = sibling >= 0 ? leaf_of(sibling) : best_leaf(points, corners);
-    if (nodes_[std::size_t(node)].child[slot] == none) attach(node, slot, ~take_block());
-    insert(points, node, slot, triangle, corners);
+    places_.push_back({});
+    int leaf = 0;
+    if (triangle == 0)
+      attach(root, 0, ~(leaf = leaves_.take()));
+    else
+      leaf = places_[std::size_t(sibling)].leaf;
+    if (leaves_[leaf].count == capacity) {
+      split(points, leaf, {corners, triangle});
+    } else {
+      append(leaf, {corners, triangle});
+      refit_leaf(points, leaf);
+    }
     return triangle;
-  }
-
-  void replace(Points const& points, int triangle, Corners const& corners) noexcept {
-    relabel(triangle, corners);
-    refit_leaf_of(points, triangle);
   }
 
   /// Without a look at the points: the box has to stay, or the leaf to be fitted next.
   void relabel(int triangle, Corners const& corners) noexcept {
-    auto const place = place_[std::size_t(triangle)];
-    blocks_[place / capacity].corners[place % capacity] = corners;
-  }
-
-  /// The two together have the corners that the triangle had.
-  int divide(Points const& points, int triangle, Corners const& first, Corners const& second) {
-    grow();
-    relabel(triangle, first);
-    int const added = size();
-    place_.push_back(0);
-    auto const [node, slot] = leaf_of(triangle);
-    int const head = ~nodes_[std::size_t(node)].child[slot];
-    if (blocks_[std::size_t(head)].count == capacity) {
-      insert(points, node, slot, added, second);   // fits the leaf of both
-      return added;
-    }
-    append(head, added, second);
-    Box<Scalar> box = nodes_[std::size_t(node)].box(slot);   // holds the corners that were there
-    box.add(points.col(second[0]), points.col(second[1]), points.col(second[2]));
-    if (store(node, slot, box)) refit_above(node);
-    return added;
+    auto const [leaf, at] = places_[std::size_t(triangle)];
+    leaves_[leaf].corners[at] = corners;
   }
 
   void remove(Points const& points, int triangle) noexcept {
-    take_out(points, triangle);
-    std::size_t const place = place_.back();   // the last triangle takes the free index
-    if (triangle != size() - 1) {
-      place_[std::size_t(triangle)] = place;
-      blocks_[place / capacity].triangle[place % capacity] = triangle;
+    auto const [leaf, at] = places_[std::size_t(triangle)];
+    Leaf& from = leaves_[leaf];
+    int const last = --from.count;
+    places_[std::size_t(from.triangle[last])].at = at;
+    from.corners[at] = from.corners[last];
+    from.triangle[at] = from.triangle[last];
+    if (last > 0) {
+      refit_leaf(points, leaf);
+    } else {
+      auto const [node, slot] = from.link;
+      nodes_[node].child[slot] = none;
+      store(node, slot, {});
+      leaves_.give_back(leaf);
+      collapse(node);
     }
-    place_.pop_back();
+    Place const moved = places_.back();   // the triangle with the highest index takes the free one
+    places_.pop_back();
+    if (triangle == size()) return;
+    places_[std::size_t(triangle)] = moved;
+    leaves_[moved.leaf].triangle[moved.at] = triangle;
+  }
+
+  /// Calls visit(corner indices, triangle) for all triangles whose boxes are not farther than √limit from the query, nearer boxes
+  /// first. `visit` may lower `limit`.
+  template <class Visit>
+  void search(Vector3<Scalar> const& query, Scalar const& limit, Visit&& visit) const noexcept {
+    struct Waiting {
+      Scalar bound;
+      int child;
+    };
+    Waiting stack[(width - 1) * depth_limit + 1];
+    int waiting = 0;
+    int child = root;
+    while (true) {
+      if (child >= 0) {
+        Node const& node = nodes_[child];
+        Lanes squared = Lanes::Zero();
+        for (int k = 0; k < 3; ++k) {
+          Lanes const outside = (node.low[k] - query[k]).max(query[k] - node.high[k]).max(Scalar(0));
+          squared += outside * outside;
+        }
+        int const first = waiting;
+        for (int slot = 0; slot < width; ++slot) {
+          if (node.child[slot] == none || !(squared[slot] <= limit)) continue;
+          int at = waiting++;
+          for (; at > first && stack[at - 1].bound < squared[slot]; --at) stack[at] = stack[at - 1];
+          stack[at] = {squared[slot], node.child[slot]};
+        }
+      } else {
+        Leaf const& leaf = leaves_[~child];
+        for (int i = 0; i < leaf.count; ++i) visit(leaf.corners[i].data(), leaf.triangle[i]);
+      }
+      do {
+        if (waiting == 0) return;
+        --waiting;
+      } while (!(stack[waiting].bound <= limit));
+      child = stack[waiting].child;
+    }
+  }
+
+  /// Calls visit(triangle, other's triangle) for all pairs whose boxes overlap or touch.
+  template <class Visit>
+  void overlaps(Points const& points, BoxTree const& other, Points const& others_points, Visit&& visit) const {
+    auto const within = [&](Leaf const& mine, Leaf const& theirs) {
+      for (int i = 0; i < mine.count; ++i)
+        for (int j = 0; j < theirs.count; ++j)
+          if (triangle_box(points, mine.corners[i]).overlaps(triangle_box(others_points, theirs.corners[j])))
+            visit(mine.triangle[i], theirs.triangle[j]);
+    };
+    if (size() > 0 && other.size() > 0) overlaps(root, nodes_[root].box(), other, root, other.nodes_[root].box(), within);
+  }
+
+  /// An upper bound of the distance from the query to any vertex.
+  Scalar farthest(Vector3<Scalar> const& query) const noexcept {
+    Box<Scalar> const all = nodes_[root].box();
+    return (query - all.low).cwiseMax(all.high - query).norm();
+  }
+
+  int depth() const noexcept {
+    int deepest = 0;
+    for (Place const& place : places_) deepest = std::max(deepest, level(leaves_[place.leaf].link.node));
+    return deepest;
+  }
+
+  bool matches(Points const& points, Triangles const& triangles) const {
+    if (triangles.cols() != size()) return false;
+    bool good = true;
+    for (Place const& place : places_) {   // from each leaf up
+      Link link = leaves_[place.leaf].link;
+      Box<Scalar> box = leaf_box(points, leaves_[place.leaf]);
+      for (int child = ~place.leaf; good && child != root; child = std::exchange(link, nodes_[link.node].link).node) {
+        Node const& node = nodes_[link.node];
+        good = node.child[link.slot] == child && node.box(link.slot) == box && (link.node == root || node.children() > 1);
+        box = node.box();
+      }
+    }
+    int found = 0;
+    if (size() > 0)
+      search(Vector3<Scalar>::Zero(), std::numeric_limits<Scalar>::infinity(), [&](int const* corner, int t) {
+        ++found;
+        good = good && t < size() && corner == corners(t).data() && triangles.col(t) == Eigen::Map<Matrix<int, 3, 1> const>(corner);
+      });
+    return good && found == size();
   }
 
  private:
-  using Base::append;
-  using Base::attach;
-  using Base::blocks_;
-  using Base::detach;
-  using Base::free_block;
-  using Base::free_node;
-  using Base::leaf_box;
-  using Base::nodes_;
-  using Base::none;
-  using Base::place_;
-  using Base::refit_above;
-  using Base::refit_child;
-  using Base::root;
-  using Base::store;
-  using Base::take_block;
-  using Base::take_node;
+  using Lanes = Eigen::Array<Scalar, 4, 1>;
 
-  struct Builder {
-    Eigen::Ref<Matrix<int, 3, Dynamic> const> const& triangles;
-    Matrix3X<Scalar> centres;
-    std::vector<int> order;
+  static constexpr int width = 4;        // children of a node
+  static constexpr int capacity = 6;     // triangles of a leaf
+  static constexpr int built_leaf = 4;   // after the build: room for edits
+  static constexpr int root = 0;
+  static constexpr int none = std::numeric_limits<int>::min();   // no child; a node is ≥ 0, a leaf ~(its index)
+
+  struct Link {   // to the parent
+    int node = root, slot = 0;
   };
 
-  // ---- build: halve twice along the longest side, for four children
+  struct Node {
+    Lanes low[3] = {empty_low(), empty_low(), empty_low()};
+    Lanes high[3] = {-empty_low(), -empty_low(), -empty_low()};
+    int child[width] = {none, none, none, none};
+    Link link;
 
-  void build_node(Builder& builder, int node, int first, int last) {
-    std::array<std::pair<int, int>, width> parts{std::pair{first, last}};
-    int count = 1;
-    for (int round = 0; round < 2; ++round)
-      for (int i = 0, before = count; i < before; ++i)
-        if (parts[std::size_t(i)].second - parts[std::size_t(i)].first > built_leaf) {
-          auto& [begin, end] = parts[std::size_t(i)];
-          int const middle = halve(builder, begin, end);
-          parts[std::size_t(count++)] = {middle, end};
-          end = middle;
-        }
-    for (int slot = 0; slot < count; ++slot) {
-      auto const [begin, end] = parts[std::size_t(slot)];
-      if (end - begin > built_leaf) {
-        int const below = take_node();
-        attach(node, slot, below);
-        build_node(builder, below, begin, end);
-        continue;
+    static Lanes empty_low() noexcept { return Lanes::Constant(std::numeric_limits<Scalar>::infinity()); }
+
+    int free_slot() const noexcept { return static_cast<int>(std::find(child, child + width, none) - child); }
+    int children() const noexcept { return width - static_cast<int>(std::count(child, child + width, none)); }
+    Box<Scalar> box() const noexcept {
+      Box<Scalar> all;
+      for (int k = 0; k < 3; ++k) {
+        all.low[k] = low[k].minCoeff();
+        all.high[k] = high[k].maxCoeff();
       }
-      int const index = take_block();
-      attach(node, slot, ~index);
-      for (int i = begin; i < end; ++i) {
-        int const t = builder.order[std::size_t(i)];
-        append(index, t, {builder.triangles(0, t), builder.triangles(1, t), builder.triangles(2, t)});
+      return all;
+    }
+    Box<Scalar> box(int i) const noexcept { return {{low[0][i], low[1][i], low[2][i]}, {high[0][i], high[1][i], high[2][i]}}; }
+    void set_box(int i, Box<Scalar> const& box) noexcept {
+      for (int k = 0; k < 3; ++k) {
+        low[k][i] = box.low[k];
+        high[k][i] = box.high[k];
       }
+    }
+  };
+
+  struct alignas(64) Leaf {   // two cache lines; all that a refit of four triangles reads lies in the first
+    int count = 0;
+    Link link;
+    Corners corners[capacity];
+    int triangle[capacity];
+  };
+
+  struct Place {   // of a triangle
+    int leaf = 0, at = 0;
+  };
+
+  struct Item {   // a triangle while it is built into leaves
+    Corners corners;
+    int triangle;
+    Scalar key = 0;
+  };
+
+  /// Records that are taken and given back.
+  template <class T>
+  struct Pool : LargeVector<T> {
+    using LargeVector<T>::LargeVector;
+
+    T& operator[](int i) noexcept { return this->begin()[i]; }
+    T const& operator[](int i) const noexcept { return this->begin()[i]; }
+    int take() {
+      if (free < 0) {
+        this->emplace_back();
+        return static_cast<int>(this->size()) - 1;
+      }
+      int const taken = std::exchange(free, (*this)[free].link.node);
+      (*this)[taken] = T();
+      return taken;
+    }
+    void give_back(int i) noexcept { (*this)[i].link.node = std::exchange(free, i); }
+    void clear() noexcept {
+      LargeVector<T>::clear();
+      free = -1;
+    }
+
+    int free = -1;   // the rest of the list goes on in `link.node`
+  };
+
+  static Box<Scalar> triangle_box(Points const& points, Corners const& corners) noexcept {
+    Box<Scalar> box;
+    box.add(points.col(corners[0]), points.col(corners[1]), points.col(corners[2]));
+    return box;
+  }
+
+  Box<Scalar> leaf_box(Points const& points, Leaf const& leaf) const noexcept {
+    Box<Scalar> box;
+    for (int i = 0; i < leaf.count; ++i) {
+      Corners const& corner = leaf.corners[i];
+      box.add(points.col(corner[0]), points.col(corner[1]), points.col(corner[2]));
+    }
+    return Box<Scalar>(box);   // a copy: the box itself is no place that the points may overlap, and stays in registers
+  }
+
+  Box<Scalar> refit_node(Points const& points, int index) noexcept {
+    Node& node = nodes_[index];
+    for (int slot = 0; slot < width; ++slot) {
+      int const child = node.child[slot];
+      if (child != none) node.set_box(slot, child >= 0 ? refit_node(points, child) : leaf_box(points, leaves_[~child]));
+    }
+    return node.box();
+  }
+
+  void refit_leaf(Points const& points, int leaf) noexcept {
+    Link const link = leaves_[leaf].link;
+    store(link.node, link.slot, leaf_box(points, leaves_[leaf]));
+  }
+
+  /// Gives a child its box, and fits those above until one does not change.
+  void store(int node, int slot, Box<Scalar> const& box) noexcept {
+    Node& here = nodes_[node];
+    if (here.box(slot) == box) return;
+    here.set_box(slot, box);
+    if (node != root) store(here.link.node, here.link.slot, here.box());
+  }
+
+  /// The child's box is left to the caller.
+  void attach(int node, int slot, int child) noexcept {
+    nodes_[node].child[slot] = child;
+    (child >= 0 ? nodes_[child].link : leaves_[~child].link) = {node, slot};
+  }
+
+  void append(int leaf, Item const& item) noexcept {
+    Leaf& to = leaves_[leaf];
+    to.corners[to.count] = item.corners;
+    to.triangle[to.count] = item.triangle;
+    places_[std::size_t(item.triangle)] = {leaf, to.count++};
+  }
+
+  // ---- build
+
+  int build_child(Points const& points, std::span<Item> items) {
+    if (items.size() > built_leaf) {
+      int const node = nodes_.take();
+      build_node(points, node, items);
+      return node;
+    }
+    int const leaf = leaves_.take();
+    for (Item const& item : items) append(leaf, item);
+    return ~leaf;
+  }
+
+  /// Halves twice, for four children.
+  void build_node(Points const& points, int node, std::span<Item> items) {
+    int slot = 0;
+    std::size_t const middle = halve(points, items);
+    for (auto const& half : {items.first(middle), items.subspan(middle)}) {
+      std::size_t const quarter = halve(points, half);
+      for (auto const& part : {half.first(quarter), half.subspan(quarter)})
+        if (!part.empty()) attach(node, slot++, build_child(points, part));
     }
   }
 
-  static int halve(Builder& builder, int begin, int end) {
+  /// Orders triangles along the longest side, so that those before the returned place lie before the others; all, where they fit one leaf.
+  static std::size_t halve(Points const& points, std::span<Item> items) {
+    if (items.size() <= built_leaf) return items.size();
+    auto const centre = [&](Item const& item) -> Vector3<Scalar> {
+      return points.col(item.corners[0]) + points.col(item.corners[1]) + points.col(item.corners[2]);
+    };
     Box<Scalar> box;
-    for (int i = begin; i < end; ++i) box.add(builder.centres.col(builder.order[std::size_t(i)]));
+    for (Item const& item : items) box.add(centre(item));
     int axis = 0;
     (box.high - box.low).maxCoeff(&axis);
-    int const half = (end - begin) / 2;
-    int const middle = begin + (half + built_leaf - 1) / built_leaf * built_leaf;   // full leaves on the left
-    auto const order = builder.order.begin();
-    std::nth_element(order + begin, order + middle, order + end,
-                     [&](int a, int b) { return builder.centres(axis, a) < builder.centres(axis, b); });
+    for (Item& item : items) item.key = centre(item)[axis];
+    std::size_t const middle = (items.size() / 2 + built_leaf - 1) / built_leaf * built_leaf;   // full leaves on the left
+    std::nth_element(items.begin(), items.begin() + std::ptrdiff_t(middle), items.end(), [](Item const& a, Item const& b) { return a.key < b.key; });
     return middle;
   }
 
   // ---- edits
 
-  /// Memory for one more triangle, whatever it takes.
-  void grow() {
-    if (nodes_.empty()) *this = BoxTree();   // moved from
+  /// Memory for one more triangle beside another, whatever it takes, and depth where it goes.
+  void make_room_for_one(Points const& points, int sibling) {
     auto const one_more = [](auto& list) {
       if (list.size() == list.capacity()) list.reserve(2 * list.size() + 1);
     };
-    one_more(place_);
-    one_more(blocks_);
+    one_more(places_);
+    one_more(leaves_);
     one_more(nodes_);
-  }
-
-  /// Node and slot of the leaf that holds a triangle.
-  std::pair<int, int> leaf_of(int triangle) const noexcept {
-    Block const& block = blocks_[place_[std::size_t(triangle)] / capacity];
-    return {block.node, block.slot};
+    items_.reserve(capacity + 1);
+    if (size() == 0 || level(leaves_[places_[std::size_t(sibling)].leaf].link.node) < depth_limit) return;
+    items_.clear();
+    for (int t = 0; t < size(); ++t) items_.push_back({corners(t), t});
+    leaves_.reserve(places_.size() + 1);
+    nodes_.reserve(places_.size() + 1);
+    leaves_.clear();
+    nodes_.clear();
+    build_node(points, nodes_.take(), items_);
+    refit(points);
   }
 
   int level(int node) const noexcept {
     int above = 1;
-    for (; node != root; node = nodes_[std::size_t(node)].parent) ++above;
+    for (; node != root; node = nodes_[node].link.node) ++above;
     return above;
   }
 
-  void insert(Points const& points, int node, int slot, int triangle, Corners const& corners) {
-    int const head = ~nodes_[std::size_t(node)].child[slot];
-    Block const& leaf = blocks_[std::size_t(head)];
-    if (leaf.count < capacity) {
-      append(head, triangle, corners);
-      refit_child(points, node, slot);
-    } else if (leaf.next < 0 && (nodes_[std::size_t(node)].free_slot() < width || level(node) < depth_limit)) {
-      split(points, node, slot, triangle, corners);
-    } else {   // as deep as the stack of a search allows: a longer list
-      int const block = take_block();
-      blocks_[std::size_t(block)].next = head;
-      attach(node, slot, ~block);
-      append(block, triangle, corners);
-      refit_child(points, node, slot);
-    }
-  }
-
-  /// A full leaf and one triangle more become two leaves, halved along the longest side.
-  void split(Points const& points, int node, int slot, int triangle, Corners const& corners) {
-    int const left = ~nodes_[std::size_t(node)].child[slot];
-    int const right = take_block();
-    Block const full = blocks_[std::size_t(left)];
-    auto const corners_of = [&](int i) -> Corners const& { return i < capacity ? full.corners[i] : corners; };
-    Vector3<Scalar> centres[capacity + 1];
-    int order[capacity + 1];
-    Box<Scalar> box;
-    for (int i = 0; i <= capacity; ++i) {
-      Corners const& corner = corners_of(i);
-      centres[i] = points.col(corner[0]) + points.col(corner[1]) + points.col(corner[2]);
-      box.add(centres[i]);
-      order[i] = i;
-    }
-    int axis = 0;
-    (box.high - box.low).maxCoeff(&axis);
-    std::sort(order, order + capacity + 1, [&](int a, int b) { return centres[a][axis] < centres[b][axis]; });
-
-    int right_node = node, right_slot = nodes_[std::size_t(node)].free_slot();
-    int left_node = node, left_slot = slot;
-    if (right_slot == width) {   // no room beside the old leaf: a node in its place holds both
-      int const below = take_node();
+  /// A full leaf and one triangle more become two leaves.
+  void split(Points const& points, int left, Item const& added) {
+    items_.assign(1, added);
+    for (int i = 0; i < capacity; ++i) items_.push_back({leaves_[left].corners[i], leaves_[left].triangle[i]});
+    std::span<Item> const items = items_;
+    auto [node, slot] = leaves_[left].link;
+    std::size_t const middle = halve(points, items);
+    int const right = ~build_child(points, items.subspan(middle));
+    leaves_[left].count = 0;
+    for (Item const& item : items.first(middle)) append(left, item);
+    int other = nodes_[node].free_slot();
+    if (other == width) {   // no room beside the old leaf: a node in its place holds both
+      int const below = nodes_.take();
       attach(node, slot, below);
-      left_node = right_node = below;
-      left_slot = 0;
-      right_slot = 1;
+      attach(below, 0, ~left);
+      node = below;
+      slot = 0;
+      other = 1;
     }
-    blocks_[std::size_t(left)].count = 0;
-    attach(left_node, left_slot, ~left);
-    attach(right_node, right_slot, ~right);
-    for (int i = 0; i <= capacity; ++i) {
-      int const from = order[i];
-      append(i <= capacity / 2 ? left : right, from < capacity ? full.triangle[from] : triangle, corners_of(from));
-    }
-    store(left_node, left_slot, leaf_box(points, left));
-    store(right_node, right_slot, leaf_box(points, right));
-    refit_above(left_node);
+    attach(node, other, ~right);
+    nodes_[node].set_box(slot, leaf_box(points, leaves_[left]));
+    store(node, other, leaf_box(points, leaves_[right]));
   }
 
-  void take_out(Points const& points, int triangle) noexcept {
-    std::size_t const place = place_[std::size_t(triangle)];
-    int const node = blocks_[place / capacity].node, slot = blocks_[place / capacity].slot;
-    int const head = ~nodes_[std::size_t(node)].child[slot];
-    Block& leaf = blocks_[std::size_t(head)];
-    int const last = --leaf.count;
-    if (place != std::size_t(head) * capacity + std::size_t(last)) {
-      blocks_[place / capacity].corners[place % capacity] = leaf.corners[last];
-      blocks_[place / capacity].triangle[place % capacity] = leaf.triangle[last];
-      place_[std::size_t(leaf.triangle[last])] = place;
-    }
-    if (leaf.count == 0) {
-      int const rest = leaf.next;
-      free_block(head);
-      if (rest < 0) {
-        detach(node, slot);
-        refit_above(node);
-        collapse(node);
-        return;
-      }
-      attach(node, slot, ~rest);
-    }
-    refit_child(points, node, slot);
-    merge(points, node, slot);
-  }
-
-  /// Two short leaves of one node become one, so that cutting back and forth does not litter the tree.
-  void merge(Points const& points, int node, int slot) noexcept {
-    int const from = ~nodes_[std::size_t(node)].child[slot];
-    for (int other = 0; other < width; ++other) {
-      int const child = nodes_[std::size_t(node)].child[other];
-      if (other == slot || child == none || child >= 0) continue;
-      Block const& a = blocks_[std::size_t(from)];
-      Block const& b = blocks_[std::size_t(~child)];
-      if (a.next >= 0 || b.next >= 0 || a.count + b.count > built_leaf) continue;
-      for (int i = 0; i < a.count; ++i) append(~child, a.triangle[i], a.corners[i]);
-      free_block(from);
-      detach(node, slot);
-      refit_child(points, node, other);
-      refit_above(node);
-      collapse(node);
-      return;
-    }
-  }
-
-  /// A node with one child gives it to its parent.
+  /// A node with one child gives it to its parent, whose box is that of the child already.
   void collapse(int node) noexcept {
-    Node const& inner = nodes_[std::size_t(node)];
-    if (node == root || inner.children() != 1) return;
-    int const slot = static_cast<int>(std::find_if(inner.child, inner.child + width, [](int c) { return c != none; }) - inner.child);
-    attach(inner.parent, inner.slot, inner.child[slot]);   // the parent's box of this slot is that of the one child already
-    free_node(node);
+    if (node == root || nodes_[node].children() > 1) return;
+    auto const [parent, slot] = nodes_[node].link;
+    attach(parent, slot, *std::find_if(nodes_[node].child, nodes_[node].child + width, [](int child) { return child != none; }));
+    nodes_.give_back(node);
   }
 
-  /// Where a triangle without sibling goes: down the children whose boxes grow least.
-  std::pair<int, int> best_leaf(Points const& points, Corners const& corners) const noexcept {
-    Box<Scalar> box;
-    for (int const corner : corners) box.add(points.col(corner));
-    int index = root;
-    while (true) {
-      Node const& node = nodes_[std::size_t(index)];
-      int best = 0;
-      Scalar best_growth = std::numeric_limits<Scalar>::infinity();
-      for (int slot = 0; slot < width; ++slot) {
-        if (node.child[slot] == none) continue;
-        Box<Scalar> grown = node.box(slot);
-        Scalar const before = grown.perimeter();
-        grown.add(box);
-        Scalar const growth = grown.perimeter() - before;
-        if (growth < best_growth || node.child[best] == none) {
-          best_growth = growth;
-          best = slot;
-        }
-      }
-      if (node.child[best] < 0) return {index, best};   // a leaf, or nothing yet
-      index = node.child[best];
+  // ---- whole trees
+
+  /// Calls visit(leaf, other's leaf); of two boxes that overlap, the larger is opened.
+  template <class Visit>
+  void overlaps(int mine, Box<Scalar> const& box, BoxTree const& other, int theirs, Box<Scalar> const& its_box, Visit& visit) const {
+    if (!box.overlaps(its_box)) return;
+    if (mine < 0 && theirs < 0) return visit(leaves_[~mine], other.leaves_[~theirs]);
+    bool const opens_mine = theirs < 0 || (mine >= 0 && box.perimeter() >= its_box.perimeter());
+    Node const& node = opens_mine ? nodes_[mine] : other.nodes_[theirs];
+    for (int slot = 0; slot < width; ++slot) {
+      if (node.child[slot] == none) continue;
+      if (opens_mine)
+        overlaps(node.child[slot], node.box(slot), other, theirs, its_box, visit);
+      else
+        overlaps(mine, box, other, node.child[slot], node.box(slot), visit);
     }
   }
+
+  Pool<Node> nodes_ = Pool<Node>(1);
+  Pool<Leaf> leaves_;
+  LargeVector<Place> places_;   // of each triangle
+  std::vector<Item> items_;     // while they are built into leaves
 };
 
 }  // namespace palpate::detail
