@@ -195,8 +195,7 @@ TEST_CASE("settling starts from where the body is, and a body that can not settl
   body.step(1e-4);
   SoftBody twin = body;
   body.set_gravity({0.0, 0.0, -9.81});
-  CHECK_THROWS_WITH(body.settle(), Catch::Contains("the body does not settle: the largest imbalance is") &&
-                                       Catch::Contains("lower link_prestrain or gravity, or raise the home stiffness"));
+  CHECK_THROWS_WITH(body.settle(), says("imbalance is", "raise the home stiffness"));
   CHECK(body.positions() == twin.positions());
   CHECK(body.velocities() == twin.velocities());
   body.set_gravity({0.0, 0.0, 0.0});

@@ -23,7 +23,7 @@ TEST_CASE("an unknown unit is named, with the choices", "[core][units]") {
       (void)metres_per(unit);
       FAIL("accepted \"" << unit << '"');
     } catch (palpate::InvalidArgument const& error) {
-      CHECK(std::string(error.what()) == "unknown unit of length \"" + unit + "\"; write m, cm or mm");
+      CHECK_THAT(error.what(), says("\"" + unit + "\"", "m, cm or mm"));
     }
   }
 }

@@ -42,7 +42,7 @@ TEST_CASE("an edge cuts ways within its angle, to and fro, and no others", "[cut
       for (double const angle : {25.1, 60.0, 90.0, 154.9}) CHECK_FALSE(edge.cuts(way(side * angle, rise), up));
     }
   CHECK_FALSE(BladeEdge<double>{.axis = up}.cuts(way(0, 0), up));   // on end
-  CHECK_THROWS_WITH(ProgressiveCutter<double>({.edge = BladeEdge<double>{.angle = 2.0}}), Catch::Contains("between 0 and pi/2"));
+  CHECK_THROWS_WITH(ProgressiveCutter<double>({.edge = BladeEdge<double>{.angle = 2.0}}), says("2 rad", "between 0 and pi/2"));
   CHECK_THROWS_AS(ProgressiveCutter<double>({.edge = BladeEdge<double>{.axis = {0, 0, 0}}}), InvalidArgument);
   CHECK_THROWS_AS(SeparatingCutter<double>({.edge = BladeEdge<double>{.slip_force = -1.0}}), InvalidArgument);
   ProgressiveCutter<double> cutter;

@@ -106,7 +106,7 @@ TEST_CASE("a tick without a new sample moves nothing, whatever the device leaves
 TEST_CASE("malformed tremors are refused with a reason, and a tick allocates nothing") {
   using Tremor = HandTremor<double>;
   double const nan = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS_WITH(Tremor({.frequency = 600.0}), "HandTremor: .frequency is 600 Hz; give one above 0 and below half the rate, 8 to 12 for a hand");
+  CHECK_THROWS_WITH(Tremor({.frequency = 600.0}), says(".frequency is 600 Hz", "below half the rate"));
   CHECK_THROWS_AS(Tremor({.frequency = nan}), InvalidArgument);
   CHECK_THROWS_AS(Tremor({.bandwidth = 0.0}), InvalidArgument);
   CHECK_THROWS_AS(Tremor({.amplitude = -1.0}), InvalidArgument);

@@ -89,12 +89,12 @@ TEST_CASE("a network of depth and speed follows both, and neither beyond what wa
 TEST_CASE("too few measurements and malformed options are refused with a reason") {
   using Net = Network<double, 1, 5, 1>;
   std::vector<Measurement> const few(5, Measurement{.depth = 0.001, .force = 1.0});
-  CHECK_THROWS_WITH(fit_network<Net>(few), "fit_network: the network has 16 weights and stands for 5 of the 5 measurements, those of loading; give as many as it has weights, or more");
+  CHECK_THROWS_WITH(fit_network<Net>(few), says("16 weights", "5 of the 5 measurements", "as many"));
   CHECK_THROWS_AS(fit_network<Net>(of_liver(0.0, 1), {.folds = 1}), InvalidArgument);
   CHECK_THROWS_AS(fit_network<Net>(of_liver(0.0, 1), {.cap = 0.5}), InvalidArgument);
   Network<double, 2, 5, 1> const network(Seed{1});
   using Curve = SpeedCurve<Network<double, 2, 5, 1>>;
-  CHECK_THROWS_WITH(Curve(network, {0.01, 0.0}, {0.0, 1.0}), "SpeedCurve: the depth range is 0.01 … 0 m; give two finite depths, the lower one first");
+  CHECK_THROWS_WITH(Curve(network, {0.01, 0.0}, {0.0, 1.0}), says("the depth range is 0.01 … 0 m", "the lower one first"));
   CHECK_THROWS_AS(Curve(network, {0.0, 0.01}, {-1.0, 1.0}), InvalidArgument);
   CHECK_THROWS_AS(Curve(network, {0.0, 0.01}, {0.0, 1.0}, {.largest_force = -1.0}), InvalidArgument);
   CHECK_THROWS_AS(Curve(network, {0.0, 0.01}, {0.0, 1.0}, {}, -1.0), InvalidArgument);

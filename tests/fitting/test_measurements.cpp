@@ -51,18 +51,16 @@ TEST_CASE("measurements are read in their units, comments skipped") {
 }
 
 TEST_CASE("a file that holds anything else is refused with its line") {
-  CHECK(refusal("") == ": the file is empty; the first line must be depth_m,speed_m_s,phase,force_N");
-  CHECK(refusal("depth,force\n1,2\n") == ", line 1: not the header of measurements; it must be depth_m,speed_m_s,phase,force_N");
-  CHECK(refusal(header) == ": there is no measurement after the header");
-  CHECK(refusal(header + "1,2,loading\n") == ", line 2: there are 3 cells instead of 4");
-  CHECK(refusal(header + "0.1,2,cutting,3\n") == ", line 2: the phase is \"cutting\"; it must be \"indenting\", \"loading\" or \"unloading\"");
-  CHECK(refusal(header + "0.1,2,loading,1\n-1,2,loading,3\n") == ", line 3: the depth is -1 m; depths are counted from the surface, zero or more");
-  CHECK(refusal(header + "0.1,-2,loading,3\n") ==
-        ", line 2: the speed is -2 m/s; give it without sign, the phase \"unloading\" says that the tool comes back");
+  CHECK_THAT(refusal(""), says("empty", "depth_m,speed_m_s,phase,force_N"));
+  CHECK_THAT(refusal("depth,force\n1,2\n"), says("line 1", "depth_m,speed_m_s,phase,force_N"));
+  CHECK_THAT(refusal(header), says("there is no measurement after the header"));
+  CHECK_THAT(refusal(header + "1,2,loading\n"), says("line 2", "3 cells instead of 4"));
+  CHECK_THAT(refusal(header + "0.1,2,cutting,3\n"), says("line 2", "\"cutting\"", "\"indenting\", \"loading\" or \"unloading\""));
+  CHECK_THAT(refusal(header + "0.1,2,loading,1\n-1,2,loading,3\n"), says("line 3", "depth is -1 m", "zero or more"));
+  CHECK_THAT(refusal(header + "0.1,-2,loading,3\n"), says("line 2", "speed is -2 m/s", "without sign"));
   // Depths of 0.2 and 6 mm, the second past what any tool reaches in metres.
-  CHECK(refusal(header + "0.2,0.01,loading,0.1\n6,0.01,loading,3\n") ==
-        ", line 3: the depth is 6 m, outside 0 … 0.3 m; in cm it would be 0.06 m, in mm it would be 0.006 m; write depths in metres, speeds in m/s");
-  CHECK(refusal(header + "1,2,loading,nan\n") == ", line 2: column force_N holds nan; it must be finite");
+  CHECK_THAT(refusal(header + "0.2,0.01,loading,0.1\n6,0.01,loading,3\n"), says("line 3", "depth is 6 m", "in mm it would be 0.006 m", "write depths in metres"));
+  CHECK_THAT(refusal(header + "1,2,loading,nan\n"), says("line 2", "force_N holds nan", "finite"));
   CHECK(refusal(header + "1,2,loading,1.0.0\n").find("line 2: column force_N holds \"1.0.0\"") != std::string::npos);
   CHECK_THROWS_AS(read_measurements("no such file.csv"), FileError);
 }

@@ -37,8 +37,8 @@ TEST_CASE("a bladed curve is a part of a cutting force, and malformed factors ar
   CHECK(force(ToolContact<double>{.phase = CuttingPhase::moving, .depth = 0.01, .previous_depth = 0.009}).z() == Approx(2 * liver_loading<double>()(0.01)));
   auto const curve = liver_loading<double>();
   double const nan = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS_WITH(bladed(curve, BladeFactors<double>{.width_ratio = 0.0}), "BladeFactors: .width_ratio is 0; give a finite number above zero");
-  CHECK_THROWS_WITH(bladed(curve, BladeFactors<double>{.entry_angle = 2.0}), "BladeFactors: .entry_angle is 2; give radians between -pi/2 and pi/2");
+  CHECK_THROWS_WITH(bladed(curve, BladeFactors<double>{.width_ratio = 0.0}), says(".width_ratio is 0", "above zero"));
+  CHECK_THROWS_WITH(bladed(curve, BladeFactors<double>{.entry_angle = 2.0}), says(".entry_angle is 2", "between -pi/2 and pi/2"));
   CHECK_THROWS_AS(bladed(curve, BladeFactors<double>{.sharpness = nan}), InvalidArgument);
   CHECK_THROWS_AS(bladed(curve, BladeFactors<double>{.slice_push_ratio = nan}), InvalidArgument);
 }

@@ -256,12 +256,9 @@ TEST_CASE("a cutting force with the published hysteresis returns no energy, what
 
 TEST_CASE("a check that can not be made says why") {
   auto const line = [](double d) noexcept { return d; };
-  CHECK_THROWS_WITH(check_curve(line, DepthRange<double>{0.02, 0.01}),
-                    "check_curve: the depth range is 0.02 … 0.01 m; give two finite depths, the lower one first");
-  CHECK_THROWS_WITH(check_curve(line, DepthRange<double>{0.0, 1.0}, {.depths = 2}), "CurveCheck: .depths is 2; give three or more");
-  CHECK_THROWS_WITH(check_curve(line, DepthRange<double>{0.0, 1.0}, {.tolerance = -1.0}),
-                    "CurveCheck: .tolerance is -1 N; give a finite number, zero or more");
+  CHECK_THROWS_WITH(check_curve(line, DepthRange<double>{0.02, 0.01}), says("the depth range is 0.02 … 0.01 m", "the lower one first"));
+  CHECK_THROWS_WITH(check_curve(line, DepthRange<double>{0.0, 1.0}, {.depths = 2}), says(".depths is 2", "three or more"));
+  CHECK_THROWS_WITH(check_curve(line, DepthRange<double>{0.0, 1.0}, {.tolerance = -1.0}), says(".tolerance is -1 N", "zero or more"));
   auto const broken = [](double d, Phase p) noexcept { return p == Phase::unloading && d > 0.7 ? std::nan("") : d; };
-  CHECK_THROWS_WITH(check_curve(broken, DepthRange<double>{0.0, 1.0}, {.depths = 11}),
-                    "check_curve: the curve is nan N at 0.8 m, unloading; a force curve is finite at every depth");
+  CHECK_THROWS_WITH(check_curve(broken, DepthRange<double>{0.0, 1.0}, {.depths = 11}), says("nan N at 0.8 m", "finite"));
 }

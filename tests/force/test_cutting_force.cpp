@@ -384,12 +384,10 @@ TEST_CASE("a contact that is not finite gives zero force and leaves no trace") {
 
 TEST_CASE("a cutting force checks its parts") {
   auto const curve = liver_hysteresis<double>();
-  CHECK_THROWS_WITH(CuttingForce(curve, OrganForce<double>{.wall_normal = {0.0, 0.0, 0.0}}),
-                    "OrganForce: .wall_normal is (0, 0, 0); give a finite direction other than zero");
+  CHECK_THROWS_WITH(CuttingForce(curve, OrganForce<double>{.wall_normal = {0.0, 0.0, 0.0}}), says(".wall_normal is (0, 0, 0)", "other than zero"));
   CHECK_THROWS_AS(CuttingForce(curve, IndentationSpring<double>{.stiffness = -5.0}), InvalidArgument);
   CHECK_THROWS_AS(CuttingForce(curve, TissueReaction{.scale = std::nan("")}), InvalidArgument);
-  CHECK_THROWS_WITH(CuttingForce(curve, CurveJoin<double>{.fade_depth = -0.001}),
-                    "CurveJoin: .fade_depth is -0.001 m; give a finite number, zero or more");
+  CHECK_THROWS_WITH(CuttingForce(curve, CurveJoin<double>{.fade_depth = -0.001}), says(".fade_depth is -0.001 m", "zero or more"));
   CHECK_THROWS_AS(CuttingForce(curve, CurveJoin<double>{.reversal_depth = std::nan("")}), InvalidArgument);
   CHECK_THROWS_AS(CuttingForce(curve, CurveJoin<double>{.puncture_time = -1.0}), InvalidArgument);
 }

@@ -146,8 +146,7 @@ TEST_CASE("a cap holds beyond the range of the liver curves and changes nothing 
     CHECK(capped(0.02283 + beyond, Phase::unloading) == Approx(std::min(3.0, 1.3809514193591328 + 827.32680540280251 * beyond)).epsilon(1e-12));
     CHECK(loading(0.02283 + beyond) == Approx(std::min(1.5, 1.2040432826793064 + 104.82228128095072 * beyond)).epsilon(1e-12));
   }
-  CHECK_THROWS_WITH(liver_hysteresis<double>({.largest_force = 1.0}),
-                    "CurveGuard: .largest_force is 1 N, the curve has 1.38230342 N at 0.02283 m, an end of its range; give no less");
+  CHECK_THROWS_WITH(liver_hysteresis<double>({.largest_force = 1.0}), says(".largest_force is 1 N", "1.38230342 N", "no less"));
 }
 
 TEST_CASE("the liver presets are noexcept to evaluate") {

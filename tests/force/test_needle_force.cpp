@@ -123,8 +123,8 @@ TEST_CASE("in a cutting force the needle takes the place of the spring, and malf
   ToolContact<double> bad{.phase = CuttingPhase::moving, .depth = nan};
   CHECK(NeedleForce<double>({.cutting = 1.0})(bad).norm() == 0.0);
   using Needle = NeedleForce<double>;
-  CHECK_THROWS_WITH(Needle({.cutting = -1.0}), "NeedleForce: .cutting is -1 N; give a finite number, zero or more");
-  CHECK_THROWS_WITH(Needle({.friction = {.dynamic = 2.0, .holding = 1.0}}), "KarnoppFriction: .holding is 1 N/m; give a finite number, not below .dynamic");
+  CHECK_THROWS_WITH(Needle({.cutting = -1.0}), says(".cutting is -1 N", "zero or more"));
+  CHECK_THROWS_WITH(Needle({.friction = {.dynamic = 2.0, .holding = 1.0}}), says(".holding is 1 N/m", "not below .dynamic"));
   CHECK_THROWS_AS(Needle({.linear = nan}), InvalidArgument);
   CHECK_THROWS_AS(Needle({.tip_depth = 0.0}), InvalidArgument);
   CHECK_THROWS_AS(KarnoppFriction<double>({.stick_speed = 0.0}), InvalidArgument);

@@ -166,14 +166,14 @@ TEST_CASE("a network refuses weights and scalings that are not finite") {
   Net network(Seed{1});
   auto parameters = network.parameters();
   parameters[3] = nan;
-  CHECK_THROWS_WITH(network.set_parameters(parameters), "Network: a weight or bias is nan; give finite numbers");
+  CHECK_THROWS_WITH(network.set_parameters(parameters), says("nan", "finite"));
   CHECK(network.parameters() == Net(Seed{1}).parameters());
   Net::Layers layers = network.layers();
   std::get<1>(layers).bias[0] = -std::numeric_limits<double>::infinity();
-  CHECK_THROWS_WITH(Net(layers), "Network: a weight or bias is -inf; give finite numbers");
+  CHECK_THROWS_WITH(Net(layers), says("-inf", "finite"));
   Net::Scaling scaling;
   scaling.output_gain[0] = 0.0;
-  CHECK_THROWS_WITH(network.set_scaling(scaling), "Network: an output gain is 0; give a scale other than zero");
+  CHECK_THROWS_WITH(network.set_scaling(scaling), says("an output gain is 0", "other than zero"));
   scaling.output_gain[0] = 1.0;
   scaling.input_offset[0] = nan;
   CHECK_THROWS_AS(network.set_scaling(scaling), InvalidArgument);

@@ -354,14 +354,13 @@ TEST_CASE("options of a training that mean nothing are refused, and the network 
   Network<double, 1, 5, 1> network(Seed{1});
   auto const before = network.parameters();
   auto const with = [&](TrainingOptions const& options) { train(network, samples, LevenbergMarquardt{}, options); };
-  CHECK_THROWS_WITH(with({.starts = 0}), "TrainingOptions: .starts is 0; give one or more");
-  CHECK_THROWS_WITH(with({.held_out = 1.0}), "TrainingOptions: .held_out is 1; give a share of the samples, zero or more, below one");
+  CHECK_THROWS_WITH(with({.starts = 0}), says(".starts is 0", "one or more"));
+  CHECK_THROWS_WITH(with({.held_out = 1.0}), says(".held_out is 1", "below one"));
   CHECK_THROWS_AS(with({.held_out = std::nan("")}), InvalidArgument);
-  CHECK_THROWS_WITH(with({.patience = 0}), "TrainingOptions: .patience is 0; give one epoch or more");
-  CHECK_THROWS_WITH(with({.goal = -1e-5}), "TrainingOptions: .goal is -1e-05; give zero or more");
+  CHECK_THROWS_WITH(with({.patience = 0}), says(".patience is 0", "one epoch or more"));
+  CHECK_THROWS_WITH(with({.goal = -1e-5}), says(".goal is -1e-05", "zero or more"));
   std::vector<Sample<double, 1, 1>> const one(1);
-  CHECK_THROWS_WITH(train(network, one, LevenbergMarquardt{}, {.held_out = 0.5}),
-                    "TrainingOptions: .held_out needs two samples or more, there is one; give more samples or leave it 0");
+  CHECK_THROWS_WITH(train(network, one, LevenbergMarquardt{}, {.held_out = 0.5}), says(".held_out", "there is one", "more samples"));
   CHECK(network.parameters() == before);
   CHECK_FALSE(network.has_scaling());
 }
@@ -371,20 +370,17 @@ TEST_CASE("a training with malformed input says so and leaves the network as it 
   Network<double, 1, 5, 1> network(Seed{1});
   auto const before = network.parameters();
 
-  CHECK_THROWS_WITH(train(network, std::vector<Sample<double, 1, 1>>{}, LevenbergMarquardt{}),
-                    "train: there are no samples; give at least one");
+  CHECK_THROWS_WITH(train(network, std::vector<Sample<double, 1, 1>>{}, LevenbergMarquardt{}), says("no samples", "at least one"));
   auto bad = good;
   bad[3].output[0] = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS_WITH(train(network, bad, LevenbergMarquardt{}), "train: output 0 of sample 3 is nan; give finite numbers");
+  CHECK_THROWS_WITH(train(network, bad, LevenbergMarquardt{}), says("output 0 of sample 3 is nan", "finite"));
   bad = good;
   bad[7].input[0] = std::numeric_limits<double>::infinity();
-  CHECK_THROWS_WITH(train(network, bad, GradientDescent{}), "train: input 0 of sample 7 is inf; give finite numbers");
-  CHECK_THROWS_WITH(train(network, good, LevenbergMarquardt{.epochs = 0}),
-                    "LevenbergMarquardt: .epochs is 0; give one or more");
+  CHECK_THROWS_WITH(train(network, bad, GradientDescent{}), says("input 0 of sample 7 is inf", "finite"));
+  CHECK_THROWS_WITH(train(network, good, LevenbergMarquardt{.epochs = 0}), says(".epochs is 0", "one or more"));
   CHECK_THROWS_AS(train(network, good, LevenbergMarquardt{.goal = -1.0}), InvalidArgument);
   CHECK_THROWS_AS(train(network, good, LevenbergMarquardt{.damping = 0.0}), InvalidArgument);
-  CHECK_THROWS_WITH(train(network, good, GradientDescent{.rate = 0.0}),
-                    "GradientDescent: .rate is 0; give a finite number above zero");
+  CHECK_THROWS_WITH(train(network, good, GradientDescent{.rate = 0.0}), says(".rate is 0", "above zero"));
   CHECK_THROWS_AS(train(network, good, GradientDescent{.epochs = -1}), InvalidArgument);
   CHECK_THROWS_AS(train(network, good, GradientDescent{.goal = std::nan("")}), InvalidArgument);
 

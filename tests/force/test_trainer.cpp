@@ -263,12 +263,12 @@ TEST_CASE("the derivatives that a network gives its trainer are those of its err
 }
 
 TEST_CASE("options of trainers that mean nothing are refused") {
-  CHECK_THROWS_WITH((MomentumDescent{.momentum = 1.0}.validate()), "MomentumDescent: .momentum is 1; give zero or more, below one");
-  CHECK_THROWS_WITH((MomentumDescent{.momentum = -0.5}.validate()), "MomentumDescent: .momentum is -0.5; give zero or more, below one");
-  CHECK_THROWS_WITH((MomentumDescent{.rate = -1.0}.validate()), "MomentumDescent: .rate is -1; give a finite number above zero");
+  CHECK_THROWS_WITH((MomentumDescent{.momentum = 1.0}.validate()), says(".momentum is 1", "below one"));
+  CHECK_THROWS_WITH((MomentumDescent{.momentum = -0.5}.validate()), says(".momentum is -0.5", "below one"));
+  CHECK_THROWS_WITH((MomentumDescent{.rate = -1.0}.validate()), says(".rate is -1", "above zero"));
   CHECK_THROWS_AS((MomentumDescent{.momentum = std::nan("")}.validate()), InvalidArgument);
-  CHECK_THROWS_WITH((StochasticDescent{.batch = 0}.validate()), "StochasticDescent: .batch is 0; give one sample or more");
-  CHECK_THROWS_WITH((StochasticDescent{.epochs = 0}.validate()), "StochasticDescent: .epochs is 0; give one or more");
+  CHECK_THROWS_WITH((StochasticDescent{.batch = 0}.validate()), says(".batch is 0", "one sample or more"));
+  CHECK_THROWS_WITH((StochasticDescent{.epochs = 0}.validate()), says(".epochs is 0", "one or more"));
   CHECK_THROWS_AS((StochasticDescent{.rate = std::numeric_limits<double>::infinity()}.validate()), InvalidArgument);
   CHECK_THROWS_AS((StochasticDescent{.goal = -1.0}.validate()), InvalidArgument);
 }

@@ -157,8 +157,7 @@ TEST_CASE("what the hand feels of a coupling is what its device stands, whatever
   CHECK(tenfold.felt_stiffness(law({}, tenfold).stiffness) == Approx(plain.stiffness));
   CHECK(tenfold.felt_stiffness(law({}, tenfold).damping) == Approx(plain.damping));
   CoupledForce unknown(ProxyForce<double>{});
-  CHECK_THROWS_WITH(unknown.begin_session(1000.0, 500.0),
-                    "CoupledForce: the device says neither its damping nor the largest stiffness; give CoupledForceOptions::stiffness");
+  CHECK_THROWS_WITH(unknown.begin_session(1000.0, 500.0), says("neither its damping", "CoupledForceOptions::stiffness"));
   CHECK_THROWS_AS(CoupledForce(ProxyForce<double>{}, {.stiffness = 0.0}), InvalidArgument);
   CHECK_THROWS_AS(CoupledForce(ProxyForce<double>{}, {.damping = -1.0}), InvalidArgument);
 }

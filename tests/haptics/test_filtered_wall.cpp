@@ -124,9 +124,9 @@ TEST_CASE("the limit with filters is the one of the eigenvalues, for any device"
 }
 
 TEST_CASE("malformed filters are refused") {
-  CHECK_THROWS_WITH(stable_wall(mass, damping, period, MovingAverage{0}), "MovingAverage: .samples is 0; give a number from 1 to 1000");
-  CHECK_THROWS_WITH(stable_wall(mass, damping, period, OnePole{-1.0}), "OnePole: .cutoff is -1 Hz; give a finite number above zero");
-  CHECK_THROWS_WITH(stable_wall(mass, damping, period, TickDelay{-1}), "TickDelay: .ticks is -1; give a number from 0 to 1000");
+  CHECK_THROWS_WITH(stable_wall(mass, damping, period, MovingAverage{0}), says(".samples is 0", "1 to 1000"));
+  CHECK_THROWS_WITH(stable_wall(mass, damping, period, OnePole{-1.0}), says(".cutoff is -1 Hz", "above zero"));
+  CHECK_THROWS_WITH(stable_wall(mass, damping, period, TickDelay{-1}), says(".ticks is -1", "0 to 1000"));
   CHECK_THROWS_AS(stable_wall(0.0, damping, period, TickDelay{1}), InvalidArgument);
   CHECK_THROWS_AS(stable_wall_estimate(damping, period, -0.001), InvalidArgument);
   CHECK_THROWS_AS(stable_wall_estimate(damping, period, std::numeric_limits<double>::quiet_NaN()), InvalidArgument);

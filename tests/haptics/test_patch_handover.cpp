@@ -211,8 +211,8 @@ TEST_CASE("a patch goes on with its velocity until the next one comes, but no lo
 TEST_CASE("malformed hand-overs and patches are refused, what is no number is not felt, and a tick allocates nothing", "[haptics]") {
   using Handover = PatchHandover<double>;
   double const nan = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS_WITH(Handover({.ticks = 0}), "PatchHandover: .ticks is 0; give 1 or more");
-  CHECK_THROWS_WITH(Handover({.period = 0.0}), "PatchHandover: .period is 0 s; give that of the servo, 0.001 for most");
+  CHECK_THROWS_WITH(Handover({.ticks = 0}), says(".ticks is 0", "1 or more"));
+  CHECK_THROWS_WITH(Handover({.period = 0.0}), says(".period is 0 s", "0.001"));
   CHECK_THROWS_AS(Handover({.moves_for = nan}), InvalidArgument);
   CHECK_THROWS_AS(Handover({.moves_for = 1e300}), InvalidArgument);
   Handover handover;

@@ -22,8 +22,8 @@ TEMPLATE_TEST_CASE("the spring is as stiff as the tissue answers, within bounds,
   CHECK(spring(S(-1) * n, n, S(0.004)) == S(50));
   CHECK(spring(Vector3<S>(std::numeric_limits<S>::quiet_NaN(), 0, 0), n, S(0.004)) == S(50));
   CHECK(spring(n, n, std::numeric_limits<S>::quiet_NaN()) == S(50));
-  CHECK_THROWS_WITH(SecantStiffness<S>(0, 800), "SecantStiffness: the least is 0 N/m; give a finite number above zero");
-  CHECK_THROWS_WITH(SecantStiffness<S>(100, 80), "SecantStiffness: the most is 80 N/m; give a finite number, not below the least");
+  CHECK_THROWS_WITH(SecantStiffness<S>(0, 800), says("the least is 0 N/m", "above zero"));
+  CHECK_THROWS_WITH(SecantStiffness<S>(100, 80), says("the most is 80 N/m", "not below the least"));
   CHECK_THROWS_AS(SecantStiffness<S>(1, 2, 0), InvalidArgument);
   static_assert(noexcept(spring(n, n, S(0))));
 }

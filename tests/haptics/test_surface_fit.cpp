@@ -132,8 +132,8 @@ TEST_CASE("between two fits the patch follows a body that is pressed", "[haptics
 
 TEST_CASE("a fit costs what the vertices near cost, allocates nothing, and malformed ones are refused", "[haptics]") {
   using Fit = SurfaceFit<double>;
-  CHECK_THROWS_WITH(Fit({.rings = 5}), "SurfaceFit: .rings is 5; give 0 to 4, 1 for most");
-  CHECK_THROWS_WITH(Fit({.stiffness = 0}), "SurfaceFit: .stiffness is 0 N/m; give a finite number above zero");
+  CHECK_THROWS_WITH(Fit({.rings = 5}), says(".rings is 5", "0 to 4"));
+  CHECK_THROWS_WITH(Fit({.stiffness = 0}), says(".stiffness is 0 N/m", "above zero"));
   CHECK_THROWS_AS(Fit({.damping = std::numeric_limits<double>::quiet_NaN()}), InvalidArgument);
   Skin<double> const small(make_grid<double>(11, 11, 0.005)), large(make_grid<double>(61, 61, 0.005));
   Fit a({.rings = 2}), b({.rings = 2}), many({.rings = 4}), three({.rings = 0});

@@ -300,8 +300,8 @@ TEST_CASE("C3-F8: friction is the same in every direction and in every frame", "
 TEST_CASE("malformed proxies are refused, what is no number pulls at nobody, and a tick allocates nothing") {
   double const nan = std::numeric_limits<double>::quiet_NaN();
   using Proxy = SurfaceProxy<double>;
-  CHECK_THROWS_WITH(Proxy({.stiffness = 0.0}), "SurfaceProxy: .stiffness is 0 N/m; give a finite number above zero");
-  CHECK_THROWS_WITH(Proxy({.static_friction = 0.1, .dynamic_friction = 0.2}), "SurfaceProxy: .static_friction is 0.1; give a finite number, not below .dynamic_friction");
+  CHECK_THROWS_WITH(Proxy({.stiffness = 0.0}), says(".stiffness is 0 N/m", "above zero"));
+  CHECK_THROWS_WITH(Proxy({.static_friction = 0.1, .dynamic_friction = 0.2}), says(".static_friction is 0.1", "not below .dynamic_friction"));
   CHECK_THROWS_AS(Proxy({.restick = 0.0}), InvalidArgument);
   CHECK_THROWS_AS(Proxy({.dynamic_friction = nan}), InvalidArgument);
   auto proxy = with_friction();

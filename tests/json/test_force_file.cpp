@@ -83,21 +83,17 @@ TEST_CASE("a fitted network goes into a force file with its curve") {
 }
 
 TEST_CASE("a malformed force file is refused with what, where and what to do") {
-  CHECK(error_of(replaced(small_text, "palpate force", "palpate network")) == "force.json: /format is \"palpate network\"; give a file of the format \"palpate force\"");
-  CHECK(error_of(replaced(small_text, "\"version\": 1", "\"version\": 2")) ==
-        "force.json: /version is 2, this palpate reads version 1; write the file again, or read it with the palpate that wrote it");
-  CHECK(error_of(replaced(small_text, "\"a\": 0.1", "\"a\": \"0.1\"")) == "force.json: /coefficients/a is \"0.1\"; give a number");
-  CHECK(error_of(replaced(small_text, "\"a\": 0.1", "\"a\": -0.1")) ==
-        "force.json: the document makes no force: FittedForce: the model \"exponential\" has the coefficient a = -0.1; give a finite number, not below 0");
-  CHECK(error_of(replaced(small_text, "\"a\": 0.1,", "")) ==
-        "force.json: the document makes no force: FittedForce: the model \"exponential\" has no coefficient \"a\"; give it in N");
+  CHECK_THAT(error_of(replaced(small_text, "palpate force", "palpate network")), says("force.json", "/format is \"palpate network\"", "\"palpate force\""));
+  CHECK_THAT(error_of(replaced(small_text, "\"version\": 1", "\"version\": 2")), says("force.json", "/version is 2", "version 1", "write the file again"));
+  CHECK_THAT(error_of(replaced(small_text, "\"a\": 0.1", "\"a\": \"0.1\"")), says("force.json", "/coefficients/a", "\"0.1\"", "a number"));
+  CHECK_THAT(error_of(replaced(small_text, "\"a\": 0.1", "\"a\": -0.1")), says("force.json", "a = -0.1", "not below 0"));
+  CHECK_THAT(error_of(replaced(small_text, "\"a\": 0.1,", "")), says("force.json", "no coefficient \"a\"", "in N"));
   CHECK(error_of(replaced(small_text, "\"a\": 0.1,", "\"a\": 0.1, \"a\": 0.2,")).find("/coefficients/a is there twice") != std::string::npos);
   CHECK(error_of(replaced(small_text, "exponential", "spline")).find("there is no model \"spline\"") != std::string::npos);
-  CHECK(error_of(replaced(small_text, "[0.001, 0.01]", "[0.01, 0.001]")) ==
-        "force.json: /depth_range_m is [0.01,0.001]; give two numbers, zero or more, the lower one first");
-  CHECK(error_of(replaced(small_text, "[0.001, 0.01]", "[0.01]")) == "force.json: /depth_range_m has 1 entries; give 2");
+  CHECK_THAT(error_of(replaced(small_text, "[0.001, 0.01]", "[0.01, 0.001]")), says("force.json", "/depth_range_m is [0.01,0.001]", "the lower one first"));
+  CHECK_THAT(error_of(replaced(small_text, "[0.001, 0.01]", "[0.01]")), says("force.json", "/depth_range_m", "1 entries", "give 2"));
   CHECK(error_of(replaced(small_text, "\"source\"", "\"Source\"")).find("has a key \"Source\" that means nothing here") != std::string::npos);
-  CHECK(error_of(replaced(small_text, "\"exponential\"", "\"network\"")) == "force.json: the document has no key \"network\"; add it");
+  CHECK_THAT(error_of(replaced(small_text, "\"exponential\"", "\"network\"")), says("force.json", "no key \"network\"", "add it"));
   CHECK(error_of("[]").find("force.json: the document is []") == 0);
   CHECK(error_of("{\"format\": " + std::string(200000, '[') + std::string(200000, ']') + "}").find("more than 16 levels") != std::string::npos);
 }

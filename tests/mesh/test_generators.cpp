@@ -167,11 +167,9 @@ TEST_CASE("an implicit surface says why it can not be made", "[mesh]") {
   Eigen::AlignedBox<double, 3> const box(Vector3<double>::Constant(-1.5), Vector3<double>::Constant(1.5));
   Eigen::AlignedBox<double, 3> const small(Vector3<double>::Constant(-0.9), Vector3<double>::Constant(0.9));
   Eigen::AlignedBox<double, 3> const away(Vector3<double>::Constant(2), Vector3<double>::Constant(3));
-  REQUIRE_THROWS_WITH(make_implicit<double>(ball, box, 5), "an implicit surface of 5 vertices; give 12 … 10000000");
-  REQUIRE_THROWS_WITH(make_implicit<double>(ball, small, 100),
-                      "the implicit surface reaches the border of its box; give a larger box");
-  REQUIRE_THROWS_WITH(make_implicit<double>(ball, away, 100),
-                      "the implicit field is nowhere negative in its box: no surface; check its sign and the box");
+  REQUIRE_THROWS_WITH(make_implicit<double>(ball, box, 5), says("an implicit surface of 5 vertices", "12 … 10000000"));
+  REQUIRE_THROWS_WITH(make_implicit<double>(ball, small, 100), says("border of its box", "larger"));
+  REQUIRE_THROWS_WITH(make_implicit<double>(ball, away, 100), says("nowhere negative", "sign"));
   REQUIRE_THROWS_AS(make_implicit<double>(ball, Eigen::AlignedBox<double, 3>(), 100), InvalidArgument);
 }
 
@@ -270,16 +268,16 @@ TEST_CASE("generated surfaces are numbered for the cache", "[mesh]") {
 }
 
 TEST_CASE("generators refuse what has no mesh", "[mesh]") {
-  REQUIRE_THROWS_WITH(make_grid<double>(1, 5, 1.0), "a grid of 1 x 5 points has no triangle; give at least 2 x 2");
-  REQUIRE_THROWS_WITH(make_grid<double>(3, 3, -1.0), "grid spacing is -1 m; give a positive length");
+  REQUIRE_THROWS_WITH(make_grid<double>(1, 5, 1.0), says("1 x 5", "2 x 2"));
+  REQUIRE_THROWS_WITH(make_grid<double>(3, 3, -1.0), says("grid spacing is -1 m", "positive"));
   REQUIRE_THROWS_AS(make_grid<float>(3, 3, std::numeric_limits<float>::infinity()), InvalidArgument);
   REQUIRE_THROWS_AS(make_grid<float>(100000, 100000, 1.0f), InvalidArgument);
   REQUIRE_THROWS_AS(make_block<double>(2, 2, 1, 1.0), InvalidArgument);
   REQUIRE_THROWS_AS(make_block<double>(2, 2, 2, 0.0), InvalidArgument);
   REQUIRE_THROWS_AS(make_block<double>(2000, 2000, 2000, 1.0), InvalidArgument);
-  REQUIRE_THROWS_WITH(make_sphere<double>(1.0, 0), "sphere frequency is 0; give 1 (icosahedron) … 1000");
+  REQUIRE_THROWS_WITH(make_sphere<double>(1.0, 0), says("sphere frequency is 0", "1 (icosahedron) … 1000"));
   REQUIRE_THROWS_AS(make_sphere<double>(std::nan(""), 3), InvalidArgument);
-  REQUIRE_THROWS_WITH(make_organ<double>({.vertices = 100}), "an organ of 100 vertices; give 300 … 10000000");
-  REQUIRE_THROWS_WITH(make_organ<double>({.length = 0}), "organ length is 0 m; give a positive length");
+  REQUIRE_THROWS_WITH(make_organ<double>({.vertices = 100}), says("an organ of 100 vertices", "300 … 10000000"));
+  REQUIRE_THROWS_WITH(make_organ<double>({.length = 0}), says("organ length is 0 m", "positive"));
   REQUIRE_THROWS_AS(make_heart<float>({.vertices = 500}), InvalidArgument);
 }

@@ -166,11 +166,11 @@ TEMPLATE_TEST_CASE("rings on a grid are hexagons", "[mesh]", PALPATE_TEST_SCALAR
 
 TEST_CASE("walks say what is wrong with a mesh or a seed", "[mesh]") {
   auto bad = make_grid<double>(3, 3, 1.0);
-  REQUIRE_THROWS_WITH(vertex_rings(bad, 9, 1), "seed vertex index 9 is outside 0 … 8; there are 9");
+  REQUIRE_THROWS_WITH(vertex_rings(bad, 9, 1), says("seed vertex index 9", "0 … 8"));
   REQUIRE_THROWS_AS(vertex_rings(bad, -1, 1), OutOfRange);
-  REQUIRE_THROWS_WITH(vertex_rings(bad, 0, -2), "number of rings is -2; ask for 0 (the seeds alone) or more");
+  REQUIRE_THROWS_WITH(vertex_rings(bad, 0, -2), says("number of rings is -2", "0 (the seeds alone) or more"));
   bad.triangles(1, 5) = 12;
-  std::string const text = "triangle 5 names vertex 12 but the mesh has 9 points; indices count from 0; `validate` lists every such element";
+  auto const text = says("triangle 5", "vertex 12", "9 points", "`validate`");
   REQUIRE_THROWS_WITH(edges(bad), text);
   REQUIRE_THROWS_WITH(boundary_vertices(bad), text);
   REQUIRE_THROWS_WITH(connected_components(bad), text);

@@ -43,6 +43,6 @@ TEST_CASE("a body on several cores moves as on one, to the bit") {
 }
 
 TEST_CASE("no cores are refused") {
-  CHECK_THROWS_WITH(OnCores(0), "a body on 0 cores; give at least 1");
+  CHECK_THROWS_WITH(OnCores(0), says("a body on 0 cores", "at least 1"));
   CHECK_THROWS_AS(OnCores(-3), InvalidArgument);
 }

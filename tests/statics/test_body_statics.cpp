@@ -107,19 +107,17 @@ TEST_CASE("without a balance the body stays as it was and says so") {
     auto const x = body.positions().eval(), v = body.velocities().eval();
     body.set_gravity({0.0, 0.0, -9.81});
     body.apply_force(7, {0.0, 0.0, -1.0});
-    CHECK_THROWS_WITH(body.solve_statics(solver), Catch::Contains("no equilibrium was found: the largest imbalance is ") &&
-                                                      Catch::Contains(" iterations; lower the forces, nail the body or raise the home stiffness"));
-    CHECK_THROWS_WITH(body.settle(solver), Catch::Contains("the body does not settle"));
+    CHECK_THROWS_WITH(body.solve_statics(solver), says("imbalance is ", " iterations", "raise the home stiffness"));
+    CHECK_THROWS_WITH(body.settle(solver), says("does not settle", "imbalance is "));
     CHECK(body.positions() == x);
     CHECK(body.velocities() == v);
   });
   SoftBody body(skin<double>(), LeapfrogVerlet{}, WholeBody{});
-  CHECK_THROWS_WITH(body.settle(DynamicRelaxation{}, -1.0), "a tolerance of -1 mean edges; it must be finite and not negative");
-  CHECK_THROWS_WITH(body.settle(LocalRelaxation{.relaxation = 2.0}), "the relaxation factor is 2; it must be above 0 and below 2");
-  CHECK_THROWS_WITH(body.settle(NewtonRaphson<>{.damping = 0.0}), "the damping of Newton's step is 0; it must be above 0 and at most 1");
+  CHECK_THROWS_WITH(body.settle(DynamicRelaxation{}, -1.0), says("a tolerance of -1 mean edges", "not negative"));
+  CHECK_THROWS_WITH(body.settle(LocalRelaxation{.relaxation = 2.0}), says("the relaxation factor is 2", "below 2"));
+  CHECK_THROWS_WITH(body.settle(NewtonRaphson<>{.damping = 0.0}), says("the damping of Newton's step is 0", "at most 1"));
   load(body);
-  CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<TangentOverRelaxation>{.inner = {.omega = 2.0}}, 1e-12),
-                    "omega is 2; over-relaxation needs 0 < omega < 2");
+  CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<TangentOverRelaxation>{.inner = {.omega = 2.0}}, 1e-12), says("omega is 2", "0 < omega < 2"));
 }
 
 TEST_CASE("relax takes what a budget gives, step by step towards the balance") {

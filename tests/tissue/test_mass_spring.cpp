@@ -152,11 +152,11 @@ struct Faulty : MassSpring<double> {
 TEST_CASE("the battery catches tissue that breaks the laws") {
   Faulty const tissue(make_grid<double>(5, 5, 0.01), {.link = {.stiffness = 50.0, .damping = 0.05}, .home = {.stiffness = 1.0}});
   std::string const text = broken(tissue, {.isolated = true});
-  CHECK_THAT(text, Catch::Contains("force must be -gradient"));
-  CHECK_THAT(text, Catch::Contains("stiffness_bound(0) is 0 N/m"));
-  CHECK_THAT(text, Catch::Contains("the internal forces have a sum"));   // home springs
+  CHECK_THAT(text, says("force must be -gradient"));
+  CHECK_THAT(text, says("stiffness_bound(0) is 0 N/m"));
+  CHECK_THAT(text, says("the internal forces have a sum"));   // home springs
   CHECK_THAT(broken(MassSpring<double>(make_grid<double>(5, 5, 0.01), {.link_prestrain = 0.1})),
-             Catch::Contains("is not free of force"));
+             says("is not free of force"));
 }
 
 TEMPLATE_TEST_CASE("mass is shared equally, or by area, or by volume", "", float, double) {
@@ -217,26 +217,25 @@ TEST_CASE("wrong options are refused with the value and the remedy") {
   auto const skin = make_grid<double>(3, 3, 1.0);
   double const nan = std::numeric_limits<double>::quiet_NaN();
   using T = MassSpring<double>;
-  CHECK_THROWS_WITH(T(skin, {.mass = {.total = 0.0}}), "the total mass is 0 kg; it must be finite and positive");
-  CHECK_THROWS_WITH(T(skin, {.mass = {.total = nan}}), "the total mass is nan kg; it must be finite and positive");
-  CHECK_THROWS_WITH(T(skin, {.link = {.stiffness = 0.0}}), "the link stiffness is 0 N/m at rest; it must be finite and positive");
-  CHECK_THROWS_WITH(T(skin, {.link = {.stiffness = 1.0, .damping = -0.5}}), "link damping is -0.5 N s/m; it must be finite and not negative");
-  CHECK_THROWS_WITH(T(skin, {.home = {.stiffness = -2.0}}), "home stiffness is -2 N/m; it must be finite and not negative");
-  CHECK_THROWS_WITH(T(skin, {.home = {.damping = nan}}), "home damping is nan N s/m; it must be finite and not negative");
-  CHECK_THROWS_WITH(T(skin, {.link_prestrain = 1.0}), "link_prestrain is 1; it must be at least 0 and below 1");
-  CHECK_THROWS_WITH(T(skin, {.link_prestrain = -0.1}), "link_prestrain is -0.1; it must be at least 0 and below 1");
+  CHECK_THROWS_WITH(T(skin, {.mass = {.total = 0.0}}), says("the total mass is 0 kg", "positive"));
+  CHECK_THROWS_WITH(T(skin, {.mass = {.total = nan}}), says("total mass is nan kg", "finite"));
+  CHECK_THROWS_WITH(T(skin, {.link = {.stiffness = 0.0}}), says("the link stiffness is 0 N/m at rest", "positive"));
+  CHECK_THROWS_WITH(T(skin, {.link = {.stiffness = 1.0, .damping = -0.5}}), says("link damping is -0.5 N s/m", "not negative"));
+  CHECK_THROWS_WITH(T(skin, {.home = {.stiffness = -2.0}}), says("home stiffness is -2 N/m", "not negative"));
+  CHECK_THROWS_WITH(T(skin, {.home = {.damping = nan}}), says("home damping is nan N s/m", "finite"));
+  CHECK_THROWS_WITH(T(skin, {.link_prestrain = 1.0}), says("link_prestrain is 1", "below 1"));
+  CHECK_THROWS_WITH(T(skin, {.link_prestrain = -0.1}), says("link_prestrain is -0.1", "below 1"));
   CHECK_THROWS_AS((MassSpring<double, SaturatingSpring<double>>(skin, {.link = {.stiffness = 1.0, .largest_tension = 0.0}})), InvalidArgument);
-  CHECK_THROWS_WITH((MassSpring<double, CubicSpring<double>>(skin, {.link = {.stiffness = 1.0, .quadratic = 2.0}})),
-                    "the spring law gives way on a link of 1 m: its tension must grow with the elongation, from -1 m on; check its coefficients");
+  CHECK_THROWS_WITH((MassSpring<double, CubicSpring<double>>(skin, {.link = {.stiffness = 1.0, .quadratic = 2.0}})), says("link of 1 m", "from -1 m on", "coefficients"));
   CHECK_THROWS_AS((MassSpring<double, LockingSpring<double>>(skin, {.link = {.guard = 1.0}})), InvalidArgument);
   CHECK_THROWS_AS((MassSpring<double, SaturatingSpring<double>>(skin, {.link = {.largest_tension = -1.0}})), InvalidArgument);
 
   T tissue(skin, {});
   std::size_t const revision = tissue.revision();
-  CHECK_THROWS_WITH(tissue.nail(9), "particle index 9 is outside 0 … 8; there are 9");
-  CHECK_THROWS_WITH(tissue.nail(std::vector<int>{1, -1}), "particle index -1 is outside 0 … 8; there are 9");
+  CHECK_THROWS_WITH(tissue.nail(9), says("particle index 9", "0 … 8"));
+  CHECK_THROWS_WITH(tissue.nail(std::vector<int>{1, -1}), says("particle index -1", "0 … 8"));
   CHECK_FALSE(tissue.nailed(1));
-  CHECK_THROWS_WITH(tissue.set_mass(2, -1.0), "particle mass is -1 kg; it must be finite and positive");
+  CHECK_THROWS_WITH(tissue.set_mass(2, -1.0), says("particle mass is -1 kg", "positive"));
   CHECK_THROWS_AS(tissue.set_home(-1, {}), OutOfRange);
   CHECK_THROWS_AS(tissue.set_link(1000, {}), OutOfRange);
   CHECK_THROWS_AS(tissue.set_link(0, {.stiffness = nan}), InvalidArgument);

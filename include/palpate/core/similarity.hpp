@@ -30,7 +30,7 @@ class Similarity {
     S const norm = rotation.coeffs().stableNorm();
     if (!(scale > S(0)) || !std::isfinite(scale)) throw InvalidArgument(detail::message("Similarity: the scale is ", scale, "; give a finite number above zero"));
     if (!(norm > S(0)) || !std::isfinite(norm)) throw InvalidArgument("Similarity: the rotation is a quaternion without direction; give a finite one that is not zero");
-    if (!translation.allFinite()) throw InvalidArgument("Similarity: the translation is not finite");
+    if (!translation.allFinite()) throw InvalidArgument(detail::message("Similarity: the translation is (", translation.x(), ", ", translation.y(), ", ", translation.z(), ") m; give finite numbers"));
     Similarity result;
     result.scale_ = scale;
     result.rotation_ = Eigen::Quaternion<S>(Vector4(rotation.coeffs() / norm)).toRotationMatrix();
@@ -41,7 +41,9 @@ class Similarity {
   /// From a 4 × 4 matrix of homogeneous coordinates, as graphics libraries give them. Throws `InvalidArgument`, with what was found, for a mirror, a stretch along one axis,
   /// a shear or a perspective; `tolerance` is relative.
   static Similarity from_matrix(Matrix<S, 4, 4> const& matrix, S tolerance = S(1e-4)) {
-    if (!matrix.allFinite()) throw InvalidArgument("Similarity: the matrix is not finite");
+    for (int k = 0; k < 16; ++k)
+      if (!std::isfinite(matrix(k / 4, k % 4)))
+        throw InvalidArgument(detail::message("Similarity: the matrix has ", matrix(k / 4, k % 4), " in row ", k / 4, ", column ", k % 4, "; give finite numbers"));
     if (!((matrix.row(3) - Matrix<S, 1, 4>(S(0), S(0), S(0), S(1))).cwiseAbs().maxCoeff() <= tolerance))
       throw InvalidArgument("Similarity: the matrix' last row is not 0 0 0 1; a perspective can not carry forces: give the view's matrix without the projection");
     Rotation const linear = matrix.template topLeftCorner<3, 3>();
