@@ -50,11 +50,14 @@
 // tissue: what the body is made of
 #include <palpate/tissue/concept.hpp>
 #include <palpate/tissue/cubic_spring.hpp>
+#include <palpate/tissue/element.hpp>
+#include <palpate/tissue/element_tissue.hpp>
 #include <palpate/tissue/linear_spring.hpp>
 #include <palpate/tissue/locking_spring.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/maximum_elongation.hpp>
 #include <palpate/tissue/saturating_spring.hpp>
+#include <palpate/tissue/spring_elements.hpp>
 #include <palpate/tissue/spring_law.hpp>
 #include <palpate/tissue/supported.hpp>
 

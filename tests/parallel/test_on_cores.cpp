@@ -4,10 +4,15 @@
 
 #include <palpate/body/soft_body.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/mesh/block.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/parallel/on_cores.hpp>
 #include <palpate/region/whole_body.hpp>
+#include <palpate/tissue/element_tissue.hpp>
 #include <palpate/tissue/mass_spring.hpp>
+#include <palpate/tissue/supported.hpp>
+
+#include "tissue/user_elements.hpp"
 
 #include <cmath>
 
@@ -40,6 +45,23 @@ TEST_CASE("a body on several cores moves as on one, to the bit") {
     auto copy = together;   // shares the threads
     CHECK(copy.step(1e-4));
   }
+}
+
+TEST_CASE("so does tissue with support springs, and tissue of a user's elements") {
+  auto const same_on_two = [](auto const& tissue) {
+    SoftBody alone(tissue, LeapfrogVerlet{}, WholeBody{});
+    SoftBody together(tissue, LeapfrogVerlet{}, WholeBody{}, OnCores(2));
+    live(alone), live(together);
+    CHECK(alone.kinetic_energy() > 0);
+    CHECK(together.positions() == alone.positions());
+    CHECK(together.velocities() == alone.velocities());
+  };
+  MassSpring<double> const sheet(make_grid<double>(80, 80, 0.005), {.mass = {.total = 3.0}, .link = {.stiffness = 100.0, .damping = 0.02}, .home = {.stiffness = 10.0}});
+  same_on_two(Supported(sheet, LinearSpring<double>{.stiffness = 20.0}, {0.2, 0.2, -0.2}));
+  auto const block = make_block<double>(17, 17, 15, 0.01);
+  same_on_two(ElementTissue(block, make_elements(block.points, block.tetrahedra, [](auto const& rest) {
+                              return palpate_test::LinearTetrahedron<double>(rest, 3000.0, 0.3);
+                            })));
 }
 
 TEST_CASE("no cores are refused") {

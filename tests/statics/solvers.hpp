@@ -85,6 +85,12 @@ class Chain {
       y.col(i) -= pull;
     }
   }
+  template <class X, class Visit>
+  void for_each_stiffness_block(X const&, Visit visit) const {
+    for (int i = 0; i + 1 < size(); ++i)
+      for (int const a : {i, i + 1})
+        for (int const b : {i, i + 1}) visit(a, b, Matrix<S, 3, 3>((a == b ? stiffness(i) : -stiffness(i)) * Matrix<S, 3, 3>::Identity()));
+  }
   template <class X, class D, class Y>
   void add_damping_product(X const&, D const&, Y&) const {}
   S stiffness_bound(int i) const { return 2 * ((i > 0 ? stiffness(i - 1) : S(0)) + (i + 1 < size() ? stiffness(i) : S(0))); }

@@ -19,6 +19,7 @@
 #include "catch.hpp"
 
 #include <cmath>
+#include <span>
 #include <utility>
 
 using namespace palpate;
@@ -30,8 +31,32 @@ MassSpring<S> ball(S stiffness, S home) {
   return {make_sphere<S>(S(0.05), 8), {.mass = {.total = S(0.3)}, .link = {.stiffness = stiffness, .damping = S(0.1)}, .home = {.stiffness = home, .damping = S(0.05)}}};
 }
 
+/// Mass-spring tissue that hides what it can do besides.
+struct Plain : MassSpring<double> {
+  using MassSpring<double>::MassSpring;
+  struct Assembly {
+    MassSpring<double>::Assembly inner;
+    std::span<int const> particles() const { return inner.particles(); }
+    template <class X, class V, class F>
+    void add_forces(X const& x, V const& v, F& f) const {
+      inner.add_forces(x, v, f);
+    }
+  };
+  void assemble(std::span<int const> moving, Assembly& assembly) const { MassSpring<double>::assemble(moving, assembly.inner); }
+};
+
+/// The last block first.
+struct Backwards {
+  template <class Work>
+  void operator()(int n, Work const& work) const {
+    for (int k = n - 1; k >= 0; --k) work(k);
+  }
+};
+
 }  // namespace
 
+static_assert(HasFusedForces<Supported<MassSpring<double>>> && HasStiffnessBlocks<Supported<MassSpring<double>>> && ReservesMemory<Supported<MassSpring<float>>> &&
+              !HasFusedForces<Supported<Plain>> && !HasTangentOperator<Supported<Plain>>);
 static_assert(HasTangentOperator<Supported<MassSpring<double>>> && CuttableTissue<Supported<MassSpring<double>>> && HasPotentialEnergy<Supported<MassSpring<float>>> &&
               HasStiffnessProduct<Supported<MassSpring<double>>> && HasStiffnessRowBoundsAt<Supported<MassSpring<float>>>);
 
@@ -84,6 +109,58 @@ TEST_CASE("support springs pull along the line to the centre, in proportion to m
   Matrix3X<double> at_centre = x;
   at_centre.col(0) = centre;
   CHECK(whole.forces(at_centre, v).allFinite());
+}
+
+TEMPLATE_TEST_CASE("support springs join the fused step of the tissue, block by block", "", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  int const side = GENERATE(12, 80);   // 80: two blocks
+  auto const tissue = [&](S damping) {
+    MassSpring<S> springs(make_grid<S>(side, side, S(0.005)), {.mass = {.total = S(3)}, .link = {.stiffness = S(100)}, .home = {.stiffness = S(10)}});
+    springs.nail(side / 2);
+    return Supported(std::move(springs), LinearSpring<S>{.stiffness = S(300), .damping = damping}, {S(0.1), S(0.15), S(-0.2)});
+  };
+  SoftBody body(tissue(S(0.1)), LeapfrogVerlet{}, WholeBody{}), fresh(tissue(S(0)), LeapfrogVerlet{}, WholeBody{});
+  SoftBody backwards(tissue(S(0.1)), LeapfrogVerlet{}, WholeBody{}, Backwards{});
+  auto const live = [&](auto& one) {
+    one.set_gravity({S(0), S(0), S(-9.81)});
+    for (int k = 0; k < 30; ++k) {
+      for (int i = 3; i < one.size(); i += 41) one.apply_force(i, {S(0.02), S(0), S(0.05)});
+      REQUIRE(one.step(S(1e-4)));
+    }
+  };
+  live(body), live(backwards);
+  CHECK(body.positions() == backwards.positions());
+  CHECK(body.velocities() == backwards.velocities());
+
+  // A step from rest without damping is v⁺ = h a(x), with the force on each particle as the formula has it.
+  S const h = S(1e-5);
+  Matrix3X<S> const x = body.positions(), still = Matrix3X<S>::Zero(3, x.cols());
+  for (int i = 0; i < fresh.size(); ++i)
+    if (!fresh.tissue().nailed(i)) fresh.drag(i, x.col(i)), fresh.release(i);
+  REQUIRE(fresh.step(h));
+  S worst = 0, largest = 0;
+  for (int i = 0; i < fresh.size(); ++i) {
+    if (fresh.tissue().nailed(i)) continue;
+    Vector3<S> const a = fresh.tissue().internal_force(i, x, still) / fresh.tissue().mass(i);
+    worst = std::max(worst, (fresh.velocities().col(i) / h - a).norm()), largest = std::max(largest, a.norm());
+  }
+  CHECK(largest > S(0.1));
+  CHECK(worst < (std::same_as<S, float> ? S(2e-2) : S(1e-10)) * largest);
+}
+
+TEST_CASE("tissue that can do no more than a tissue must can be supported too") {
+  auto const sheet = [](auto tissue) { return Supported(std::move(tissue), LinearSpring<double>{.stiffness = 20.0, .damping = 0.1}, {0.05, 0.05, -0.1}); };
+  MassSpringOptions<double, LinearSpring<double>> const options{.link = {.stiffness = 50.0}, .home = {.stiffness = 3.0}};
+  SoftBody plain(sheet(Plain(make_grid<double>(9, 9, 0.01), options)), LeapfrogVerlet{}, WholeBody{});
+  SoftBody body(sheet(MassSpring<double>(make_grid<double>(9, 9, 0.01), options)), LeapfrogVerlet{}, WholeBody{});
+  for (int k = 0; k < 50; ++k) {
+    plain.apply_force(40, {0.0, 0.0, -0.1}), body.apply_force(40, {0.0, 0.0, -0.1});
+    REQUIRE(plain.step(1e-3));
+    REQUIRE(body.step(1e-3));
+  }
+  CHECK(body.displacement(40).z() < -1e-4);
+  CHECK((plain.positions() - body.positions()).cwiseAbs().maxCoeff() < 1e-14);
+  CHECK(testing::to_text(testing::check_tissue(plain.tissue())) == "");
 }
 
 TEST_CASE("inside a volume nothing is supported") {

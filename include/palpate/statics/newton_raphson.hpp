@@ -26,7 +26,7 @@ enum class Tangent {
 /// lacks their sideways softening and convergence is linear. β < 1 errs by a factor 1 − β an iteration, but gets through strongly bent laws.
 /// Units      β without unit, 0 < β ≤ 1.
 /// Source     \cite deformable_survey: K u = f, full and modified, SOR inside, β.
-/// Cost       an iteration: about 50 stiffness products for a new tangent, then the inner solver. Allocates.
+/// Cost       an iteration: one pass over the elements for a new tangent, then the inner solver. Allocates.
 template <class Inner = TangentConjugateGradients>
 struct NewtonRaphson {
   Tangent tangent = Tangent::full;
@@ -35,7 +35,7 @@ struct NewtonRaphson {
   Inner inner{};
 
   template <TissueModel Tissue, RealScalar Scalar = typename Tissue::Scalar>
-    requires HasStiffnessProduct<Tissue> && TangentSolver<Inner, Scalar>
+    requires HasStiffnessBlocks<Tissue> && TangentSolver<Inner, Scalar>
   Equilibrium<Scalar> solve(StaticProblem<Tissue> const& problem, Matrix3X<Scalar>& positions) const {
     if (!(damping > 0 && damping <= 1))
       throw InvalidArgument(detail::message("the damping of Newton's step is ", damping, "; it must be above 0 and at most 1"));

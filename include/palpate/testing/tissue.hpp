@@ -159,6 +159,18 @@ Violations check_tissue(Tissue const& tissue, TissueChecks const& checks = {}) {
     if (!(std::abs(there - back.cwiseProduct(direction).sum()) <= tolerance * scale * Scalar(n)))
       found.push_back("the stiffness product is not symmetric");
     if (other.cwiseProduct(direction).sum() < 0) found.push_back("the stiffness product is not positive semidefinite");
+    if constexpr (HasStiffnessBlocks<Tissue>) {
+      Columns sum = still;
+      bool beside = true;
+      tissue.for_each_stiffness_block(x, [&](int i, int j, auto const& block) {
+        sum.col(i) += block * direction.col(j);
+        bool known = i == j;
+        tissue.for_each_neighbour(i, [&](int neighbour) { known = known || neighbour == j; });
+        beside = beside && known;
+      });
+      if (differ(sum, other, scale)) found.push_back("the blocks of the stiffness are not those of its product");
+      if (!beside) found.push_back("a block of the stiffness is between particles that are no neighbours");
+    }
     tissue.add_damping_product(x, v, damping);
     if (differ(damping, elastic - force, largest + damping.cwiseAbs().maxCoeff()))
       found.push_back("the damping product is not the damping force");

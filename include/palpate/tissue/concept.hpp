@@ -172,6 +172,12 @@ concept HasStiffnessProduct =
       tissue.add_damping_product(x, x, y);
     };
 
+/// Refinement: hands out the same K(x) in blocks: visit(i, j, K_ij) for particles that are one or neighbours. What is visited twice is added.
+template <class T>
+concept HasStiffnessBlocks = requires(T const& tissue, Matrix3X<typename T::Scalar> const& x, void (*visit)(int, int, Matrix<typename T::Scalar, 3, 3> const&)) {
+  tissue.for_each_stiffness_block(x, visit);
+};
+
 /// Refinement: its Assembly also gives the matrix that an implicit integrator solves with: after linearise(x, inverse_mass), out = (m M + c C + k K) d and
 /// the diagonal of that matrix, K and C symmetric and positive semidefinite at x. d and out are 4 × particles().size(), contiguous, the fourth row
 /// 0, d zero in the border's columns; what comes out there is not used.

@@ -7,7 +7,9 @@
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
 #include <palpate/tissue/concept.hpp>
+#include <palpate/tissue/element_sums.hpp>
 #include <palpate/tissue/linear_spring.hpp>
+#include <palpate/tissue/lumped_mass.hpp>
 #include <palpate/tissue/mass_spring_assembly.hpp>
 #include <palpate/tissue/mass_spring_elements.hpp>
 
@@ -34,7 +36,7 @@ namespace palpate {
 ///            at the edge, A_T / ΣA_T each at first.
 /// Limits     |d| = 0 has no direction: no force. Only a surface-built body can be cut.
 template <RealScalar S, class SpringType = LinearSpring<S>>
-class MassSpring : public MassSpringElements<S, SpringType> {
+class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<MassSpring<S, SpringType>, S> {
   using Elements = MassSpringElements<S, SpringType>;
 
  public:
@@ -60,9 +62,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
         Scalar const area = Elements::triangle_area(t);
         elements_[at(t)].share[at(k)] = twin < 0 ? Scalar(1) : area / (area + Elements::triangle_area(twin));
       }
-    std::vector<Scalar> around(static_cast<std::size_t>(size()));
-    for (int i = 0; i < size(); ++i) around[at(i)] = area_around(i);
-    lump(around, options.mass);
+    take_masses(lumped_masses(mesh, options.mass));
   }
 
   /// Springs on the edges of a volume, whose tetrahedra are kept in solid(). It deforms like any other body; cutting it is for surface-built
@@ -74,15 +74,7 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     start(options);
     add_links(edges(mesh), options.link);
     add_elements();
-    std::vector<Scalar> around(static_cast<std::size_t>(size()), Scalar(0));
-    for (int t = 0; t < static_cast<int>(mesh.tetrahedra.cols()); ++t) {
-      Vector3<Scalar> const o = mesh.points.col(mesh.tetrahedra(0, t));
-      Vector3<Scalar> const a = mesh.points.col(mesh.tetrahedra(1, t)) - o;
-      Vector3<Scalar> const b = mesh.points.col(mesh.tetrahedra(2, t)) - o;
-      Vector3<Scalar> const c = mesh.points.col(mesh.tetrahedra(3, t)) - o;
-      for (int k = 0; k < 4; ++k) around[at(mesh.tetrahedra(k, t))] += a.cross(b).dot(c) / 24;
-    }
-    lump(around, options.mass);
+    take_masses(lumped_masses(mesh, options.mass));
   }
 
   Scalar total_mass() const noexcept {
@@ -165,103 +157,6 @@ class MassSpring : public MassSpringElements<S, SpringType> {
 
   void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
 
-  /// The force of all springs on one particle at (x, v) [N].
-  template <class X, class V>
-  Vector3<Scalar> internal_force(int i, X const& x, V const& v) const noexcept {
-    Vector3<Scalar> force = -home_[at(i)].stiffness * (x.col(i) - rest_[i]) - home_[at(i)].damping * v.col(i);
-    for (int const l : links_.at(i)) {
-      LinkType const& link = links_[l];
-      int const j = link.a == i ? link.b : link.a;
-      Vector3<Scalar> const d = x.col(i) - x.col(j);
-      Scalar const length = d.norm();
-      if (!(length > 0)) continue;
-      Vector3<Scalar> const n = d / length;
-      force -= link.weight * static_cast<Scalar>(link.law.tension(length - link.rest_length, link.rest_length) +
-                                                 link.law.damping * n.dot(v.col(i) - v.col(j))) * n;
-    }
-    return force;
-  }
-
-  /// Energy in links and home springs at x [J]; 0 at the rest shape without pre-tension.
-  template <class X>
-  Scalar potential_energy(X const& x) const {
-    Scalar energy = 0;
-    for (int i = 0; i < size(); ++i) energy += home_[at(i)].stiffness / 2 * (x.col(i) - rest_[i]).squaredNorm();
-    for (int l = 0; l < links_.size(); ++l) {
-      LinkType const& link = links_[l];
-      Scalar const length = (x.col(link.a) - x.col(link.b)).norm();
-      energy += link.weight * energy_of(link.law, length - link.rest_length, link.rest_length);
-    }
-    return energy;
-  }
-
-  /// y += K dx at positions x [N]: the tangent of links and home springs, kept positive semidefinite
-  /// (a compressed link's sideways softening is left out).
-  template <class X, class D, class Y>
-  void add_stiffness_product(X const& x, D const& dx, Y& y) const noexcept {
-    for (int i = 0; i < size(); ++i) y.col(i) += home_[at(i)].stiffness * dx.col(i);
-    for (int l = 0; l < links_.size(); ++l) {
-      LinkType const& link = links_[l];
-      Vector3<Scalar> const d = x.col(link.a) - x.col(link.b);
-      Scalar const length = d.norm();
-      if (!(length > 0)) continue;
-      Vector3<Scalar> const n = d / length;
-      Scalar const elongation = length - link.rest_length;
-      Scalar const along = link.weight * tangent_stiffness_of(link.law, elongation, link.rest_length);
-      Scalar const across = link.weight * std::max(Scalar(0), static_cast<Scalar>(link.law.tension(elongation, link.rest_length))) / length;
-      Vector3<Scalar> const w = dx.col(link.a) - dx.col(link.b);
-      Vector3<Scalar> const pull = across * w + (along - across) * n.dot(w) * n;
-      y.col(link.a) += pull;
-      y.col(link.b) -= pull;
-    }
-  }
-
-  /// y += C dv at positions x [N].
-  template <class X, class D, class Y>
-  void add_damping_product(X const& x, D const& dv, Y& y) const noexcept {
-    for (int i = 0; i < size(); ++i) y.col(i) += home_[at(i)].damping * dv.col(i);
-    for (int l = 0; l < links_.size(); ++l) {
-      LinkType const& link = links_[l];
-      Vector3<Scalar> const d = x.col(link.a) - x.col(link.b);
-      Scalar const length = d.norm();
-      if (!(length > 0)) continue;
-      Vector3<Scalar> const n = d / length;
-      Vector3<Scalar> const pull = link.weight * static_cast<Scalar>(link.law.damping) * n.dot(dv.col(link.a) - dv.col(link.b)) * n;
-      y.col(link.a) += pull;
-      y.col(link.b) -= pull;
-    }
-  }
-
-  /// Gershgorin's row sum of the stiffness: k_i + 2 Σ_j w_ij T′(0) [N/m], whatever the directions of the links.
-  Scalar stiffness_bound(int i) const noexcept {
-    Scalar sum = home_[at(i)].stiffness;
-    for (int const l : links_.at(i))
-      sum += 2 * links_[l].weight * tangent_stiffness_of(links_[l].law, Scalar(0), links_[l].rest_length);
-    return sum;
-  }
-
-  /// The same at positions x: k_i + 2 Σ_j w_ij max(|T′|, |T|/|d_ij|), each link with its tangent and its tension there.
-  template <class X>
-  Scalar stiffness_bound(int i, X const& x) const noexcept {
-    Scalar sum = home_[at(i)].stiffness;
-    for (int const l : links_.at(i)) {
-      LinkType const& link = links_[l];
-      Scalar const length = (x.col(link.a) - x.col(link.b)).norm();
-      Scalar const elongation = length - link.rest_length;
-      Scalar const along = std::abs(tangent_stiffness_of(link.law, elongation, link.rest_length));
-      Scalar const across = length > 0 ? std::abs(static_cast<Scalar>(link.law.tension(elongation, link.rest_length))) / length : Scalar(0);
-      sum += 2 * link.weight * std::max(along, across);
-    }
-    return sum;
-  }
-
-  /// The same for the damping: c_i + 2 Σ_j w_ij c_ij [N·s/m].
-  Scalar damping_bound(int i) const noexcept {
-    Scalar sum = home_[at(i)].damping;
-    for (int const l : links_.at(i)) sum += 2 * links_[l].weight * static_cast<Scalar>(links_[l].law.damping);
-    return sum;
-  }
-
  private:
   MassSpring(MassSpring const& whole, std::span<int const> particles, std::vector<int> const& now) {
     auto const leads_out = [&](auto const& ends) {
@@ -329,11 +224,9 @@ class MassSpring : public MassSpringElements<S, SpringType> {
 
   void start(Options const& options) {
     prestrain_ = options.link_prestrain;
-    detail::require_positive("the total mass", options.mass.total, "kg");
     require_valid_home(options.home);
     if (!(prestrain_ >= 0 && prestrain_ < 1))
       throw InvalidArgument(detail::message("link_prestrain is ", prestrain_, "; it must be at least 0 and below 1"));
-    mass_.resize(at(size()));
     home_.assign(at(size()), options.home);
     nailed_.assign(at(size()), 0);
     links_.reserve(size(), 8 * size());
@@ -351,15 +244,12 @@ class MassSpring : public MassSpringElements<S, SpringType> {
     }
   }
 
-  void lump(std::vector<Scalar> const& around, MassOptions<Scalar> const& mass) {
-    Scalar sum = 0;
-    for (Scalar const share : around) sum += share;
-    for (int i = 0; i < size(); ++i)
-      mass_[at(i)] = mass.lumping == Lumping::equal ? mass.total / Scalar(size()) : mass.total * around[at(i)] / sum;
+  void take_masses(std::vector<Scalar> const& masses) {
+    mass_.assign(masses.begin(), masses.end());
     for (int i = 0; i < size(); ++i) note_rate(i);
   }
 
-  void note_rate(int i) noexcept { fastest_ = std::max(fastest_, stiffness_bound(i) / mass_[at(i)]); }
+  void note_rate(int i) noexcept { fastest_ = std::max(fastest_, this->stiffness_bound(i) / mass_[at(i)]); }
 
   Scalar fastest_ = 0;   // 1/s², the largest stiffness bound over mass that the host has asked for
 };

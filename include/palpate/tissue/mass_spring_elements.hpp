@@ -8,6 +8,7 @@
 #include <palpate/tissue/link_set.hpp>
 #include <palpate/tissue/mass_exchange.hpp>
 #include <palpate/tissue/mass_spring_options.hpp>
+#include <palpate/tissue/spring_elements.hpp>
 
 #include <algorithm>
 #include <array>
@@ -54,6 +55,21 @@ class MassSpringElements {
 
   /// Counts the edits that changed masses, springs or nails: what was derived from them before is void.
   std::size_t revision() const noexcept { return revision_; }
+
+  /// The home springs and links as elements, see ElementSums: visit(nodes, element). A link's weight and law stay where they are.
+  template <class Visit>
+  void for_each_element(Visit visit) const {
+    for (int i = 0; i < size(); ++i) visit(std::array{i}, anchor(i));
+    for (int l = 0; l < links_.size(); ++l) visit(std::array{links_[l].a, links_[l].b}, spring(l));
+  }
+  /// Those at one particle, which is their first node.
+  template <class Visit>
+  void for_each_element_at(int i, Visit visit) const {
+    visit(std::array{i}, anchor(i));
+    auto const others = links_.neighbours(i);
+    auto other = others.begin();
+    for (int const l : links_.at(i)) visit(std::array{i, *other++}, spring(l));
+  }
 
   /// Rest area of a triangle [m²].
   Scalar triangle_area(int t) const noexcept { return elements_[at(t)].area; }
@@ -219,6 +235,8 @@ class MassSpringElements {
   };
 
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
+  AnchorSpring<Scalar> anchor(int i) const noexcept { return {rest_[i], home_[at(i)]}; }
+  LinkSpring<Scalar, Law const&> spring(int link) const noexcept { return {links_[link].rest_length, links_[link].weight, links_[link].law}; }
   int last_triangle() const noexcept { return surface_.triangle_count() - 1; }
 
   int third(int t, int a, int b) const noexcept {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/tissue/spring_elements.hpp>
 #include <palpate/tissue/spring_law.hpp>
 
 #include <cmath>
@@ -19,15 +20,6 @@ template <RealScalar Scalar>
 struct MassOptions {
   Scalar total = 1;   // kg
   Lumping lumping = Lumping::area;
-};
-
-/// Holds a particle at its rest position: f = −k (x − X) − c v.
-/// Units      k [N/m], c [N·s/m].
-/// Source     \cite zheng2006 eq. 5-11.
-template <RealScalar Scalar>
-struct HomeSpring {
-  Scalar stiffness = 0;
-  Scalar damping = 0;
 };
 
 /// What a MassSpring is built from besides its mesh; every particle and link starts with these values.

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/columns.hpp>
+#include <palpate/core/error.hpp>
+#include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/surface_topology.hpp>
+#include <palpate/mesh/tetrahedral_mesh.hpp>
+#include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/mesh/validation.hpp>
+#include <palpate/tissue/concept.hpp>
+#include <palpate/tissue/element.hpp>
+#include <palpate/tissue/element_assembly.hpp>
+#include <palpate/tissue/element_sums.hpp>
+#include <palpate/tissue/lumped_mass.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+/// Elements of one kind, and the particles that each joins.
+template <class E>
+struct ElementList {
+  std::vector<std::array<int, static_cast<std::size_t>(E::nodes)>> nodes;
+  std::vector<E> elements;
+
+  int size() const noexcept { return static_cast<int>(elements.size()); }
+};
+
+/// One element for each column of `indices`, which holds as many particles as the element has nodes: make(X) makes it from their rest positions [m].
+///   make_elements(mesh.points, mesh.tetrahedra, [](auto const& rest) { return MyTetrahedron(rest, 3000.0, 0.3); })
+template <class Points, class Indices, class Make>
+auto make_elements(Eigen::MatrixBase<Points> const& points, Eigen::MatrixBase<Indices> const& indices, Make&& make) {
+  constexpr int nodes = Indices::RowsAtCompileTime;
+  using Columns = NodeColumns<typename Points::Scalar, nodes>;
+  using E = std::remove_cvref_t<std::invoke_result_t<Make&, Columns const&>>;
+  static_assert(E::nodes == nodes, "make_elements: the columns of indices hold another number of particles than the element has nodes.");
+  ElementList<E> list;
+  for (Eigen::Index c = 0; c < indices.cols(); ++c) {
+    Columns rest;
+    auto& own = list.nodes.emplace_back();
+    for (int k = 0; k < nodes; ++k) {
+      own[static_cast<std::size_t>(k)] = indices(k, c);
+      detail::check_index("particle", indices(k, c), static_cast<int>(points.cols()));
+      rest.col(k) = points.col(indices(k, c));
+    }
+    list.elements.push_back(make(std::as_const(rest)));
+  }
+  return list;
+}
+/// One element of one node for each particle.
+template <class Points, class Make>
+auto make_elements(Eigen::MatrixBase<Points> const& points, Make&& make) {
+  return make_elements(points, Matrix<int, 1, Dynamic>::LinSpaced(points.cols(), 0, static_cast<int>(points.cols()) - 1), std::forward<Make>(make));
+}
+
+/// Tissue of elements: what a TissueModel has to have, from what its elements answer.
+///
+///   auto const mesh = make_block<double>(5, 5, 5, 0.01);
+///   ElementTissue tissue(mesh, {.total = 0.1}, make_elements(mesh.points, mesh.tetrahedra, [](auto const& rest) { return MyTetrahedron(rest); }));
+///   SoftBody body(std::move(tissue), BackwardEuler{}, WholeBody{});
+///
+/// Forces, energy, products, row bounds, tangent for implicit integrators, zone, statics and cores follow; see Element for what an element states.
+/// Units      kg, m, N.
+/// Shapes     columns are particles, in the order of the mesh; its triangles, or the faces of its tetrahedra, are what a tool touches.
+/// Masses     those given, or without them what the elements weigh (HasElementMass).
+/// Neighbours particles that share an element or a triangle.
+/// Invariant  masses > 0; each element joins different particles of the mesh.
+/// Cost       see ElementSums and ElementAssembly.
+/// Limits     its surface is not cut.
+template <RealScalar S, Element<S>... Elements>
+class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
+  using Sums = ElementSums<ElementTissue, S>;
+
+ public:
+  using Scalar = S;
+  class Assembly;
+
+  /// Throws InvalidMesh, InvalidArgument or OutOfRange and says which value is wrong.
+  ElementTissue(TriangleMesh<S> const& mesh, MassOptions<S> const& mass, ElementList<Elements>... lists)
+      : ElementTissue(Start{}, mesh, &mass, std::move(lists)...) {}
+  ElementTissue(TetrahedralMesh<S> const& mesh, MassOptions<S> const& mass, ElementList<Elements>... lists)
+      : ElementTissue(Start{}, mesh, &mass, std::move(lists)...) {}
+  /// With the mass of its elements.
+  explicit ElementTissue(TriangleMesh<S> const& mesh, ElementList<Elements>... lists)
+    requires(HasElementMass<Elements, S> || ...)
+      : ElementTissue(Start{}, mesh, nullptr, std::move(lists)...) {}
+  explicit ElementTissue(TetrahedralMesh<S> const& mesh, ElementList<Elements>... lists)
+    requires(HasElementMass<Elements, S> || ...)
+      : ElementTissue(Start{}, mesh, nullptr, std::move(lists)...) {}
+
+  int size() const noexcept { return rest_.size(); }
+  auto rest_positions() const noexcept { return rest_.view(); }
+  Vector3<S> rest_position(int i) const noexcept { return rest_[i]; }
+  S mass(int i) const noexcept { return mass_[at(i)]; }
+  bool nailed(int i) const noexcept { return nailed_[at(i)] != 0; }
+  SurfaceTopology const& surface() const noexcept { return surface_; }
+  std::size_t revision() const noexcept { return revision_; }
+
+  /// The elements of one kind.
+  template <class E>
+  ElementList<E> const& elements() const noexcept {
+    return std::get<Kind<E>>(kinds_).list;
+  }
+
+  void set_mass(int i, S mass) {
+    detail::check_index("particle", i, size());
+    detail::require_positive("particle mass", mass, "kg");
+    mass_[at(i)] = mass;
+    ++revision_;
+  }
+  /// A nailed particle is fixed: it keeps its place whatever pulls on it.
+  void nail(int i) { set_nailed(i, true); }
+  void unnail(int i) { set_nailed(i, false); }
+  void nail(std::vector<int> const& particles) {
+    for (int const i : particles) detail::check_index("particle", i, size());
+    for (int const i : particles) nail(i);
+  }
+
+  template <class Visit>
+  void for_each_neighbour(int i, Visit visit) const {
+    for (int const other : neighbours_[i]) visit(other);
+  }
+  template <class Visit>
+  void for_each_element(Visit visit) const {
+    for_each_kind([&](auto const& kind) {
+      for (std::size_t e = 0; e < kind.list.elements.size(); ++e) visit(kind.list.nodes[e], kind.list.elements[e]);
+    });
+  }
+  template <class Visit>
+  void for_each_element_at(int i, Visit visit) const {
+    for_each_kind([&](auto const& kind) {
+      for (int const e : kind.at[i]) visit(kind.list.nodes[at(e)], kind.list.elements[at(e)]);
+    });
+  }
+
+  void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
+  /// Nothing to do: it does not grow.
+  void reserve(int /*particles*/, int /*triangles*/) const noexcept {}
+
+  using Sums::stiffness_bound;
+  S stiffness_bound(int i) const noexcept { return stiffness_at_rest_[at(i)]; }
+  S damping_bound(int i) const noexcept { return damping_at_rest_[at(i)]; }
+
+ private:
+  static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
+
+  /// Lists of whole numbers, one after the other in memory.
+  struct Lists {
+    std::vector<int> ends, items;
+    std::span<int const> operator[](int i) const noexcept {
+      int const begin = i > 0 ? ends[at(i - 1)] : 0;
+      return std::span(items).subspan(at(begin), at(ends[at(i)] - begin));
+    }
+  };
+  template <class E>
+  struct Kind {
+    ElementList<E> list;
+    Lists at;   // elements at each particle
+  };
+
+  template <class Visit>
+  void for_each_kind(Visit visit) const {
+    (visit(std::get<Kind<Elements>>(kinds_)), ...);
+  }
+
+  struct Start {};
+  template <class Mesh>
+  ElementTissue(Start, Mesh const& mesh, MassOptions<S> const* mass, ElementList<Elements>... lists) : kinds_{Kind<Elements>{std::move(lists), {}}...} {
+    require_valid(mesh);
+    rest_ = Columns<S, 3>(mesh.points);
+    nailed_.assign(at(size()), 0);
+    if constexpr (std::same_as<Mesh, TriangleMesh<S>>)
+      surface_ = SurfaceTopology(size(), mesh.triangles);
+    else
+      surface_ = SurfaceTopology(size(), palpate::surface(mesh).triangles);
+    (find_elements_at(std::get<Kind<Elements>>(kinds_)), ...);
+    find_neighbours();
+    mass_ = mass != nullptr ? lumped_masses(mesh, *mass) : mass_of_elements();
+    for (int i = 0; i < size(); ++i) {
+      if (!(this->mass(i) > 0))
+        throw InvalidArgument(detail::message("particle ", i, " weighs ", this->mass(i), " kg; give masses, or elements with a mass there"));
+      stiffness_at_rest_.push_back(Sums::stiffness_bound(i));
+      damping_at_rest_.push_back(Sums::damping_bound(i));
+    }
+  }
+
+  std::vector<S> mass_of_elements() const {
+    std::vector<S> masses(at(size()), S(0));
+    for_each_element([&]<class E>(auto const& nodes, E const& element) {
+      if constexpr (HasElementMass<E, S>)
+        for (int const i : nodes) masses[at(i)] += static_cast<S>(element.mass()) / S(E::nodes);
+    });
+    return masses;
+  }
+
+  template <class E>
+  void find_elements_at(Kind<E>& kind) {
+    if (kind.list.nodes.size() != kind.list.elements.size())
+      throw InvalidArgument(detail::message("a list of ", kind.list.elements.size(), " elements says for ", kind.list.nodes.size(), " what they join"));
+    std::vector<std::vector<int>> lists(at(size()));
+    for (int e = 0; e < kind.list.size(); ++e) {
+      auto nodes = kind.list.nodes[at(e)];
+      for (int const i : nodes) detail::check_index("particle", i, size()), lists[at(i)].push_back(e);
+      std::sort(nodes.begin(), nodes.end());
+      if (std::adjacent_find(nodes.begin(), nodes.end()) != nodes.end()) throw InvalidArgument(detail::message("element ", e, " joins a particle with itself"));
+    }
+    append(kind.at, lists);
+  }
+  void find_neighbours() {
+    std::vector<std::vector<int>> lists(at(size()));
+    auto const join = [&](auto const& nodes) {
+      for (int const a : nodes)
+        for (int const b : nodes)
+          if (a != b) lists[at(a)].push_back(b);
+    };
+    for_each_element([&](auto const& nodes, auto const&) { join(nodes); });
+    for (int t = 0; t < surface_.triangle_count(); ++t) join(surface_.corners(t));
+    for (auto& list : lists) {
+      std::sort(list.begin(), list.end());
+      list.erase(std::unique(list.begin(), list.end()), list.end());
+    }
+    append(neighbours_, lists);
+  }
+  static void append(Lists& to, std::vector<std::vector<int>> const& lists) {
+    for (auto const& list : lists) {
+      to.items.insert(to.items.end(), list.begin(), list.end());
+      to.ends.push_back(static_cast<int>(to.items.size()));
+    }
+  }
+
+  void set_nailed(int i, bool nailed) {
+    detail::check_index("particle", i, size());
+    nailed_[at(i)] = nailed ? 1 : 0;
+    ++revision_;
+  }
+
+  Columns<S, 3> rest_;
+  std::vector<S> mass_;
+  std::vector<char> nailed_;
+  SurfaceTopology surface_;
+  std::tuple<Kind<Elements>...> kinds_;
+  Lists neighbours_;
+  std::vector<S> stiffness_at_rest_, damping_at_rest_;   // row bounds, of each particle
+  std::size_t revision_ = 0;
+};
+
+/// That of its elements.
+template <RealScalar S, Element<S>... Elements>
+class ElementTissue<S, Elements...>::Assembly : public ElementAssembly<S, Elements...> {
+ public:
+  /// Memory for all of the tissue.
+  void reserve(ElementTissue const& tissue, int particles, int /*triangles*/) {
+    ElementAssembly<S, Elements...>::reserve(particles, {tissue.elements<Elements>().elements.size()...});
+  }
+};
+
+}  // namespace palpate
