@@ -54,12 +54,13 @@ class PressedBall {
   };
 
   PressedBall(int rings, int meridians)
-      : rest_(ball(rings, meridians)), matter_{{static_cast<int>(rest_.points.cols()), rest_.triangles}}, tree_(rest_), x_(rest_.points) {
+      : rest_(ball(rings, meridians)), matter_{{static_cast<int>(rest_.points.cols()), rest_.triangles}}, tree_(rest_), x_(rest_.points), v_(Matrix3X<double>::Zero(3, x_.cols())) {
     zone_.reserve(static_cast<int>(rest_.points.cols()));
     moved_.reserve(static_cast<int>(rest_.triangles.cols()));
   }
 
   Matrix3X<double> const& positions() const noexcept { return x_; }
+  Matrix3X<double> const& velocities() const noexcept { return v_; }   // it does not move between two presses
   Matter const& tissue() const noexcept { return matter_; }
   Matrix3X<double> const& home() const noexcept { return rest_.points; }
 
@@ -159,6 +160,7 @@ class PressedBall {
   Matter matter_;
   SurfaceTree<double> tree_;
   Matrix3X<double> x_;   // m, as pressed
+  Matrix3X<double> v_;   // m/s
   Selection zone_, moved_;
 };
 
