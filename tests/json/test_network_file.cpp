@@ -214,8 +214,8 @@ TEST_CASE("a malformed network file is refused with what, where and what to do")
   CHECK(std::count(small_text.begin(), small_text.end(), '\n') == 27);
   CHECK(error_of<Small>(small_text + "{}").find("net.json, line 28, column 1: ") == 0);
   CHECK_THAT(error_of<NetworkCurve<Small>>(small_text), says("net.json", "no key \"curve\"", "add it"));
-  CHECK_THAT(error_of<Network<float, 1, 2, 1>>(replaced(small_text, "-2.0", "-2e39")), says("net.json", "/layers/0/weights/1/0 is -2e+39", "3.40282347e+38"));
-  CHECK_THAT(error_of<BasicNetwork<HalfSigmoid, double, 1, 2, 1>>(small_text), says("net.json", "/activation is \"tanh\"", "\"half_sigmoid\"", "BasicNetwork"));
+  CHECK_THAT((error_of<Network<float, 1, 2, 1>>(replaced(small_text, "-2.0", "-2e39"))), says("net.json", "/layers/0/weights/1/0 is -2e+39", "3.40282347e+38"));
+  CHECK_THAT((error_of<BasicNetwork<HalfSigmoid, double, 1, 2, 1>>(small_text)), says("net.json", "/activation is \"tanh\"", "\"half_sigmoid\"", "BasicNetwork"));
 
   std::string const curve = network_text(liver_hysteresis<double>(CurveGuard<double>{}));
   CHECK_THAT(error_of<Liver>(replaced(curve, "0.02283]", "-1]")), says("net.json", "/curve", "0 … -1 m", "the lower one first"));
