@@ -170,11 +170,11 @@ TEST_CASE("where a cut begins and ends a proxy's force has no step, alone and wi
 
 TEST_CASE("the proxy lags in its cone of friction behind a tool that is drawn along", "[simulator][proxy]") {
   auto const path = Trajectory<double>::start({0.04, 0.0533, 0.002}).line({0.04, 0.0533, -0.002}, 0.2).hold(0.3).line({0.06, 0.0533, -0.002}, 1.0);
-  Simulator simulator(ScriptedDevice<double>(path), palpate_test::skin<double>(WholeBody{}), NoCutter<double>({.tip_radius = 1e-3}),
+  Simulator simulator(ScriptedDevice<double>(path), palpate_test::skin<double>(WholeBody{}), NoCutter<double>{},
                       ProxyForce<double>({.surface = SurfaceKind::plane, .static_friction = 0.4, .dynamic_friction = 0.3}));
   auto const ticks = simulator.run(1.4).ticks();
   Vector3<double> const rest = ticks[450].force, drawn = ticks.back().force;
-  CHECK(std::abs(rest.x()) < 0.1 * rest.z());
+  CHECK(std::abs(rest.x()) < 0.15 * rest.z());   // far inside the static cone, 0.4; the facet under the point is tilted
   CHECK(-drawn.x() == Approx(0.3 * drawn.z()).epsilon(0.15));   // the dent tilts the surface a little
 }
 
