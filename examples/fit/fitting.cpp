@@ -37,8 +37,11 @@ FittedModel fit_formula(Model const& model, std::span<Measurement const> measure
   auto const found = fit(measurements, model, {.confidence = settings.confidence, .seed = settings.seed, .solver = {.iterations = 5000}});
   FittedModel result = common(model.name(), found);
   result.coefficients = found.coefficients.size();
-  for (FittedCoefficient const& c : found.coefficients)
-    if (!c.determined) result.undetermined += (result.undetermined.empty() ? "" : ", ") + c.name;
+  for (FittedCoefficient const& c : found.coefficients) {
+    if (c.determined) continue;
+    result.undetermined += (result.undetermined.empty() ? "" : ", ") + c.name;
+    result.comparable = result.comparable && std::isfinite(c.high);
+  }
   result.converged = found.converged;
   result.preset = force_text(force_preset(found, settings.source));
   result.force = [model, p = found.parameters](Measurement const& m) { return model.force(p, m); };
@@ -99,7 +102,7 @@ Comparison fit_all(std::span<Measurement const> measurements, FitSettings const&
   for (std::string_view const name : model_names) {
     try {
       FittedModel fitted = fit_model(name, measurements, settings);
-      if (fitted.undetermined.empty())
+      if (fitted.comparable)
         result.fits.push_back(std::move(fitted));
       else
         result.left_out.push_back(std::string(name) + ": the measurements do not say what " + fitted.undetermined + " is");

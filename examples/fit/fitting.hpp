@@ -32,7 +32,8 @@ struct FittedModel {
   std::size_t coefficients = 0;
   double rms = 0.0, r_squared = 0.0;
   double cross_validated_rms = 0.0;   ///< N; NaN without
-  std::string undetermined{};         ///< the coefficients that the measurements say nothing of; empty: none
+  std::string undetermined{};         ///< the coefficients that the measurements do not tell from zero or from others; empty: none
+  bool comparable = true;             ///< nothing can take a coefficient's place: then the force may be right where a coefficient is not
   bool converged = true;
   std::function<double(palpate::Measurement const&)> force{};   ///< [N], at a depth, speed and phase that were measured
 };

@@ -2,6 +2,7 @@
 #include <palpate/core/random.hpp>
 #include <palpate/fitting/contact_models.hpp>
 #include <palpate/fitting/fit.hpp>
+#include <palpate/fitting/fitted_force.hpp>
 #include <palpate/fitting/needle_model.hpp>
 #include <palpate/force/cutting_force.hpp>
 
@@ -70,6 +71,30 @@ TEST_CASE("a line fitted to four measurements is the regression through the orig
   CHECK(found.at({.depth = 0.0025, .speed = 0.015}) == Approx(k * 0.0025));
   CHECK_THROWS_WITH(found.at({.depth = 0.0025, .speed = 0.03}), says("0.03 m/s", "0.01 to 0.02 m/s"));
   CHECK_THROWS_AS(found.at({.depth = 0.005, .speed = 0.015}), OutOfRange);
+}
+
+// Yardstick: F = k d + e (1, 1, −1, 0) at 1 … 4 mm. The errors are at right angles to d, so regression finds k, and its interval is k ± t(0.95, 3) e/√30e-6.
+TEST_CASE("a coefficient whose interval is wider than its value is not determined") {
+  constexpr double k = 100.0;
+  auto const with_error = [](double e) {
+    std::vector<Measurement> data;
+    double const pattern[] = {1, 1, -1, 0};
+    for (int i = 0; i < 4; ++i) data.push_back({1e-3 * (i + 1), 0.01, MeasuredPhase::indenting, k * 1e-3 * (i + 1) + e * pattern[i]});
+    return fit(data, LinearModel{});
+  };
+  double const error_of_one = k * std::sqrt(30e-6) / 3.18245;   // N, with which the interval is [0, 2 k]
+  for (double const share : {0.1, 0.99, 1.01, 10.0}) {
+    auto const found = with_error(share * error_of_one);
+    FittedCoefficient const& c = found.coefficients[0];
+    CAPTURE(share, c.low, c.high);
+    CHECK(c.value == Approx(k));
+    CHECK(c.high == Approx(k * (1 + share)).epsilon(1e-4));
+    CHECK(c.determined == (share < 1));
+    std::ostringstream text;
+    text << found;
+    CHECK((text.str().find(": not determined by these measurements\n") != std::string::npos) == (share > 1));
+    CHECK((force_preset(found, "by hand").source.find("not determined by the measurements: k") != std::string::npos) == (share > 1));
+  }
 }
 
 // Yardstick: the coefficients that the measurements were made with.

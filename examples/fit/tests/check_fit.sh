@@ -81,6 +81,9 @@ for model in linear polynomial exponential hunt-crossley network; do
 done
 [ ! -e all/force_needle.json ] || fail "all: a needle was fitted to a liver"
 grep -q '^Left out: needle: ' all.out || fail "all: no word of the needle"
+# The liver's curve is no power of the depth: the interval of Hunt and Crossley's k reaches below zero.
+grep -q '^  k .* between -.*: not determined by these measurements$' all.out || fail "all: an interval that holds zero is not told: $(cat all.out)"
+grep -q 'do not say what k of the model "hunt-crossley" is' all.err || fail "all: no word of hunt-crossley's k: $(cat all.err)"
 awk '/left out \[N\]/ { table = 1; next } table && /^  / { if ($2 + 0 < last) exit 1; last = $2; ++rows } END { exit rows != 5 }' all.out ||
   fail "all: not sorted by the cross-validated error: $(cat all.out)"
 grep -A 1 'left out \[N\]' all.out | grep -q '^  network ' || fail "all: the network is not the best for its own curve"

@@ -34,15 +34,15 @@ struct FitOptions {
 };
 
 /// A fitted coefficient and the interval that holds the true one with the stated confidence, if the model is true and the errors are independent,
-/// of one size and normal. [low, high] is [−∞, ∞] where the measurements do not say what it is or the search did
-/// not converge, and [value, value] at its bound.
+/// of one size and normal. [low, high] is [−∞, ∞] where others can take its place, nothing depends on it or the search did not converge, and
+/// [value, value] at its bound.
 struct FittedCoefficient {
   std::string name, unit;
   double value = 0.0;
   double low = 0.0;
   double high = 0.0;
   bool at_bound = false;     ///< it would be smaller if it might
-  bool determined = true;    ///< false: others can take its place, or nothing depends on it
+  bool determined = true;    ///< false: others can take its place, nothing depends on it, or the interval holds zero
 };
 
 /// What `fit` found. Residuals are measured minus model [N], in the order of `used`.
@@ -169,7 +169,8 @@ Fit<Model> fit(std::span<Measurement const> measurements, Model const& model, Fi
     auto const row = static_cast<Eigen::Index>(k);
     double const value = found.parameters[row];
     double const half = found.determined[k] && found.converged ? t * std::sqrt(variance * found.inverse_normal(row, row)) : std::numeric_limits<double>::infinity();
-    result.coefficients.push_back({parameters[k].name, parameters[k].unit, value, value - half, value + half, found.at_bound[k], found.determined[k]});
+    bool const determined = found.determined[k] && !(found.converged && half > std::abs(value));
+    result.coefficients.push_back({parameters[k].name, parameters[k].unit, value, value - half, value + half, found.at_bound[k], determined});
   }
   if (options.folds > 0 && used.size() >= 2 * static_cast<std::size_t>(options.folds) && used.size() > 2 * parameters.size())
     result.cross_validated_rms = detail::cross_validate(model, used, options);
@@ -183,12 +184,12 @@ std::ostream& operator<<(std::ostream& out, Fit<Model> const& fit) {
       << fit.speeds.low * 1000 << " to " << fit.speeds.high * 1000 << " mm/s\n";
   for (FittedCoefficient const& c : fit.coefficients) {
     out << "  " << c.name << std::string(c.name.size() < 10 ? 10 - c.name.size() : 1, ' ') << c.value << (c.unit.empty() ? "" : " ") << c.unit;
-    if (!c.determined)
+    if (!c.determined && !std::isfinite(c.high))
       out << ", not determined by these measurements\n";
     else if (c.at_bound)
       out << ", at its bound\n";
     else
-      out << ", " << fit.confidence * 100 << " % between " << c.low << " and " << c.high << '\n';
+      out << ", " << fit.confidence * 100 << " % between " << c.low << " and " << c.high << (c.determined ? "" : ": not determined by these measurements") << '\n';
   }
   out << "  residual  " << fit.rms << " N rms, R^2 " << fit.r_squared;
   if (!std::isnan(fit.cross_validated_rms)) out << "; on measurements left out " << fit.cross_validated_rms << " N rms";
