@@ -13,6 +13,7 @@
 
 #include "catch.hpp"
 
+#include <cmath>
 #include <utility>
 
 using namespace palpate;
@@ -89,4 +90,67 @@ TEST_CASE("the pressed square in float is the one in double, to the digits of a 
   rest(body, 1e-3);
   // Coordinates up to 9 m have a last digit of 1e-6 m: nobody slower than 1e-3 m/s moves on in steps of a millisecond.
   CHECK(double((body.positions() - body.rest_mesh().points).cwiseAbs().maxCoeff()) < 1e-3);
+}
+
+namespace {
+
+/// The thesis's second scene: 20 × 20 particles of 2.5 g, and a force that grows to −7 N.
+MassSpring<double> second_square() {
+  auto const skin = make_grid<double>(20, 20, 1.0);
+  MassSpring<double> tissue(skin, {.mass = {.total = 1.0, .lumping = Lumping::equal},
+                                   .link = {.stiffness = 2.0, .damping = 1.0},
+                                   .home = {.stiffness = 1.0, .damping = 0.5}});
+  tissue.nail(boundary_vertices(skin));
+  return tissue;
+}
+
+constexpr int touched_there = 189;   // (9, 9)
+
+template <class Body>
+void press_second(Body& body, double h) {
+  int const steps = static_cast<int>(7.0 / h + 0.5);
+  for (int step = 0; step < steps; ++step) {
+    body.apply_force(touched_there, {0.0, 0.0, -7.0 * (step + 0.5) * h / 7.0});
+    REQUIRE(body.step(h).status == StepStatus::ok);
+  }
+}
+
+}  // namespace
+
+// Yardstick: a plain loop over the springs by the fourth-order Runge-Kutta method, made with another program: the same to seven digits in steps of 0.2 and
+// 0.1 ms, and −2.13427 m in the first scene.
+TEMPLATE_TEST_CASE("the second square is pressed to 1.840 m by 7 N, whole and in zones", "", LeapfrogVerlet, RungeKutta4) {
+  SoftBody whole(second_square(), TestType{}, WholeBody{});
+  press_second(whole, 2.5e-4);
+  auto const rings = vertex_rings(whole.mesh(), touched_there, 2);
+  auto const mean = [&](std::size_t ring) {
+    double sum = 0;
+    for (int const i : rings[ring]) sum += whole.displacement(i).z();
+    return sum / double(rings[ring].size());
+  };
+  CHECK(whole.displacement(touched_there).z() == Approx(-1.839583).epsilon(0).margin(5e-6));
+  CHECK(mean(1) == Approx(-0.570185).epsilon(0).margin(5e-6));
+  CHECK(mean(2) == Approx(-0.093351).epsilon(0).margin(5e-6));
+  SoftBody two(second_square(), TestType{}, ZoneOfInfluence{.rings = 2});
+  press_second(two, 2.5e-4);
+  CHECK(two.displacement(touched_there).z() == Approx(-1.826406).epsilon(0).margin(5e-6));
+}
+
+// Yardstick: the root of one equation. With all others nailed the touched particle hangs on its home spring and six links alone, the stiffest that these
+// coefficients can be: z + 8 (s − 1) z/s + 4 (t − √2) z/t = 7 N, s² = 1 + z², t² = 2 + z². The plot in the source ends at 1.2 m.
+TEST_CASE("no body with the second square's coefficients is as stiff as the source's plot") {
+  double low = 0, high = 3;
+  for (int k = 0; k < 60; ++k) {
+    double const z = (low + high) / 2, s = std::sqrt(1 + z * z), t = std::sqrt(2 + z * z);
+    (z + 8 * (s - 1) * z / s + 4 * (t - std::sqrt(2.0)) * z / t < 7.0 ? low : high) = z;
+  }
+  CHECK(low == Approx(1.3279).epsilon(0).margin(5e-5));
+  SoftBody held(second_square(), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 0});
+  press_second(held, 2.5e-4);
+  CHECK(held.displacement(touched_there).z() == Approx(-1.285591).epsilon(0).margin(5e-6));   // the dampers hold it back by 42 mm
+  for (int k = 0; k < 40000; ++k) {
+    held.apply_force(touched_there, {0.0, 0.0, -7.0});
+    held.step(2.5e-4);
+  }
+  CHECK(held.displacement(touched_there).z() == Approx(-low).epsilon(1e-6));
 }
