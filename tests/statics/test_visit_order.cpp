@@ -46,6 +46,10 @@ struct Touched {
   }
 };
 
+/// A clock that goes on by a millisecond whenever it is asked.
+double asked_seconds = 0;
+double ticking() { return asked_seconds += 1e-3; }
+
 }  // namespace
 
 TEST_CASE("breadth first from the touched particle takes less than half the visits") {
@@ -64,6 +68,38 @@ TEST_CASE("a budget of a few visits is spent where the touch is") {
   CHECK(scene.error({.sweeps = 0.1}) < 0.7);
   CHECK(scene.error({.order = VisitOrder::index, .sweeps = 0.1}) == 1.0);   // it has not come there
   CHECK(scene.error({.sweeps = 0}) == 1.0);
+}
+
+// Yardstick: a budget of visits, counted by hand. The clock is asked at the start, after every 64 visits and after each sweep of 961, 16 times a sweep.
+TEST_CASE("a budget of time ends the relaxation within a sweep, with what it has reached") {
+  struct Budget {
+    double seconds;
+    int visits;
+  };
+  Touched const scene(480, false);
+  for (Budget const b : {Budget{0.0005, 64}, Budget{0.0095, 10 * 64}, Budget{0.0395, 2 * 961 + 8 * 64}, Budget{0.1595, 10 * 961}}) {
+    CAPTURE(b.seconds);
+    LocalRelaxation const timed{.order = VisitOrder::index, .seconds = b.seconds, .clock = ticking};
+    LocalRelaxation const counted{.order = VisitOrder::index, .sweeps = (b.visits - 0.5) / 961};
+    Matrix3X<double> x = scene.start, y = scene.start;
+    asked_seconds = 1000.0;
+    auto const found = timed.solve(scene.problem(), x);
+    double const asked = asked_seconds - 1000.0;
+    counted.solve(scene.problem(), y);
+    CHECK_FALSE(found.converged);
+    CHECK(found.imbalance > 0);
+    CHECK(found.iterations == (b.visits + 960) / 961);
+    CHECK(asked == Approx(b.seconds + 0.0015));   // the start, and up to the first answer that is not below the budget
+    CHECK(x == y);
+    CHECK(x != scene.start);
+  }
+  asked_seconds = 0;
+  CHECK(scene.error({.order = VisitOrder::index, .seconds = 1e9, .clock = ticking}) < 1e-6);   // time enough
+  asked_seconds = 0;
+  scene.error({.sweeps = 3, .clock = ticking});
+  CHECK(asked_seconds == 0);   // no limit, no clock
+  double const before = LocalRelaxation::steady_seconds();
+  CHECK(LocalRelaxation::steady_seconds() >= before);
 }
 
 TEST_CASE("the same seed visits in the same order, another in another") {

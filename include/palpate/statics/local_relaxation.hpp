@@ -25,7 +25,7 @@ enum class VisitOrder {
 
 /// Moves one particle after the other towards its own balance, each seeing where the last one went (Gauss–Seidel):
 ///   x_i ← x_i + α F_i/k_i,   F_i the springs, nails and forces on particle i,   k_i = stiffness_bound(i)
-/// It can stop at any time with something to show: give it `seconds` and it spends them. Breadth-first begins where the disturbance is:
+/// It can stop at any time with something to show: give it `seconds` and it spends them, asking its clock every 64 visits. Breadth-first begins where the disturbance is:
 /// in the problem's `touched`, or else where forces are applied, or else where the imbalance is largest; and a sweep ends at the first
 /// ring that is calm, its imbalance below a hundredth of the largest in the sweep, but for every eighth, which goes through the body.
 /// Converges for 0 < α < 2 where the row bounds hold: k_i is at least the largest eigenvalue of K_ii.
@@ -39,8 +39,12 @@ struct LocalRelaxation {
   VisitOrder order = VisitOrder::breadth_first;
   double relaxation = 1.8;   ///< α
   double sweeps = 100000;    ///< at most; may be a fraction
-  double seconds = std::numeric_limits<double>::infinity();   ///< at most
+  double seconds = std::numeric_limits<double>::infinity();   ///< at most, by `clock`
+  double (*clock)() = steady_seconds;                         ///< s, since any moment; not asked where there is no limit
   Seed seed{1};
+
+  /// s, of the system's steady clock.
+  static double steady_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
   template <TissueModel Tissue, RealScalar Scalar = typename Tissue::Scalar>
   Equilibrium<Scalar> solve(StaticProblem<Tissue> const& problem, Matrix3X<Scalar>& positions) const {
@@ -49,7 +53,8 @@ struct LocalRelaxation {
     };
     if (!(relaxation > 0 && relaxation < 2))
       throw InvalidArgument(detail::message("the relaxation factor is ", relaxation, "; it must be above 0 and below 2"));
-    auto const start = std::chrono::steady_clock::now();
+    bool const limited = std::isfinite(seconds);
+    double const start = limited ? clock() : 0.0;
     Tissue const& tissue = problem.tissue;
     detail::NetForces<Tissue> net(problem);
     std::size_t const n = at(net.count());
@@ -93,10 +98,10 @@ struct LocalRelaxation {
         largest = detail::larger(largest, largest_in_ring);
         x.col(i) += static_cast<Scalar>(relaxation) / stiffness[at(k)] * force;
         visited += 1;
-        if (visit % 64 == 63 && std::isfinite(seconds)) spent = elapsed(start) >= seconds;
+        if (limited && visit % 64 == 63) spent = clock() - start >= seconds;
         if (spent || visited >= most_visits) break;
       }
-      if (std::isfinite(seconds)) spent = spent || elapsed(start) >= seconds;
+      if (limited) spent = spent || clock() - start >= seconds;
       if (!std::isfinite(largest)) spent = true;
     }
     if (!result.converged) net.measure(net.at(x), result);
@@ -157,9 +162,6 @@ struct LocalRelaxation {
     return most;
   }
 
-  static double elapsed(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
   static std::size_t at(int k) noexcept { return static_cast<std::size_t>(k); }
 
   static constexpr int fixed = -1;
