@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the hand feels along strokes that cross each other on an organ that gapes, noise off. Yardstick: the just noticeable difference of a force,
-// 7 % (what a hand can just tell apart), and what the steepest curve gives for the way of the tip.
+// What the hand feels along strokes that cross each other on an organ that gapes, noise off. Yardstick: the just noticeable difference of a force, and
+// what the steepest curve gives for the way of the tip.
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/force/cutting_force.hpp>
@@ -53,7 +53,7 @@ void check_strokes(Force const& force, double stiffness) {
     punctures += punctured;
     since = punctured ? 0 : since + ticks[k].time - ticks[k - 1].time;
     double const change = (ticks[k].force - ticks[k - 1].force).norm();
-    double const allowed = std::max(0.07 * ticks[k].force.norm(), 0.02) + stiffness * (ticks[k].tip - ticks[k - 1].tip).norm();
+    double const allowed = std::max(force_just_noticeable_difference * ticks[k].force.norm(), 0.02) + stiffness * (ticks[k].tip - ticks[k - 1].tip).norm();
     if (since <= 0.006) continue;   // the drop at the puncture, which test_cutting_force looks at
     CAPTURE(ticks[k].time, ticks[k].depth, ticks[k - 1].depth, to_string(ticks[k].phase), to_string(ticks[k - 1].phase));
     REQUIRE(change <= allowed);

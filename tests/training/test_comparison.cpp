@@ -64,6 +64,7 @@ TEST_CASE("the expert compared with itself differs in nothing and has 100 points
   Comparison const same = compare(expert, expert);
   CHECK(same.mean_deviation + same.rms_deviation + same.largest_deviation + same.missed == 0.0);
   CHECK(same.rms_force_difference == 0.0);
+  CHECK(same.noticed_force_difference == 0.0);
   CHECK(same.mean_depth_error + same.largest_depth_error + same.overshoot == 0.0);
   CHECK(same.excess_jerk == 0.0);
   CHECK(same.excess_time == 0.0);
@@ -141,6 +142,24 @@ TEST_CASE("a force that differs by a constant vector differs by its length", "[t
   Comparison const trembling =
       compare(expert, session_on(stroke(), [](Tick& tick) { tick.force.y() = 0.2 * std::sin(2 * std::numbers::pi * 10 * tick.time); }));
   CHECK(trembling.rms_force_difference == Approx(0.2 / std::numbers::sqrt2).epsilon(1e-3));
+}
+
+// Yardstick: 7 % of the expert's force, tick by tick.
+TEST_CASE("a force is noticed as another one from seven hundredths on", "[training][comparison]") {
+  Session const expert = session_on(stroke());
+  auto const noticed = [&](double share, double until = 1e9) {
+    return compare(expert, session_on(stroke(), [&](Tick& tick) {
+                     if (tick.time < until && tick.tip.z() < 0) tick.force = {0, share * -100.0 * tick.tip.z(), 0};
+                   }))
+        .noticed_force_difference;
+  };
+  CHECK(noticed(0.0) == 0.0);
+  CHECK(noticed(0.069) == 0.0);
+  CHECK(noticed(0.071) == 1.0);
+  int before = 0, all = 0;
+  for (Tick const& tick : expert.recording.ticks())
+    if (tick.phase != CuttingPhase::no_contact) ++all, before += tick.time < 1.6;
+  CHECK(noticed(0.5, 1.6) == Approx(double(before) / all).epsilon(1e-12));
 }
 
 TEST_CASE("a tremor aside has its mean square and is not smooth", "[training][comparison]") {

@@ -6,6 +6,10 @@
 
 namespace palpate {
 
+/// Forces that differ by less than this share feel the same: a hand's just noticeable difference, 7 to 10 % from some 2 N on and more below.
+/// Source     \cite zheng2006 ch. 1, for 7 %.
+constexpr double force_just_noticeable_difference = 0.07;
+
 /// What a force model knows about the tool in one servo tick. An open aggregate; every member has a default,
 /// so a caller names only what its model needs. All vectors in the world frame.
 /// Units      depths [m], velocity [m/s], force [N], seconds [s].

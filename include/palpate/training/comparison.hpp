@@ -4,6 +4,7 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
+#include <palpate/force/contact.hpp>
 #include <palpate/training/alignment.hpp>
 #include <palpate/training/session.hpp>
 #include <palpate/training/smoothness.hpp>
@@ -46,6 +47,7 @@ struct Comparison {
   double largest_deviation = 0.0;
   double missed = 0.0;              ///< largest distance of the expert's path from the trainee's: what was left out
   double rms_force_difference = 0.0;   ///< along the aligned path, of the force as a vector
+  double noticed_force_difference = 0.0;   ///< share of the ticks in contact in which the force differs by more than `force_just_noticeable_difference` of the expert's
   double mean_depth_error = 0.0;    ///< magnitude, over the ticks in which the trainee or the expert is in contact
   double largest_depth_error = 0.0;
   double overshoot = 0.0;           ///< how much deeper than the expert the trainee ever was
@@ -140,24 +142,29 @@ inline Comparison compare(Session const& expert, Session const& trainee, Compari
 
   auto const &ticks = trainee.recording.ticks(), &others = expert.recording.ticks();
   double squares = 0.0, force_squares = 0.0, depth_sum = 0.0;
-  std::size_t in_contact = 0;
+  std::size_t in_contact = 0, noticed = 0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     double const distance = result.alignment.distance[i], partner = result.alignment.partner[i];
     result.mean_deviation += distance / static_cast<double>(ticks.size());
     squares += distance * distance;
     result.largest_deviation = std::max(result.largest_deviation, distance);
     Vector3<double> const force = detail::between(others, partner, [](Tick const& tick) -> Vector3<double> { return tick.force; });
-    force_squares += (ticks[i].force - force).squaredNorm();
+    double const difference = (ticks[i].force - force).norm();
+    force_squares += difference * difference;
     auto const& nearest = others[std::min(static_cast<std::size_t>(std::lround(partner)), others.size() - 1)];
     if (ticks[i].phase == CuttingPhase::no_contact && nearest.phase == CuttingPhase::no_contact) continue;
     double const error = std::abs(ticks[i].depth - detail::between(others, partner, [](Tick const& tick) { return tick.depth; }));
     depth_sum += error;
     ++in_contact;
+    if (difference > force_just_noticeable_difference * force.norm()) ++noticed;
     result.largest_depth_error = std::max(result.largest_depth_error, error);
   }
   result.rms_deviation = std::sqrt(squares / static_cast<double>(ticks.size()));
   result.rms_force_difference = std::sqrt(force_squares / static_cast<double>(ticks.size()));
-  if (in_contact > 0) result.mean_depth_error = depth_sum / static_cast<double>(in_contact);
+  if (in_contact > 0) {
+    result.mean_depth_error = depth_sum / static_cast<double>(in_contact);
+    result.noticed_force_difference = static_cast<double>(noticed) / static_cast<double>(in_contact);
+  }
   result.overshoot = std::max(0.0, result.trainee.largest_depth - result.expert.largest_depth);
   auto const jerk = [](Smoothness const& movement) { return std::pow(movement.seconds, 5) * movement.jerk_integral; };
   if (jerk(result.expert.smoothness) > 0.0 && jerk(result.trainee.smoothness) > 0.0)
