@@ -47,8 +47,9 @@ struct SeparatingCutterOptions {
 /// back it goes on from there, or starts anew where it had been farther than an edge from the surface.
 /// A body restored under the blade is a new one to it, as for ProgressiveCutter.
 /// Units      m, N.
-/// Source     \cite deformable_survey; erratum: copied at full stiffness the edges of the wound are twice as stiff, here they share it.
-///            Detaching opens across the blade alone.
+/// Source     \cite deformable_survey; errata: copied at full stiffness the edges of the wound are twice as stiff, here they share it. With the rest
+///            lengths set to the actual ones, as there, a cut through stretched tissue takes energy away, and the tissue does not go back to its shape: here
+///            they are those of the rest shape. Detaching opens across the blade alone.
 /// Invariant  after every tick: a valid mesh with the same triangles, none turned over; mass, momentum and the totals of home and link
 ///            stiffness unchanged. Rest area, centre of mass and rest lengths change with the vertices that move: the report says the area.
 /// Cost       a tick in which the nearest vertex changes is O(m log m), m the vertices beside the blade's way, whatever the size of the
