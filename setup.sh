@@ -3,6 +3,7 @@
 #
 #   sh setup.sh demo [options of incision]   install what is missing, configure, build, run the main job
 #   sh setup.sh test                         the same for all tests
+#   sh setup.sh test --long                  the soak, fuzz and long property runs, some hours; a summary line for each
 #
 # On Debian 12 missing packages are installed with apt, as root or through sudo. On another system nothing is installed:
 # what is needed is listed. Both commands can be repeated; what is there is left alone.
@@ -194,6 +195,64 @@ run_tests() {
   step "all tests passed"
 }
 
+# part <name> <command>...: one run of those that take long. It is timed, its output kept, and the others follow whatever becomes of it.
+part() {
+  name=$1
+  shift
+  log=build/long/$(printf '%s' "$name" | tr -c 'a-z0-9\n' _).log
+  step "$name"
+  begun=$(date +%s)
+  if "$@" >"$log" 2>&1; then
+    result="passed  "
+  else
+    result="FAILED  "
+    failed=1
+    tail -n 20 "$log"
+  fi
+  printf '%s %6d s  %s\n' "$result" "$(($(date +%s) - begun))" "$name" | tee -a build/long/summary
+}
+
+# Each number can be set in the environment, to small ones for a trial.
+run_long_tests() {
+  : "${PALPATE_SOAK_SESSIONS:=100}" "${PALPATE_SOAK_TICKS:=100000}" "${PALPATE_STROKES:=100000}" "${PALPATE_ORGANS:=20}" \
+    "${PALPATE_EXCHANGES:=100000000}" "${PALPATE_FUZZ_SECONDS:=600}"
+  export PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_EXCHANGES
+  provide "$test_needs"
+  mkdir -p build/long
+  : >build/long/summary
+  failed=0
+
+  step "gcc: what runs for long"
+  configure ci -D CMAKE_CXX_COMPILER=g++
+  cmake --build --preset ci --parallel "$jobs" --target test_simulator test_cutting
+  part "$PALPATE_SOAK_SESSIONS sessions of a hand, $PALPATE_SOAK_TICKS ticks each" build/ci/tests/test_simulator '[soak]'
+  part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting 'random strokes across each other*'
+  part "$PALPATE_ORGANS organs, 200 strokes each" build/ci/tests/test_cutting 'strokes across each other leave*'
+
+  step "clang 16, thread sanitizer"
+  configure tsan -D CMAKE_CXX_COMPILER=clang++-16
+  cmake --build --preset tsan --parallel "$jobs" --target test_core test_simulator
+  part "$PALPATE_EXCHANGES exchanges between threads: buffers" with_plain_addresses build/tsan/tests/test_core '[exchanges]'
+  part "$PALPATE_EXCHANGES exchanges between threads: snapshots" with_plain_addresses build/tsan/tests/test_simulator '[exchanges]'
+
+  step "clang 16, libFuzzer"
+  configure fuzz -D CMAKE_CXX_COMPILER=clang++-16
+  cmake --build --preset fuzz --parallel "$jobs"
+  for source in tests/fuzz/*.cpp; do
+    target=$(basename "$source" .cpp)
+    mkdir -p "build/long/$target"
+    part "$target for $PALPATE_FUZZ_SECONDS s" "build/fuzz/tests/fuzz/$target" -max_len=300 -max_total_time="$PALPATE_FUZZ_SECONDS" \
+      -artifact_prefix=build/long/ "build/long/$target"
+  done
+
+  step "summary"
+  cat build/long/summary
+  [ "$failed" -eq 0 ] || {
+    say "a long run failed; its output is in build/long"
+    exit 1
+  }
+}
+
 cd "$(dirname "$0")"
 case ${1-} in
   demo)
@@ -201,8 +260,11 @@ case ${1-} in
     demo "$@"
     ;;
   test)
-    [ $# -eq 1 ] || usage
-    run_tests
+    case $#-${2-} in
+      1-) run_tests ;;
+      2---long) run_long_tests ;;
+      *) usage ;;
+    esac
     ;;
   *) usage ;;
 esac
