@@ -66,7 +66,7 @@ TEST_CASE("without dampers a sheet stands 5.7 times the estimate") {
   double const wave = fastest_wave();
   CHECK(4 * pi * pi / wave == Approx(5.7).epsilon(0).margin(0.1));
   for (int const side : {10, 20}) {
-    auto const body = square(side, 1.0, 0.0, 0.0, 0.0);
+    auto body = square(side, 1.0, 0.0, 0.0, 0.0);
     double const h = body.stable_step(), sharp = 1.0 / critical_stiffness(1.0, side * side, h);   // at that step a link of 1 N/m is the stiffest
     CAPTURE(side, h);
     CHECK(sharp <= 4 * pi * pi / wave * 1.1);   // the squares' borders are nailed: their fastest mode is a bit slower than the sheet's
@@ -80,7 +80,7 @@ TEST_CASE("with the dampers of the thesis's squares the estimate allows steps th
     double link, link_damping, home, home_damping;
   };
   for (Scene const s : {Scene{10, 1.0, 1.0, 2.0, 1.0}, Scene{20, 2.0, 1.0, 1.0, 0.5}}) {
-    auto const body = square(s.side, s.link, s.link_damping, s.home, s.home_damping);
+    auto body = square(s.side, s.link, s.link_damping, s.home, s.home_damping);
     double const estimated = std::sqrt(1.0 / (s.side * s.side * pi * pi * s.link)), sharp = body.stable_step();
     CAPTURE(s.side, estimated, sharp);
     CHECK(critical_stiffness(1.0, s.side * s.side, estimated) == Approx(s.link).epsilon(1e-12));
