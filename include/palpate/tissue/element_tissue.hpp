@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <span>
 #include <tuple>
@@ -41,6 +42,9 @@ auto make_elements(Eigen::MatrixBase<Points> const& points, Eigen::MatrixBase<In
   constexpr int nodes = Indices::RowsAtCompileTime;
   using Columns = NodeColumns<typename Points::Scalar, nodes>;
   using E = std::remove_cvref_t<std::invoke_result_t<Make&, Columns const&>>;
+  static_assert(Element<E, typename Points::Scalar>,
+                "make_elements: what `make` returns is no Element of this scalar: it needs nodes, energy(x), force(x) and stiffness(x) const, x 3 x nodes; "
+                "see palpate/tissue/element.hpp.");
   static_assert(E::nodes == nodes, "make_elements: the columns of indices hold another number of particles than the element has nodes.");
   ElementList<E> list;
   for (Eigen::Index c = 0; c < indices.cols(); ++c) {
@@ -78,6 +82,10 @@ auto make_elements(Eigen::MatrixBase<Points> const& points, Make&& make) {
 template <RealScalar S, Element<S>... Elements>
 class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   using Sums = ElementSums<ElementTissue, S>;
+
+  template <class E>
+  static constexpr int lists_of = (0 + ... + int{std::same_as<E, Elements>});
+  static_assert(((lists_of<Elements> == 1) && ...), "ElementTissue: two lists of elements of one kind; put them into one.");
 
  public:
   using Scalar = S;

@@ -146,15 +146,15 @@ class Supported : public Tissue {
   Scalar mean_mass_ = 1;   // kg
 };
 
-/// The tissue's own assembly, and the support springs of the moving particles beside it.
+/// The tissue's own assembly, with the support springs of the moving particles beside it.
 template <TissueModel Tissue, SpringLaw<typename Tissue::Scalar> Law>
-class Supported<Tissue, Law>::Assembly {
- public:
-  std::span<int const> particles() const noexcept { return inner_.particles(); }
+class Supported<Tissue, Law>::Assembly : public Tissue::Assembly {
+  using Inner = typename Tissue::Assembly;
 
+ public:
   template <class X, class V, class F>
-  void add_forces(X const& x, V const& v, F& f) const noexcept(noexcept(inner_.add_forces(x, v, f))) {
-    inner_.add_forces(x, v, f), supports_.add_forces(x, v, f);
+  void add_forces(X const& x, V const& v, F& f) const {
+    Inner::add_forces(x, v, f), supports_.add_forces(x, v, f);
   }
 
   /// The tissue's own step, see HasFusedForces; the supports come in before `after`.
@@ -162,7 +162,7 @@ class Supported<Tissue, Law>::Assembly {
     requires HasFusedForces<Tissue>
   void accelerate(Scalar const* x, Scalar const* v, Vector const& gravity, std::span<ColumnForce<Scalar> const> pushes, Scalar* force, Run const& run,
                   std::array<Scalar const*, Count> const& columns, Before const& before, AfterOf const& after_of) const {
-    inner_.accelerate(x, v, gravity, pushes, force, run, columns, before, [&](int block) {
+    Inner::accelerate(x, v, gravity, pushes, force, run, columns, before, [&](int block) {
       return [x, v, &supports = supports_, after = after_of(block)]<class Columns>(int i, Columns const& tissue_alone) {
         std::array<Scalar, sizeof(Columns) / sizeof(Scalar)> a;
         detail::store(a.data(), tissue_alone);
@@ -173,52 +173,36 @@ class Supported<Tissue, Law>::Assembly {
       };
     });
   }
-  int blocks() const noexcept
-    requires HasFusedForces<Tissue>
-  {
-    return inner_.blocks();
-  }
-  int force_columns() const noexcept
-    requires HasFusedForces<Tissue>
-  {
-    return inner_.force_columns();
-  }
-  static int max_force_columns(int particles) noexcept
-    requires HasFusedForces<Tissue>
-  {
-    return Tissue::Assembly::max_force_columns(particles);
-  }
 
   /// The tissue's own tangent and that of the supports; see HasTangentOperator.
   template <class X>
     requires HasTangentOperator<Tissue>
   void linearise(X const& x, Scalar const* inverse_mass) {
-    inner_.linearise(x, inverse_mass), supports_.linearise(x, inverse_mass);
+    Inner::linearise(x, inverse_mass), supports_.linearise(x, inverse_mass);
   }
   void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, Scalar const* d, Scalar* out) const noexcept
     requires HasTangentOperator<Tissue>
   {
-    inner_.multiply_tangent(mass, damping, stiffness, d, out), supports_.add_tangent_product(damping, stiffness, d, out);
+    Inner::multiply_tangent(mass, damping, stiffness, d, out), supports_.add_tangent_product(damping, stiffness, d, out);
   }
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept
     requires HasTangentOperator<Tissue>
   {
-    inner_.tangent_diagonal(mass, damping, stiffness, out), supports_.add_tangent_diagonal(damping, stiffness, out);
+    Inner::tangent_diagonal(mass, damping, stiffness, out), supports_.add_tangent_diagonal(damping, stiffness, out);
   }
 
   void build(Supported const& tissue, std::span<int const> moving) {
-    static_cast<Tissue const&>(tissue).assemble(moving, inner_);
+    static_cast<Tissue const&>(tissue).assemble(moving, static_cast<Inner&>(*this));
     supports_.build(tissue.supports(), moving);
   }
   void reserve(Supported const& tissue, int particles, int triangles)
     requires ReservesMemory<Tissue>
   {
-    inner_.reserve(static_cast<Tissue const&>(tissue), particles, triangles);
+    Inner::reserve(static_cast<Tissue const&>(tissue), particles, triangles);
     supports_.reserve(particles, {static_cast<std::size_t>(particles)});
   }
 
  private:
-  typename Tissue::Assembly inner_;
   ElementAssembly<Scalar, SupportSpring<Scalar, Law>> supports_;
 };
 
