@@ -3,13 +3,13 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/detail/simplices.hpp>
+#include <palpate/mesh/detail/surface_sides.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -19,22 +19,12 @@ namespace palpate {
 /// Cost       O(m log m) for m triangles.
 template <RealScalar Scalar>
 std::vector<std::array<int, 2>> boundary_edges(TriangleMesh<Scalar> const& mesh) {
-  detail::check_corners(mesh.triangles, mesh.points.cols(), "triangle");
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> sides;   // undirected, directed
-  sides.reserve(3 * static_cast<std::size_t>(mesh.triangles.cols()));
-  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
-    for (int c = 0; c < 3; ++c) {
-      int const a = mesh.triangles(c, t), b = mesh.triangles((c + 1) % 3, t);
-      sides.emplace_back(detail::edge_key(a, b), detail::directed_key(a, b));
-    }
-  std::sort(sides.begin(), sides.end());
+  detail::check_corners(mesh);
   std::vector<std::array<int, 2>> result;
-  for (std::size_t i = 0; i < sides.size();) {
-    std::size_t end = i + 1;
-    while (end < sides.size() && sides[end].first == sides[i].first) ++end;
-    if (end == i + 1) result.push_back({detail::key_first(sides[i].second), detail::key_second(sides[i].second)});
-    i = end;
-  }
+  detail::for_each_edge(detail::sorted_sides(mesh.triangles, [](int) { return true; }), [&](detail::Side const* first, detail::Side const* last) {
+    int const a = detail::key_first(first->edge), b = detail::key_second(first->edge);
+    if (last - first == 1) result.push_back(first->rising ? std::array{a, b} : std::array{b, a});
+  });
   std::sort(result.begin(), result.end());
   return result;
 }
@@ -55,31 +45,11 @@ std::vector<int> boundary_vertices(TriangleMesh<Scalar> const& mesh) {
 /// Cost       O(m log m) for m tetrahedra.
 template <RealScalar Scalar>
 TriangleMesh<Scalar> surface(TetrahedralMesh<Scalar> const& mesh) {
-  detail::check_corners(mesh.tetrahedra, mesh.points.cols(), "tetrahedron");
-  static constexpr int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
-  struct Face {
-    std::array<int, 3> sorted;
-    std::int64_t place;   // 4 · tetrahedron + face
-  };
-  std::vector<Face> all;
-  all.reserve(4 * static_cast<std::size_t>(mesh.tetrahedra.cols()));
-  for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t)
-    for (int f = 0; f < 4; ++f) {
-      std::array<int, 3> corners{mesh.tetrahedra(faces[f][0], t), mesh.tetrahedra(faces[f][1], t),
-                                 mesh.tetrahedra(faces[f][2], t)};
-      std::sort(corners.begin(), corners.end());
-      all.push_back({corners, 4 * static_cast<std::int64_t>(t) + f});
-    }
-  std::sort(all.begin(), all.end(), [](Face const& a, Face const& b) {
-    return a.sorted != b.sorted ? a.sorted < b.sorted : a.place < b.place;
-  });
+  detail::check_corners(mesh);
   std::vector<std::int64_t> open;
-  for (std::size_t i = 0; i < all.size();) {
-    std::size_t end = i + 1;
-    while (end < all.size() && all[end].sorted == all[i].sorted) ++end;
-    if (end == i + 1) open.push_back(all[i].place);
-    i = end;
-  }
+  detail::for_each_face(mesh.tetrahedra, [](int) { return true; }, [&](auto const* first, auto const* last) {
+    if (last - first == 1) open.push_back(first->second);
+  });
   std::sort(open.begin(), open.end());
 
   TriangleMesh<Scalar> result;
@@ -87,7 +57,7 @@ TriangleMesh<Scalar> surface(TetrahedralMesh<Scalar> const& mesh) {
   result.triangles.resize(3, static_cast<Eigen::Index>(open.size()));
   for (std::size_t i = 0; i < open.size(); ++i)
     for (int c = 0; c < 3; ++c)
-      result.triangles(c, static_cast<Eigen::Index>(i)) = mesh.tetrahedra(faces[open[i] % 4][c], open[i] / 4);
+      result.triangles(c, static_cast<Eigen::Index>(i)) = mesh.tetrahedra(detail::outward_faces[open[i] % 4][c], open[i] / 4);
   return result;
 }
 

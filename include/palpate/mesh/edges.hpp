@@ -12,32 +12,14 @@
 
 namespace palpate {
 
-namespace detail {
-
-template <int Corners>
-std::vector<std::array<int, 2>> edges_of(Matrix<int, Corners, Dynamic> const& elements) {
-  std::vector<std::uint64_t> const keys = edge_keys(elements);
+/// The sides of all triangles or tetrahedra, each once: {a, b} with a < b, in lexicographic order.
+/// Cost       O(m log m) for m elements.
+template <detail::SimplexMesh Mesh>
+std::vector<std::array<int, 2>> edges(Mesh const& mesh) {
+  detail::check_corners(mesh);
   std::vector<std::array<int, 2>> result;
-  result.reserve(keys.size());
-  for (std::uint64_t const key : keys) result.push_back({key_first(key), key_second(key)});
+  for (std::uint64_t const key : detail::edge_keys(mesh.elements())) result.push_back({detail::key_first(key), detail::key_second(key)});
   return result;
-}
-
-}  // namespace detail
-
-/// The sides of all triangles, each once: {a, b} with a < b, in lexicographic order.
-/// Cost       O(m log m) for m triangles.
-template <RealScalar Scalar>
-std::vector<std::array<int, 2>> edges(TriangleMesh<Scalar> const& mesh) {
-  detail::check_corners(mesh.triangles, mesh.points.cols(), "triangle");
-  return detail::edges_of(mesh.triangles);
-}
-
-/// The sides of all tetrahedra, each once: {a, b} with a < b, in lexicographic order.
-template <RealScalar Scalar>
-std::vector<std::array<int, 2>> edges(TetrahedralMesh<Scalar> const& mesh) {
-  detail::check_corners(mesh.tetrahedra, mesh.points.cols(), "tetrahedron");
-  return detail::edges_of(mesh.tetrahedra);
 }
 
 }  // namespace palpate

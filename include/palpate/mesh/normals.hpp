@@ -45,18 +45,6 @@ Vector3<Scalar> triangle_normal(TriangleMesh<Scalar> const& mesh, int triangle) 
                                  mesh.points.col(mesh.triangles(2, triangle)));
 }
 
-/// The unit outward normals of all triangles, one per column; zero for a triangle without area.
-template <RealScalar Scalar>
-Matrix<Scalar, 3, Dynamic> triangle_normals(TriangleMesh<Scalar> const& mesh) {
-  detail::check_corners(mesh.triangles, mesh.points.cols(), "triangle");
-  Matrix<Scalar, 3, Dynamic> normals(3, mesh.triangles.cols());
-  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
-    normals.col(t) = triangle_normal<Scalar>(mesh.points.col(mesh.triangles(0, t)),
-                                             mesh.points.col(mesh.triangles(1, t)),
-                                             mesh.points.col(mesh.triangles(2, t)));
-  return normals;
-}
-
 /// Smooth unit normals at the vertices, one per column, outward.
 ///   n_i = Σ_t w_it n_t / |…|,   w_it = angle of triangle t at vertex i, or the area of t
 /// Units      none; the result does not depend on the unit of the points.
@@ -65,7 +53,7 @@ Matrix<Scalar, 3, Dynamic> triangle_normals(TriangleMesh<Scalar> const& mesh) {
 template <RealScalar Scalar>
 Matrix<Scalar, 3, Dynamic> vertex_normals(TriangleMesh<Scalar> const& mesh,
                                           NormalWeight weight = NormalWeight::angle) {
-  detail::check_corners(mesh.triangles, mesh.points.cols(), "triangle");
+  detail::check_corners(mesh);
   Matrix<Scalar, 3, Dynamic> normals = Matrix<Scalar, 3, Dynamic>::Zero(3, mesh.points.cols());
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
     Vector3<Scalar> p[3];

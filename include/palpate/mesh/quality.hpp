@@ -29,7 +29,7 @@ struct MeshQuality {
 /// Throws `InvalidMesh` for a mesh without triangles.
 template <RealScalar Scalar>
 MeshQuality<Scalar> quality(TriangleMesh<Scalar> const& mesh) {
-  detail::check_corners(mesh.triangles, mesh.points.cols(), "triangle");
+  detail::check_corners(mesh);
   if (mesh.triangles.cols() == 0) throw InvalidMesh("the mesh has no triangle, so no quality");
   constexpr double far = std::numeric_limits<double>::infinity();
   double smallest = far, largest = 0, worst = far, sum = 0, shortest = far, longest = 0;

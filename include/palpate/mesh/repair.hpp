@@ -93,24 +93,26 @@ int keep_elements(Matrix<int, Corners, Dynamic>& elements, std::vector<char> con
   return gone;
 }
 
-template <RealScalar Scalar, int Corners>
-void merge_vertices(Matrix<Scalar, 3, Dynamic> const& points, Matrix<int, Corners, Dynamic>& elements, double tolerance,
-                    RepairReport& report) {
-  report.new_index = first_close_point(points, tolerance * median_side(points, elements));
+template <SimplexMesh Mesh>
+void merge_vertices(Mesh& mesh, MeshRequirements const& wanted, RepairReport& report) {
+  auto& [points, elements] = mesh;
+  report.new_index.resize(static_cast<std::size_t>(points.cols()));
+  std::iota(report.new_index.begin(), report.new_index.end(), 0);
+  if (!wanted.distinct_points) return;
+  report.new_index = first_close_point(points, wanted.tolerance * median_side(points, elements));
   for (int v = 0; v < static_cast<int>(points.cols()); ++v)
     report.merged_vertices += report.new_index[static_cast<std::size_t>(v)] != v;
-  for (Eigen::Index e = 0; e < elements.cols(); ++e)
-    for (int c = 0; c < Corners; ++c)
-      if (int& v = elements(c, e); v >= 0 && v < points.cols()) v = report.new_index[static_cast<std::size_t>(v)];
+  for (int& v : elements.reshaped())
+    if (v >= 0 && v < points.cols()) v = report.new_index[static_cast<std::size_t>(v)];
 }
 
 /// Drops the vertices of no element and numbers the rest without gaps. `report.new_index` maps to the merged vertices so far.
-template <RealScalar Scalar, int Corners>
-void drop_unused(Matrix<Scalar, 3, Dynamic>& points, Matrix<int, Corners, Dynamic>& elements, bool drop, RepairReport& report) {
+template <SimplexMesh Mesh>
+void drop_unused(Mesh& mesh, bool drop, RepairReport& report) {
+  auto& [points, elements] = mesh;
   std::vector<int> name(static_cast<std::size_t>(points.cols()), drop ? -1 : 0);
-  for (Eigen::Index e = 0; e < elements.cols(); ++e)
-    for (int c = 0; c < Corners; ++c)
-      if (int const v = elements(c, e); v >= 0 && v < points.cols()) name[static_cast<std::size_t>(v)] = 0;
+  for (int const v : elements.reshaped())
+    if (v >= 0 && v < points.cols()) name[static_cast<std::size_t>(v)] = 0;
   for (std::size_t v = 0; v < name.size(); ++v)   // a merged vertex goes with or without elements, and is counted as merged
     if (report.new_index[v] != static_cast<int>(v)) name[v] = -1;
   int next = 0;
@@ -123,12 +125,9 @@ void drop_unused(Matrix<Scalar, 3, Dynamic>& points, Matrix<int, Corners, Dynami
     name[v] = next++;
   }
   Eigen::Index const before = points.cols();
-  for (Eigen::Index e = 0; e < elements.cols(); ++e)
-    for (int c = 0; c < Corners; ++c) {
-      int& v = elements(c, e);
-      if (v >= 0 && v < before) v = name[static_cast<std::size_t>(v)];
-      else if (v >= before) v = static_cast<int>(next + (v - before));   // stays as far out of range as it was
-    }
+  for (int& v : elements.reshaped())
+    if (v >= 0 && v < before) v = name[static_cast<std::size_t>(v)];
+    else if (v >= before) v = static_cast<int>(next + (v - before));   // stays as far out of range as it was
   points.conservativeResize(Eigen::NoChange, next);
   for (int& v : report.new_index) v = name[static_cast<std::size_t>(v)];
 }
@@ -249,28 +248,20 @@ void orient(TriangleMesh<Scalar>& mesh, RepairReport& report) {
   for (int t = 0; t < count; ++t)
     if (agreed[static_cast<std::size_t>(t)]) apply(t);
 
-  std::vector<Piece> closed;   // `vertex` is the sheet here
+  std::vector<Piece> closed;   // named by their sheet
   for (int s = 0; s < static_cast<int>(sheets.size()); ++s) {
     auto const& members = sheets[static_cast<std::size_t>(s)];
     bool whole = true;
-    Vector3<double> const origin = mesh.points.col(mesh.triangles(0, members[0])).template cast<double>();
-    Piece piece{s, 0, origin, origin};
+    Piece piece(s, mesh, mesh.triangles(0, members[0]));
     for (int const t : members) {
       whole = whole && !open[static_cast<std::size_t>(t)];
-      Matrix<double, 3, 3> p;
-      for (int c = 0; c < 3; ++c) {
-        p.col(c) = mesh.points.col(mesh.triangles(c, t)).template cast<double>();
-        piece.low = piece.low.cwiseMin(p.col(c));
-        piece.high = piece.high.cwiseMax(p.col(c));
-        p.col(c) -= origin;
-      }
-      piece.volume += p.determinant() / 6;
+      piece.add(mesh, t);
     }
     if (whole) closed.push_back(piece);
   }
   if (!closed.empty()) {
     auto const turn_sheet = [&](Piece& piece) {
-      for (int const t : sheets[static_cast<std::size_t>(piece.vertex)]) apply(t);
+      for (int const t : sheets[static_cast<std::size_t>(piece.name)]) apply(t);
       piece.volume = -piece.volume;
     };
     Piece& largest = *std::max_element(closed.begin(), closed.end(), [](Piece const& a, Piece const& b) {
@@ -300,6 +291,34 @@ int drop_repeated_corners(Matrix<int, Corners, Dynamic>& elements, Eigen::Index 
   return keep_elements(elements, keep);
 }
 
+/// What comes after vertices are merged and elements with a repeated corner dropped.
+template <RealScalar Scalar>
+void repair_elements(TriangleMesh<Scalar>& mesh, double tolerance, RepairReport& report) {
+  report.dropped_duplicates += drop_duplicates(mesh.triangles);
+  remove_flat_triangles(mesh, tolerance, report);
+  report.dropped_duplicates += drop_duplicates(mesh.triangles);
+  orient(mesh, report);
+}
+template <RealScalar Scalar>
+void repair_elements(TetrahedralMesh<Scalar>& mesh, double tolerance, RepairReport& report) {
+  std::vector<char> keep(static_cast<std::size_t>(mesh.tetrahedra.cols()), 1);
+  for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+    if (!in_range(mesh.tetrahedra, t, mesh.points.cols())) continue;
+    Matrix<double, 3, 4> p;
+    for (int c = 0; c < 4; ++c) p.col(c) = mesh.points.col(mesh.tetrahedra(c, t)).template cast<double>();
+    if (!p.allFinite()) continue;
+    double const flat = flatness(p.col(0), p.col(1), p.col(2), p.col(3));
+    if (std::abs(flat) <= tolerance) {
+      keep[static_cast<std::size_t>(t)] = 0;
+    } else if (flat < 0) {
+      std::swap(mesh.tetrahedra(2, t), mesh.tetrahedra(3, t));
+      ++report.turned;
+    }
+  }
+  report.dropped_degenerate += keep_elements(mesh.tetrahedra, keep);
+  report.dropped_duplicates += drop_duplicates(mesh.tetrahedra);
+}
+
 }  // namespace detail
 
 /// Corrects a foreign surface where there is one right way to do it, in this order:
@@ -312,55 +331,16 @@ int drop_repeated_corners(Matrix<int, Corners, Dynamic>& elements, Eigen::Index 
 /// than two triangles at an edge, fans that meet in a vertex, holes, one-sided surfaces. It never throws on a bad mesh.
 /// Cost       O(m log m) for m triangles; a few seconds for a million.
 /// Limits     Merging joins surfaces that only touch; a point used by no triangle but not finite is dropped like any other.
-template <RealScalar Scalar>
-RepairReport repair(TriangleMesh<Scalar>& mesh, RepairOptions const& options = {}) {
+///
+/// A foreign volume: vertices at one place are merged, tetrahedra without volume and repeated ones dropped, two corners of those inside out
+/// swapped, unused vertices dropped.
+template <detail::SimplexMesh Mesh>
+RepairReport repair(Mesh& mesh, RepairOptions const& options = {}) {
   RepairReport report;
-  double const tolerance = options.wanted.tolerance;
-  if (options.wanted.distinct_points) {
-    detail::merge_vertices(mesh.points, mesh.triangles, tolerance, report);
-  } else {
-    report.new_index.resize(static_cast<std::size_t>(mesh.points.cols()));
-    std::iota(report.new_index.begin(), report.new_index.end(), 0);
-  }
-  report.dropped_degenerate += detail::drop_repeated_corners(mesh.triangles, mesh.points.cols());
-  report.dropped_duplicates += detail::drop_duplicates(mesh.triangles);
-  detail::remove_flat_triangles(mesh, tolerance, report);
-  report.dropped_duplicates += detail::drop_duplicates(mesh.triangles);
-  detail::orient(mesh, report);
-  detail::drop_unused(mesh.points, mesh.triangles, options.wanted.no_unused_points, report);
-  report.left = validate(mesh, options.wanted);
-  return report;
-}
-
-/// Corrects a foreign volume: merges vertices at one place, drops tetrahedra without volume and repeated ones, swaps two corners of
-/// those inside out, drops unused vertices. The rest is reported in `left`.
-template <RealScalar Scalar>
-RepairReport repair(TetrahedralMesh<Scalar>& mesh, RepairOptions const& options = {}) {
-  RepairReport report;
-  if (options.wanted.distinct_points) {
-    detail::merge_vertices(mesh.points, mesh.tetrahedra, options.wanted.tolerance, report);
-  } else {
-    report.new_index.resize(static_cast<std::size_t>(mesh.points.cols()));
-    std::iota(report.new_index.begin(), report.new_index.end(), 0);
-  }
-  report.dropped_degenerate += detail::drop_repeated_corners(mesh.tetrahedra, mesh.points.cols());
-  std::vector<char> keep(static_cast<std::size_t>(mesh.tetrahedra.cols()), 1);
-  for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
-    if (!detail::in_range(mesh.tetrahedra, t, mesh.points.cols())) continue;
-    Matrix<double, 3, 4> p;
-    for (int c = 0; c < 4; ++c) p.col(c) = mesh.points.col(mesh.tetrahedra(c, t)).template cast<double>();
-    if (!p.allFinite()) continue;
-    double const flat = detail::flatness(p.col(0), p.col(1), p.col(2), p.col(3));
-    if (std::abs(flat) <= options.wanted.tolerance) {
-      keep[static_cast<std::size_t>(t)] = 0;
-    } else if (flat < 0) {
-      std::swap(mesh.tetrahedra(2, t), mesh.tetrahedra(3, t));
-      ++report.turned;
-    }
-  }
-  report.dropped_degenerate += detail::keep_elements(mesh.tetrahedra, keep);
-  report.dropped_duplicates += detail::drop_duplicates(mesh.tetrahedra);
-  detail::drop_unused(mesh.points, mesh.tetrahedra, options.wanted.no_unused_points, report);
+  detail::merge_vertices(mesh, options.wanted, report);
+  report.dropped_degenerate += detail::drop_repeated_corners(mesh.elements(), mesh.points.cols());
+  detail::repair_elements(mesh, options.wanted.tolerance, report);
+  detail::drop_unused(mesh, options.wanted.no_unused_points, report);
   report.left = validate(mesh, options.wanted);
   return report;
 }

@@ -23,15 +23,10 @@ namespace palpate {
 /// Limits     A copy of the topology at the time of building: a cut does not show in it.
 class VertexNeighbours {
  public:
-  template <RealScalar Scalar>
-  explicit VertexNeighbours(TriangleMesh<Scalar> const& mesh) {
-    detail::check_corners(mesh.triangles, mesh.points.cols(), "triangle");
-    build(detail::edge_keys(mesh.triangles), mesh.points.cols());
-  }
-  template <RealScalar Scalar>
-  explicit VertexNeighbours(TetrahedralMesh<Scalar> const& mesh) {
-    detail::check_corners(mesh.tetrahedra, mesh.points.cols(), "tetrahedron");
-    build(detail::edge_keys(mesh.tetrahedra), mesh.points.cols());
+  template <detail::SimplexMesh Mesh>
+  explicit VertexNeighbours(Mesh const& mesh) {
+    detail::check_corners(mesh);
+    build(detail::edge_keys(mesh.elements()), mesh.points.cols());
   }
 
   int size() const noexcept { return static_cast<int>(start_.size()) - 1; }

@@ -13,6 +13,10 @@ template <RealScalar Scalar>
 struct TetrahedralMesh {
   Matrix<Scalar, 3, Dynamic> points;
   Matrix<int, 4, Dynamic> tetrahedra;
+
+  static constexpr char const* element = "tetrahedron";
+  auto& elements() noexcept { return tetrahedra; }
+  auto const& elements() const noexcept { return tetrahedra; }
 };
 
 }  // namespace palpate

@@ -13,6 +13,10 @@ template <RealScalar Scalar>
 struct TriangleMesh {
   Matrix<Scalar, 3, Dynamic> points;
   Matrix<int, 3, Dynamic> triangles;
+
+  static constexpr char const* element = "triangle";
+  auto& elements() noexcept { return triangles; }
+  auto const& elements() const noexcept { return triangles; }
 };
 
 }  // namespace palpate

@@ -115,7 +115,7 @@ ElementChecks<Scalar, Corners> check_elements(Matrix<Scalar, 3, Dynamic> const& 
   return result;
 }
 
-/// Volume and box of the pieces of a surface, for the triangles in `sound`; their order is that of the smallest vertex.
+/// The pieces of a surface, of the triangles in `sound`; named by their smallest vertex, in that order.
 template <RealScalar Scalar>
 std::vector<Piece> pieces_of(TriangleMesh<Scalar> const& mesh, std::vector<char> const& sound) {
   DisjointSets joined(static_cast<std::size_t>(mesh.points.cols()));
@@ -128,22 +128,13 @@ std::vector<Piece> pieces_of(TriangleMesh<Scalar> const& mesh, std::vector<char>
     if (!sound[static_cast<std::size_t>(t)]) continue;
     int const root = joined.find(mesh.triangles(0, t));
     int& s = slot[static_cast<std::size_t>(root)];
-    Vector3<double> const origin = mesh.points.col(root).template cast<double>();
     if (s < 0) {
       s = static_cast<int>(pieces.size());
-      pieces.push_back({root, 0, origin, origin});
+      pieces.emplace_back(root, mesh, root);
     }
-    Piece& piece = pieces[static_cast<std::size_t>(s)];
-    Matrix<double, 3, 3> p;
-    for (int c = 0; c < 3; ++c) {
-      p.col(c) = mesh.points.col(mesh.triangles(c, t)).template cast<double>();
-      piece.low = piece.low.cwiseMin(p.col(c));
-      piece.high = piece.high.cwiseMax(p.col(c));
-      p.col(c) -= origin;
-    }
-    piece.volume += p.determinant() / 6;
+    pieces[static_cast<std::size_t>(s)].add(mesh, t);
   }
-  std::sort(pieces.begin(), pieces.end(), [](Piece const& a, Piece const& b) { return a.vertex < b.vertex; });
+  std::sort(pieces.begin(), pieces.end(), [](Piece const& a, Piece const& b) { return a.name < b.name; });
   return pieces;
 }
 
@@ -217,7 +208,7 @@ std::vector<MeshDefect> validate(TriangleMesh<Scalar> const& mesh, MeshRequireme
   auto const pieces = detail::pieces_of(mesh, checks.sound);
   for (auto const& piece : pieces)
     if (detail::faces_inward(piece, detail::largest_of(pieces)))
-      defects.push_back({Kind::inward, piece.vertex, -1, piece.volume, 3});
+      defects.push_back({Kind::inward, piece.name, -1, piece.volume, 3});
   return std::move(checks.defects);
 }
 
@@ -225,36 +216,17 @@ std::vector<MeshDefect> validate(TriangleMesh<Scalar> const& mesh, MeshRequireme
 template <RealScalar Scalar>
 std::vector<MeshDefect> validate(TetrahedralMesh<Scalar> const& mesh, MeshRequirements const& wanted = {}) {
   auto checks = detail::check_elements(mesh.points, mesh.tetrahedra, wanted);
-  std::vector<std::pair<std::array<int, 3>, int>> faces;
-  for (int t = 0; t < static_cast<int>(mesh.tetrahedra.cols()); ++t) {
-    if (!checks.sound[static_cast<std::size_t>(t)]) continue;
-    for (int skip = 0; skip < 4; ++skip) {
-      std::array<int, 3> face{mesh.tetrahedra((skip + 1) % 4, t), mesh.tetrahedra((skip + 2) % 4, t),
-                              mesh.tetrahedra((skip + 3) % 4, t)};
-      std::sort(face.begin(), face.end());
-      faces.emplace_back(face, t);
-    }
-  }
-  std::sort(faces.begin(), faces.end());
-  for (std::size_t i = 0; i < faces.size();) {
-    std::size_t end = i + 1;
-    while (end < faces.size() && faces[end].first == faces[i].first) ++end;
-    if (end - i > 2)
-      checks.defects.push_back({MeshDefectKind::non_manifold_face, faces[i].second, faces[i + 1].second,
-                                static_cast<double>(end - i), 4});
-    i = end;
-  }
+  detail::for_each_face(mesh.tetrahedra, [&](int t) { return checks.sound[static_cast<std::size_t>(t)] != 0; }, [&](auto const* first, auto const* last) {
+    auto const tetrahedron = [](auto const& face) { return static_cast<int>(face.second / 4); };
+    if (last - first > 2)
+      checks.defects.push_back({MeshDefectKind::non_manifold_face, tetrahedron(first[0]), tetrahedron(first[1]), static_cast<double>(last - first), 4});
+  });
   return std::move(checks.defects);
 }
 
 /// Throws `InvalidMesh` with the first defects and their number, unless the mesh is as wanted. `name` opens the text.
-template <RealScalar Scalar>
-void require_valid(TriangleMesh<Scalar> const& mesh, MeshRequirements const& wanted = {}, std::string_view name = "mesh") {
-  if (auto const defects = validate(mesh, wanted); !defects.empty()) detail::throw_defects(defects, name);
-}
-template <RealScalar Scalar>
-void require_valid(TetrahedralMesh<Scalar> const& mesh, MeshRequirements const& wanted = {},
-                   std::string_view name = "mesh") {
+template <detail::SimplexMesh Mesh>
+void require_valid(Mesh const& mesh, MeshRequirements const& wanted = {}, std::string_view name = "mesh") {
   if (auto const defects = validate(mesh, wanted); !defects.empty()) detail::throw_defects(defects, name);
 }
 

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <string_view>
 #include <vector>
 
 namespace palpate::detail {
@@ -20,13 +19,22 @@ constexpr std::uint64_t edge_key(int a, int b) noexcept { return a < b ? directe
 constexpr int key_first(std::uint64_t key) noexcept { return static_cast<int>(key >> 32); }
 constexpr int key_second(std::uint64_t key) noexcept { return static_cast<int>(key & 0xffffffffU); }
 
-/// Throws `InvalidMesh` unless every corner names one of `vertices` points.
-template <int Corners>
-void check_corners(Matrix<int, Corners, Dynamic> const& elements, Eigen::Index vertices, std::string_view kind) {
+/// A mesh of triangles or of tetrahedra.
+template <class Mesh>
+concept SimplexMesh = requires(Mesh const& mesh) {
+  mesh.points;
+  mesh.elements();
+  Mesh::element;
+};
+
+/// Throws `InvalidMesh` unless every corner names a point.
+template <SimplexMesh Mesh>
+void check_corners(Mesh const& mesh) {
+  auto const& elements = mesh.elements();
   for (Eigen::Index e = 0; e < elements.cols(); ++e)
-    for (int c = 0; c < Corners; ++c)
-      if (int const v = elements(c, e); v < 0 || v >= vertices)
-        throw InvalidMesh(message(kind, " ", e, " names vertex ", v, " but the mesh has ", vertices,
+    for (Eigen::Index c = 0; c < elements.rows(); ++c)
+      if (int const v = elements(c, e); v < 0 || v >= mesh.points.cols())
+        throw InvalidMesh(message(Mesh::element, " ", e, " names vertex ", v, " but the mesh has ", mesh.points.cols(),
                                   " points; indices count from 0; `validate` lists every such element"));
 }
 

@@ -60,15 +60,42 @@ std::vector<Side> sorted_sides(Matrix<int, 3, Dynamic> const& triangles, Use use
   return sides;
 }
 
+/// Calls visit(first, last) for each run of neighbours in a list for which same(first, other) holds.
+template <class T, class Same, class Visit>
+void for_each_run(std::vector<T> const& list, Same same, Visit visit) {
+  for (auto const *first = list.data(), *end = first + list.size(); first != end;) {
+    auto const* last = first + 1;
+    while (last != end && same(*first, *last)) ++last;
+    visit(first, last);
+    first = last;
+  }
+}
+
 /// Calls visit(first, last) for the sides of each edge.
 template <class Visit>
 void for_each_edge(std::vector<Side> const& sides, Visit visit) {
-  for (std::size_t i = 0; i < sides.size();) {
-    std::size_t end = i + 1;
-    while (end < sides.size() && sides[end].edge == sides[i].edge) ++end;
-    visit(sides.data() + i, sides.data() + end);
-    i = end;
+  for_each_run(sides, [](Side const& a, Side const& b) { return a.edge == b.edge; }, visit);
+}
+
+inline constexpr int outward_faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};   // of a tetrahedron of positive volume
+
+/// Calls visit(places) for the faces with the same corners: 4 · tetrahedron + face each, in rising order. Of tetrahedra for which use(t) holds.
+template <class Use, class Visit>
+void for_each_face(Matrix<int, 4, Dynamic> const& tetrahedra, Use use, Visit visit) {
+  using Face = std::pair<std::array<int, 3>, std::int64_t>;
+  std::vector<Face> faces;
+  faces.reserve(4 * static_cast<std::size_t>(tetrahedra.cols()));
+  for (int t = 0; t < static_cast<int>(tetrahedra.cols()); ++t) {
+    if (!use(t)) continue;
+    for (int f = 0; f < 4; ++f) {
+      auto const& [a, b, c] = outward_faces[f];
+      std::array<int, 3> corners{tetrahedra(a, t), tetrahedra(b, t), tetrahedra(c, t)};
+      std::sort(corners.begin(), corners.end());
+      faces.emplace_back(corners, 4 * static_cast<std::int64_t>(t) + f);
+    }
   }
+  std::sort(faces.begin(), faces.end());
+  for_each_run(faces, [](Face const& a, Face const& b) { return a.first == b.first; }, visit);
 }
 
 /// For every element for which use(e) holds the first one with the same corners; −1 for the others.
@@ -111,12 +138,26 @@ inline double flatness(Vector3<double> const& a, Vector3<double> const& b, Vecto
   return x.cross(y).dot(z);
 }
 
-/// A connected piece of a surface: its smallest vertex, signed volume and box.
+/// A connected piece of a surface: a number that names it, signed volume and box.
 struct Piece {
-  int vertex;
+  int name;
+  Vector3<double> origin, low = origin, high = origin;   ///< volumes are summed about a point of it
   double volume = 0;
-  Vector3<double> low, high;
 
+  template <RealScalar Scalar>
+  Piece(int named, TriangleMesh<Scalar> const& mesh, int vertex) : name(named), origin(mesh.points.col(vertex).template cast<double>()) {}
+
+  template <RealScalar Scalar>
+  void add(TriangleMesh<Scalar> const& mesh, int t) {
+    Matrix<double, 3, 3> p;
+    for (int c = 0; c < 3; ++c) {
+      p.col(c) = mesh.points.col(mesh.triangles(c, t)).template cast<double>();
+      low = low.cwiseMin(p.col(c));
+      high = high.cwiseMax(p.col(c));
+      p.col(c) -= origin;
+    }
+    volume += p.determinant() / 6;
+  }
   bool holds(Piece const& other) const {
     return (low.array() <= other.low.array()).all() && (high.array() >= other.high.array()).all();
   }
