@@ -189,12 +189,12 @@ TEST_CASE("polygons become triangles; unused and doubled vertices stay", "[vtk][
 
 TEST_CASE("a file that is not there, empty or of an unknown kind is named in one line", "[vtk][read][error]") {
   ScratchFolder const folder;
-  CHECK(error_of(folder.path() / "none.obj") == "none.obj: there is no such file");
+  CHECK(error_of(folder.path() / "none.obj") == "none.obj: the file does not exist; check the path");
   CHECK(error_of(folder.write("empty.obj", "")) == "empty.obj: the file is empty");
   CHECK(error_of(folder.write("blank.vtk", " \n\n")) == "blank.vtk: the file is empty");
   CHECK_THAT(error_of(folder.write("mesh.3ds", "x")), says("mesh.3ds", "\".3ds\"", ".obj, .stl, .ply, .vtk or .vtp"));
   std::filesystem::create_directory(folder.path() / "folder.stl");
-  CHECK(error_of(folder.path() / "folder.stl") == "folder.stl: this is a folder, not a file");
+  CHECK(error_of(folder.path() / "folder.stl") == "folder.stl: this is a folder; give a file");
   CHECK(error_of(folder.write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n")) == "points.obj: there are no triangles in this file");
   CHECK(error_of(folder.write("points.ply", ply_text.substr(0, ply_text.find("element face")) + "end_header\n0 0 0\n2 0 0\n0 3 0\n0 0 4\n")) ==
         "points.ply: there are no triangles in this file");

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
-#include <palpate/device/detail/csv_table.hpp>
 
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -39,7 +38,7 @@ struct DeviceAddress {
   double number(std::string_view option, double otherwise) const {
     auto const found = options.find(option);
     if (found == options.end()) return otherwise;
-    std::optional<double> const value = detail::to_number(found->second);
+    std::optional<double> const value = detail::to_number<double>(found->second);
     if (!value || !std::isfinite(*value)) refuse(option, found->second, "give a number");
     return *value;
   }
@@ -47,12 +46,10 @@ struct DeviceAddress {
   std::uint64_t count(std::string_view option, std::uint64_t otherwise, std::uint64_t most = std::numeric_limits<std::uint64_t>::max()) const {
     auto const found = options.find(option);
     if (found == options.end()) return otherwise;
-    std::uint64_t value = 0;
-    char const* const end = found->second.data() + found->second.size();
-    auto const [stopped, error] = std::from_chars(found->second.data(), end, value);
-    if (error != std::errc{} || stopped != end) refuse(option, found->second, "give a whole number, zero or more");
-    if (value > most) refuse(option, found->second, detail::message("give at most ", most));
-    return value;
+    std::optional<std::uint64_t> const value = detail::to_number<std::uint64_t>(found->second);
+    if (!value) refuse(option, found->second, "give a whole number, zero or more");
+    if (*value > most) refuse(option, found->second, detail::message("give at most ", most));
+    return *value;
   }
   /// Which of the words; the first one if nothing is said.
   std::size_t choice(std::string_view option, std::initializer_list<std::string_view> words) const {
@@ -74,7 +71,7 @@ struct DeviceAddress {
     std::string_view rest = found->second;
     for (int axis = 0; axis < 3; ++axis) {
       std::size_t const comma = rest.find(',');
-      std::optional<double> const number = detail::to_number(detail::trimmed(rest.substr(0, comma)));
+      std::optional<double> const number = detail::to_number<double>(detail::trimmed(rest.substr(0, comma)));
       bool const ends_right = (comma == std::string_view::npos) == (axis == 2);
       if (!number || !std::isfinite(*number) || !ends_right) refuse(option, found->second, "give x,y,z in metres");
       value[axis] = *number;

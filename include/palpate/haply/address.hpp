@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/device/device_registry.hpp>
 #include <palpate/haply/inverse3.hpp>
 
-#include <charconv>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 namespace palpate {
 
@@ -18,7 +17,7 @@ namespace detail::haply {
 inline void take_address(std::string_view path, Inverse3Options& options) {
   std::string_view rest = path;
   auto const refuse = [&] {
-    throw InvalidArgument(message("\"", shown(path), "\" is no host and port; write haply://localhost:10001, or haply: for that"));
+    throw InvalidArgument(message("\"", legible(path), "\" is no host and port; write haply://localhost:10001, or haply: for that"));
   };
   if (rest.empty()) return;
   if (!rest.starts_with("//")) refuse();
@@ -32,9 +31,9 @@ inline void take_address(std::string_view path, Inverse3Options& options) {
   if (host.empty()) refuse();
   options.host = host;
   if (colon == std::string_view::npos) return;
-  std::string_view const port = rest.substr(colon + 1);
-  auto const [end, error] = std::from_chars(port.data(), port.data() + port.size(), options.port);
-  if (error != std::errc{} || end != port.data() + port.size() || port.empty()) refuse();
+  auto const port = to_number<decltype(options.port)>(rest.substr(colon + 1));
+  if (!port) refuse();
+  options.port = *port;
 }
 
 }  // namespace detail::haply

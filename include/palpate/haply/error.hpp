@@ -45,15 +45,6 @@ constexpr DeviceStatus status_of(HaplyProblem ending) noexcept {
   return ending == HaplyProblem::gone || ending == HaplyProblem::vanished ? DeviceStatus::disconnected : DeviceStatus::fault;
 }
 
-/// Text of somebody else's as it can stand in a message: printable ASCII, not too long.
-inline std::string shown(std::string_view text) {
-  constexpr std::size_t most = 120;
-  std::string result(text.substr(0, most));
-  for (char& c : result)
-    if (c < ' ' || c > '~') c = '?';
-  return text.size() > most ? result + " ..." : result;
-}
-
 }  // namespace detail::haply
 
 }  // namespace palpate

@@ -8,11 +8,8 @@
 #include <palpate/training/session.hpp>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 namespace palpate {
 
@@ -57,13 +54,7 @@ inline Session read_session_csv(std::filesystem::path const& path) { return deta
 ///            before anything is made of them.
 inline Session read_session(std::filesystem::path const& path) {
   if (path.extension() == ".csv") return read_session_csv(path);
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) throw FileError(detail::message(path.string(), ": there is no such file; check the path"));
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw FileError(detail::message(path.string(), ": the file can not be opened; check that it may be read"));
-  std::string const bytes(std::istreambuf_iterator<char>(file), {});
-  if (file.bad()) throw FileError(detail::message(path.string(), ": reading stopped with an error; check the disk or copy the file again"));
-  return detail::session_from_bytes(bytes, path);
+  return detail::session_from_bytes(detail::read_whole_file(path), path);
 }
 
 /// The same from bytes in memory; `name` stands in the errors.

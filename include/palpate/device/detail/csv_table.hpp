@@ -1,48 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
 
-#include <charconv>
 #include <filesystem>
-#include <limits>
-#include <locale>
-#include <optional>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 namespace palpate::detail {
-
-inline std::string_view trimmed(std::string_view text) noexcept {
-  constexpr std::string_view blank = " \t\r";
-  auto const first = text.find_first_not_of(blank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blank) - first + 1);
-}
-
-/// The number a cell holds, whatever the locale says about decimal points; nothing if it holds anything else.
-inline std::optional<double> to_number(std::string_view text) {
-  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
-  if (text.empty() || text.front() == '+') return std::nullopt;
-  double value = 0.0;
-#if defined(__cpp_lib_to_chars)
-  auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-#else   // a standard library without them: streams read numbers, but not these words
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  if (text == "nan") return std::numeric_limits<double>::quiet_NaN();
-  if (text == "inf" || text == "-inf") return text.front() == '-' ? -infinity : infinity;
-  std::istringstream stream{std::string(text)};
-  stream.imbue(std::locale::classic());
-  stream >> value;
-  if (stream.fail() || stream.peek() != std::istringstream::traits_type::eof()) return std::nullopt;
-#endif
-  return value;
-}
 
 /// A text file of comma-separated columns with a header line, held as text; cells point into it.
 /// Read       blank lines and lines that start with # are skipped; a byte-order mark, carriage returns, blanks around a cell and
@@ -77,7 +46,7 @@ class CsvTable {
 
   /// The value of a cell; throws with the line and the column's name unless it is a number.
   double number(Row const& row, std::size_t column, std::string_view name) const {
-    if (auto const value = to_number(row[column])) return *value;
+    if (auto const value = to_number<double>(row[column])) return *value;
     fail_here(message("column ", name, " holds \"", row[column], "\", which is not a number a double can hold; ",
                       "write numbers with a decimal point"));
   }

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/device/device_registry.hpp>
 #include <palpate/device/force_dimension.hpp>
 
-#include <charconv>
 #include <string>
-#include <system_error>
 
 namespace palpate {
 
@@ -23,9 +22,9 @@ inline void add_force_dimension(DeviceRegistry<double>& devices) {
                .make = [](DeviceAddress const& address) {
                  ForceDimensionOptions options{.library = address.text("library", "")};
                  if (std::string const& index = address.path; !index.empty()) {
-                   auto const [end, problem] = std::from_chars(index.data(), index.data() + index.size(), options.device);
-                   if (problem != std::errc{} || end != index.data() + index.size())
-                     throw InvalidArgument(detail::message("\"", index, "\" is no index of a device; write dhd:0 for the first"));
+                   auto const number = detail::to_number<int>(index);
+                   if (!number) throw InvalidArgument(detail::message("\"", index, "\" is no index of a device; write dhd:0 for the first"));
+                   options.device = *number;
                  }
                  options.rate = address.number("rate", options.rate);
                  if (address.has("max_force")) options.max_force = address.number("max_force", 0.0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/device/concept.hpp>
@@ -46,7 +47,7 @@ inline Json parsed(std::string_view text) {
   try {
     return Json::parse(text.begin(), text.end());
   } catch (Json::exception const&) {
-    throw HaplyError(HaplyProblem::protocol, message("the service sent what is no JSON: ", shown(text),
+    throw HaplyError(HaplyProblem::protocol, message("the service sent what is no JSON: ", legible(text),
                                                      "; is the address that of Haply's Inverse Service, and the port that of format 3.x (10001)?"));
   }
 }
@@ -59,7 +60,7 @@ class Field {
   [[noreturn]] void refuse(std::string_view wanted) const {
     bool const nested = std::any_of(value_->begin(), value_->end(), [](Json const& entry) { return entry.is_structured(); });
     std::string const there = nested ? message("a nested ", value_->type_name())   // writing it needs stack for each level, as many as the service likes
-                                     : shown(value_->dump(-1, ' ', true, Json::error_handler_t::replace));
+                                     : legible(value_->dump(-1, ' ', true, Json::error_handler_t::replace));
     throw HaplyError(HaplyProblem::protocol,
                      message("the service sent ", path_, " as ", there,
                              ", which is not ", wanted, "; a service of another format needs an update of it or of palpate"));
@@ -139,13 +140,13 @@ inline std::string chosen(std::vector<std::string> const& ids, std::string const
   std::string all;
   for (std::string const& id : ids) {
     if (!wanted.empty() && id == wanted) return id;
-    (all += all.empty() ? "" : ", ") += shown(id);
+    (all += all.empty() ? "" : ", ") += legible(id);
   }
   if (!wanted.empty())
     throw HaplyError(HaplyProblem::no_device,
-                     message("the service knows no ", kind, " \"", shown(wanted), "\"; it has ", all.empty() ? "none" : all));
+                     message("the service knows no ", kind, " \"", legible(wanted), "\"; it has ", all.empty() ? "none" : all));
   if (ids.size() > 1)
-    throw HaplyError(HaplyProblem::no_device, message("the service has several ", kind, "s: ", all, "; say which, as ", option, "=", shown(ids[0])));
+    throw HaplyError(HaplyProblem::no_device, message("the service has several ", kind, "s: ", all, "; say which, as ", option, "=", legible(ids[0])));
   if (ids.empty() && !optional)
     throw HaplyError(HaplyProblem::no_device,
                      message("the service has no ", kind, "; check its cable and power, and that the vendor's own program shows it"));
@@ -171,7 +172,7 @@ inline std::string service_version(std::string_view text) {
     if (found == document.end() || !found->is_string()) continue;
     std::string version = found->get<std::string>();
     if (version.starts_with('v')) version.erase(0, 1);
-    if (version_of(version)) return shown(version);
+    if (version_of(version)) return legible(version);
   }
   return {};
 }
@@ -219,13 +220,13 @@ inline Inverse3Report read_inventory(std::string_view text, Inverse3Options cons
 
   auto const basis = signed_axes(report.basis.empty() ? "XYZ" : report.basis);
   if (!basis)
-    throw HaplyError(HaplyProblem::frame, message("the service permutes the axes of ", shown(report.device_id), " by \"", shown(report.basis),
+    throw HaplyError(HaplyProblem::frame, message("the service permutes the axes of ", legible(report.device_id), " by \"", legible(report.basis),
                                                   "\", which is not X, Y and Z with signs; set the basis in the vendor's program"));
   report.frame = HaplyFrame(*signed_axes(options.axes), *basis);
   if (!options.accepts_scale && !(report.mount.keeps_lengths() && report.workspace.keeps_lengths())) {
     Vector3<double> const scale = report.mount.scale.cwiseProduct(report.workspace.scale);
     throw HaplyError(HaplyProblem::frame,
-                     message("the service scales the motion of ", shown(report.device_id), " by ", scale.x(), ", ", scale.y(), ", ", scale.z(),
+                     message("the service scales the motion of ", legible(report.device_id), " by ", scale.x(), ", ", scale.y(), ", ", scale.z(),
                              ": metres and newtons of the hand would be lost; set mount and workspace to scale 1 there, or allow it "
                              "with .accepts_scale"));
   }
@@ -242,13 +243,13 @@ inline void read_state(std::string_view text, Inverse3Report const& report, Devi
   auto const device = find_device(all, "inverse3", report.device_id);
   if (!device)
     throw HaplyError(HaplyProblem::vanished,
-                     message("the service no longer has ", shown(report.device_id), "; check its cable and power, then open it again"));
+                     message("the service no longer has ", legible(report.device_id), "; check its cable and power, then open it again"));
   Field const cursor = device->at("state");
   DeviceState<double> next = state;
   next.position = report.frame.from_service(cursor.at("cursor_position").vector());
   next.velocity = report.frame.from_service(cursor.at("cursor_velocity").vector());
   if (!(transform_of(cursor, "transform") == report.workspace))
-    throw HaplyError(HaplyProblem::frame_changed, message("the service moved or scaled the workspace of ", shown(report.device_id),
+    throw HaplyError(HaplyProblem::frame_changed, message("the service moved or scaled the workspace of ", legible(report.device_id),
                                                           " while it was in use; leave that to the scene, and open the device again"));
   next.buttons = 0;
   auto const grip =

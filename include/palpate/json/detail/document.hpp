@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
 
 #include <nlohmann/json.hpp>
@@ -18,15 +19,6 @@
 #include <vector>
 
 namespace palpate::detail {
-
-/// A text as it can stand in a message: printable ASCII, not too long.
-inline std::string legible(std::string_view text) {
-  constexpr std::size_t most = 160;
-  std::string result(text.substr(0, most));
-  for (char& c : result)
-    if (c < ' ' || c > '~') c = '?';
-  return text.size() > most ? result + " ..." : result;
-}
 
 /// Where a JSON parser is, as a path "/layers/0/bias/2", and which keys it has met.
 class JsonTrail {

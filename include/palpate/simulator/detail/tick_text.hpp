@@ -34,7 +34,7 @@ inline void append_number(std::string& text, double value) {
     stream.imbue(std::locale::classic());
     stream.precision(digits);
     stream << value;
-    if (digits == std::numeric_limits<double>::max_digits10 || to_number(stream.str()) == value) {
+    if (digits == std::numeric_limits<double>::max_digits10 || to_number<double>(stream.str()) == value) {
       text += stream.str();
       return;
     }

@@ -8,7 +8,6 @@
 #include <palpate/training/session.hpp>
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -170,16 +169,13 @@ class SessionHead {
     return word;
   }
   double number(std::string_view text, std::string_view what) const {
-    if (auto const value = to_number(text)) return *value;
+    if (auto const value = to_number<double>(text)) return *value;
     fail(message("the ", what, " is \"", text, "\"; write a number with a decimal point"));
   }
   DeviceValue known(std::string_view text, std::string_view what) const { return text == "unknown" ? DeviceValue{} : DeviceValue(number(text, what)); }
   std::uint64_t whole(std::string_view text, std::string_view what) const {
-    std::uint64_t value = 0;
-    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (text.empty() || error != std::errc{} || end != text.data() + text.size())
-      fail(message("the ", what, " is \"", text, "\"; write a whole number"));
-    return value;
+    if (auto const value = to_number<std::uint64_t>(text)) return *value;
+    fail(message("the ", what, " is \"", text, "\"; write a whole number"));
   }
   [[noreturn]] void fail_device() const { fail("a device is, for example, \"device 3.3 N 1000 Hz, reports velocity\""); }
   [[noreturn]] void fail_motors() const { fail("motors are, for example, \"motors hand 2 buttons 0.88 N unknown N·s/m 0.045 kg\""); }
@@ -207,9 +203,9 @@ inline HandSample hand_from(CsvTable const& table, CsvTable::Row const& row) {
     hand.velocity(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + 3 + i, hand_names[3 + i]);
   }
   std::string_view const buttons = row[tick_columns + 6];
-  auto const [end, error] = std::from_chars(buttons.data(), buttons.data() + buttons.size(), hand.buttons);
-  if (buttons.empty() || error != std::errc{} || end != buttons.data() + buttons.size())
-    table.fail_here(message("the buttons are \"", buttons, "\"; write a whole number, one bit a button"));
+  auto const pressed = to_number<decltype(hand.buttons)>(buttons);
+  if (!pressed) table.fail_here(message("the buttons are \"", buttons, "\"; write a whole number, one bit a button"));
+  hand.buttons = *pressed;
   for (std::size_t const column : {tick_columns + 7, tick_columns + 8}) {
     auto const status = status_from(row[column]);
     if (!status)

@@ -23,7 +23,7 @@ class LegacyCheck {
     if (!head.starts_with(title)) throw FileError(message(name_, ": a VTK file begins with \"", title, "\""));
     head.remove_prefix(title.size());
     std::string_view const number = take_word(head);
-    auto const version = parse_number<double>(number);
+    auto const version = to_number<double>(number);
     if (!version || number.find('.') == std::string_view::npos || !(*version >= 1.0 && *version < 6.0))
       throw FileError(message(name_, ": \"", number, "\" is not a known version of VTK files"));
     take_line(head);
@@ -50,7 +50,7 @@ class LegacyCheck {
     auto const most = static_cast<long long>(bytes_.size());   // a number of elements takes at least as many bytes
     std::array<long long, 2> values{};
     for (int i = 0; i < wanted; ++i) {
-      auto const value = parse_number<long long>(take_word(line));
+      auto const value = to_number<long long>(take_word(line));
       if (!value || *value < 0 || *value > most)
         throw FileError(message(name_, ": ", list, " announces no fitting numbers; the file was cut short or is damaged"));
       values[static_cast<std::size_t>(i)] = *value;
@@ -74,7 +74,7 @@ class LegacyCheck {
   }
 
   std::optional<long long> take_integer(std::string_view& rest) const noexcept {
-    if (text_) return parse_number<long long>(take_word(rest));
+    if (text_) return to_number<long long>(take_word(rest));
     if (rest.size() < 4) return std::nullopt;
     std::uint32_t value = 0;   // binary files are big-endian
     for (int i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(rest[static_cast<std::size_t>(i)]);

@@ -47,7 +47,7 @@ inline vtkSmartPointer<vtkPolyData> scan_obj(std::string_view text, std::string 
       for (double& coordinate : x) {
         std::string_view const word = take_word(line);
         if (word.empty()) fail(line_number, "a vertex has fewer than three coordinates; was the file cut short?");
-        auto const number = parse_number<double>(word);
+        auto const number = to_number<double>(word);
         if (!number) fail(line_number, "\"", word, "\" is not a coordinate");
         coordinate = *number;
       }
@@ -56,7 +56,7 @@ inline vtkSmartPointer<vtkPolyData> scan_obj(std::string_view text, std::string 
       corners.clear();
       for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
         if (word.starts_with('#')) break;
-        auto const index = parse_number<long long>(word.substr(0, word.find('/')));
+        auto const index = to_number<long long>(word.substr(0, word.find('/')));
         if (!index || *index == 0) fail(line_number, "\"", word, "\" is not a corner of a face");
         vtkIdType const point = *index > 0 ? *index - 1 : points->GetNumberOfPoints() + *index;
         if (point < 0) fail(line_number, "a face refers to vertex ", *index, " of ", points->GetNumberOfPoints());

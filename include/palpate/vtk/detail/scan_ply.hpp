@@ -105,7 +105,7 @@ class PlyScan {
       if (keyword == "format") read_format(take_word(line));
       if (keyword == "element") {
         std::string const element(take_word(line));
-        auto const count = parse_number<long long>(take_word(line));
+        auto const count = to_number<long long>(take_word(line));
         if (!count || *count < 0) throw FileError(message(name_, ": the element \"", element, "\" has no number"));
         elements_.push_back({element, *count, {}});
       }
@@ -141,7 +141,7 @@ class PlyScan {
 
   /// The next value, or nothing at the end of the file or line.
   std::optional<double> take(Type type) noexcept {
-    if (text_) return parse_number<double>(take_word(line_));
+    if (text_) return to_number<double>(take_word(line_));
     switch (type) {
       case Type::int8: return take_binary<std::int8_t>();
       case Type::uint8: return take_binary<std::uint8_t>();
