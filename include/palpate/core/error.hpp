@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <cstdio>
 #include <initializer_list>
@@ -81,6 +82,17 @@ inline void check_index(std::string_view what, long long index, long long size) 
   if (index < 0 || index >= size)
     throw OutOfRange(message(what, " index ", index, " is outside 0 … ", size - 1, "; there are ", size));
 }
+
+/// Checks options of an owner, whose name opens each message. `finite`: all of them have to be finite as well.
+struct OptionCheck {
+  char const* owner;
+  bool finite = false;
+
+  void operator()(bool good, char const* what, double value, char const* unit, char const* advice) const {
+    if (!good || (finite && !std::isfinite(value))) throw InvalidArgument(message(owner, ": ", what, " is ", value, unit, "; ", advice));
+  }
+  void operator()(bool good, char const* what, double value, char const* advice) const { (*this)(good, what, value, "", advice); }
+};
 
 }  // namespace detail
 

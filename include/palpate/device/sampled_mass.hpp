@@ -28,9 +28,7 @@ class SampledMass {
   using Scalar = S;
 
   explicit SampledMass(SampledMassOptions const& options = {}) : options_(options) {
-    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
-      if (!good || !std::isfinite(value)) throw InvalidArgument(detail::message("SampledMass: ", what, " is ", value, unit, "; ", advice));
-    };
+    detail::OptionCheck const require{"SampledMass", true};
     require(options.mass > 0.0, ".mass", options.mass, " kg", "give a finite number above zero");
     require(options.damping >= 0.0, ".damping", options.damping, " N·s/m", "give a finite number, zero or more");
     require(options.stiffness >= 0.0, ".stiffness", options.stiffness, " N/m", "give a finite number, zero or more");

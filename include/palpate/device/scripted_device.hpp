@@ -43,9 +43,7 @@ class ScriptedDevice {
                       .moves_a_hand = false,
                       .resolution = options.quantum > 0.0 ? DeviceValue(options.quantum) : DeviceValue{}} {
     require_valid(capabilities_);
-    auto const require = [](bool good, char const* what, double value, char const* advice) {
-      if (!good) throw InvalidArgument(detail::message("ScriptedDevice: ", what, " is ", value, "; ", advice));
-    };
+    detail::OptionCheck const require{"ScriptedDevice"};
     require(options.quantum == 0.0 || (options.quantum >= finest_quantum && options.quantum < 1.0), ".quantum", options.quantum,
             "give metres, zero or 1e-12 and more, for example 5.5e-5");
     require(options.jitter >= 0.0 && options.jitter < 0.5 / options.rate, ".jitter", options.jitter, "give seconds, 0 or more, below half a tick");

@@ -138,9 +138,7 @@ class SimulatedHand {
 
  private:
   static SimulatedHandOptions const& checked(SimulatedHandOptions const& options) {
-    auto const require = [](bool good, char const* what, double value, char const* advice) {
-      if (!good) throw InvalidArgument(detail::message("SimulatedHand: ", what, " is ", value, "; ", advice));
-    };
+    detail::OptionCheck const require{"SimulatedHand"};
     auto const not_negative = [&](char const* what, double value) {
       require(value >= 0.0 && std::isfinite(value), what, value, "give a finite number, zero or more");
     };

@@ -53,9 +53,7 @@ class SimulatedTouch {
                .friction = 0.26,
                .buttons = 2}),
         calibrated_(options.calibrated) {
-    auto const require = [](bool good, char const* what, double value, char const* advice) {
-      if (!good || !std::isfinite(value)) throw InvalidArgument(detail::message("SimulatedTouch: ", what, " is ", value, "; ", advice));
-    };
+    detail::OptionCheck const require{"SimulatedTouch", true};
     require(options.motor_time > 0.0, ".motor_time", options.motor_time, "give seconds, above zero");
     require(options.motor_trip > 1.0, ".motor_trip", options.motor_trip, "give more than 1, which the continuous force comes to");
     require(std::abs(options.encoder_error) < 1.0, ".encoder_error", options.encoder_error, "give radians, below 1");

@@ -38,9 +38,7 @@ struct Inverse3Options {
   double timeout = 5.0;    ///< s, for each step of opening
 
   void validate() const {
-    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
-      if (!good) throw InvalidArgument(detail::message("Inverse3Options: ", what, " is ", value, unit, "; ", advice));
-    };
+    detail::OptionCheck const require{"Inverse3Options"};
     auto const positive = [](double value) { return value > 0.0 && std::isfinite(value); };
     if (host.empty()) throw InvalidArgument("Inverse3Options: .host is empty; give the machine of the service, as localhost");
     require(port >= 1 && port <= 65535, ".port", port, "", "the service's usual one is 10001");

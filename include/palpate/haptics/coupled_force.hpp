@@ -60,9 +60,7 @@ class CoupledForce {
  public:
   explicit CoupledForce(Force force, CoupledForceOptions const& options = {}, Velocity velocity = Velocity{})
       : options_(options), force_(std::move(force)), velocity_(std::move(velocity)) {
-    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
-      if (!good) throw InvalidArgument(detail::message("CoupledForce: ", what, " is ", value, unit, "; ", advice));
-    };
+    detail::OptionCheck const require{"CoupledForce"};
     require(options.stiffness > 0.0, ".stiffness", options.stiffness, " N/m", "give a number above zero, or none for all that the device stands");
     require(options.damping >= 0.0, ".damping", options.damping, " N·s/m", "give zero or more, or none for all that the device stands");
     if constexpr (Validatable<Force>) force_.validate();

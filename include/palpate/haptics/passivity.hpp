@@ -39,9 +39,7 @@ class PassivityController {
   using Scalar = S;
 
   explicit PassivityController(PassivityOptions const& options = {}) : options_(options) {
-    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
-      if (!good || !std::isfinite(value)) throw InvalidArgument(detail::message("PassivityController: ", what, " is ", value, unit, "; ", advice));
-    };
+    detail::OptionCheck const require{"PassivityController", true};
     require(options.period > 0.0, ".period", options.period, " s", "give that of the servo, 0.001 for most");
     require(options.max_damping >= 0.0, ".max_damping", options.max_damping, " N·s/m", "give a finite number, zero or more");
     require(options.device_damping >= 0.0, ".device_damping", options.device_damping, " N·s/m", "give a finite number, zero or more");

@@ -54,9 +54,7 @@ struct SafetyOptions {
 
   /// Throws `InvalidArgument` for an option that makes no sense.
   void validate() const {
-    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
-      if (!good) throw InvalidArgument(detail::message("SafetyOptions: ", what, " is ", value, unit, "; ", advice));
-    };
+    detail::OptionCheck const require{"SafetyOptions"};
     auto const limit = [&](char const* what, std::optional<double> const& value, char const* unit) {
       if (value) require(*value >= 0.0, what, *value, unit, "give zero or more, infinity for no limit");
     };

@@ -35,9 +35,7 @@ class SurfaceProxy {
   using Scalar = S;
 
   explicit SurfaceProxy(SurfaceProxyOptions const& options = {}) : options_(options) {
-    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
-      if (!good || !std::isfinite(value)) throw InvalidArgument(detail::message("SurfaceProxy: ", what, " is ", value, unit, "; ", advice));
-    };
+    detail::OptionCheck const require{"SurfaceProxy", true};
     require(options.stiffness > 0.0, ".stiffness", options.stiffness, " N/m", "give a finite number above zero");
     require(options.dynamic_friction >= 0.0, ".dynamic_friction", options.dynamic_friction, "", "give a finite number, zero or more");
     require(options.static_friction >= options.dynamic_friction, ".static_friction", options.static_friction, "", "give a finite number, not below .dynamic_friction");

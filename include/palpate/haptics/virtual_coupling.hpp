@@ -56,9 +56,7 @@ struct CouplingLaw {
 /// Source     \cite adams1999; the bounds \cite colgate1997, \cite abbott2005. A damper above m/(4 T) that is held for a tick throws the mass about.
 /// Errors     InvalidArgument for what is negative or no number, and where neither damping nor largest stiffness is known.
 inline CouplingLaw coupling_for(CouplingLimits const& limits) {
-  auto const require = [](bool good, char const* what, double value, char const* advice) {
-    if (!good) throw InvalidArgument(detail::message("coupling_for: ", what, " is ", value, "; ", advice));
-  };
+  detail::OptionCheck const require{"coupling_for"};
   double const unknown = std::numeric_limits<double>::infinity();
   require(limits.mass >= 0.0 && std::isfinite(limits.mass), ".mass", limits.mass, "give the apparent mass at the tip, or 0 where it is not known");
   require(limits.damping >= 0.0 && std::isfinite(limits.damping), ".damping", limits.damping,
@@ -136,9 +134,7 @@ class VirtualCoupling {
   using Scalar = S;
 
   explicit VirtualCoupling(VirtualCouplingOptions const& options = {}) : options_(options) {
-    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
-      if (!good || !std::isfinite(value)) throw InvalidArgument(detail::message("VirtualCoupling: ", what, " is ", value, unit, "; ", advice));
-    };
+    detail::OptionCheck const require{"VirtualCoupling", true};
     char const* const any = "give a finite number, zero or more";
     require(options.position.stiffness > 0.0, ".position.stiffness", options.position.stiffness, " N/m", "give a finite number above zero");
     require(options.position.damping >= 0.0, ".position.damping", options.position.damping, " N·s/m", any);

@@ -89,19 +89,17 @@ class PathGuidance {
   GuidanceOptions const& options() const noexcept { return options_; }
 
   void validate() const {
-    auto const require = [](bool good, char const* name, double value, char const* unit, char const* remedy) {
-      if (!good || !std::isfinite(value)) throw InvalidArgument(detail::message("PathGuidance: ", name, " is ", value, " ", unit, "; give ", remedy));
-    };
-    constexpr char const *positive = "a positive, finite number", *any = "a finite number, zero or more";
-    require(options_.stiffness > 0, ".stiffness", options_.stiffness, "N/m", positive);
-    require(options_.damping >= 0, ".damping", options_.damping, "N s/m", any);
-    require(options_.dead_band >= 0, ".dead_band", options_.dead_band, "m", any);
-    require(options_.fade > 0, ".fade", options_.fade, "m", positive);
-    require(options_.max_force > 0, ".max_force", options_.max_force, "N", positive);
-    require(options_.look >= 0, ".look", options_.look, "m", any);
-    require(options_.slide_speed > 0, ".slide_speed", options_.slide_speed, "m/s", positive);
-    require(options_.change_time > 0, ".change_time", options_.change_time, "s", positive);
-    require(options_.arm_time > 0, ".arm_time", options_.arm_time, "s", positive);
+    detail::OptionCheck const require{"PathGuidance", true};
+    constexpr char const *positive = "give a positive, finite number", *any = "give a finite number, zero or more";
+    require(options_.stiffness > 0, ".stiffness", options_.stiffness, " N/m", positive);
+    require(options_.damping >= 0, ".damping", options_.damping, " N s/m", any);
+    require(options_.dead_band >= 0, ".dead_band", options_.dead_band, " m", any);
+    require(options_.fade > 0, ".fade", options_.fade, " m", positive);
+    require(options_.max_force > 0, ".max_force", options_.max_force, " N", positive);
+    require(options_.look >= 0, ".look", options_.look, " m", any);
+    require(options_.slide_speed > 0, ".slide_speed", options_.slide_speed, " m/s", positive);
+    require(options_.change_time > 0, ".change_time", options_.change_time, " s", positive);
+    require(options_.arm_time > 0, ".arm_time", options_.arm_time, " s", positive);
   }
 
  private:

@@ -25,9 +25,7 @@ struct ForceDimensionOptions {
   bool calibrated_only = true;   ///< without calibration there is no force, and arm() throws
 
   void validate() const {
-    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
-      if (!good) throw InvalidArgument(detail::message("ForceDimensionOptions: ", what, " is ", value, unit, "; ", advice));
-    };
+    detail::OptionCheck const require{"ForceDimensionOptions"};
     auto const positive = [](double value) { return value > 0.0 && std::isfinite(value); };
     require(device >= 0 && device < 127, ".device", device, "", "give the device's index, 0 for the first");
     require(rate >= 1.0 && rate <= 1e5, ".rate", rate, " Hz", "a servo's usual one is 1000");

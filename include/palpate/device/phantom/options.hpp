@@ -34,9 +34,7 @@ struct PhantomOptions {
   double calibration_patience = 0;  ///< s that arm() waits for the user to calibrate
 
   void validate() const {
-    auto const require = [](bool good, char const* what, double value, char const* unit, char const* advice) {
-      if (!good) throw InvalidArgument(detail::message("PhantomOptions: ", what, " is ", value, unit, "; ", advice));
-    };
+    detail::OptionCheck const require{"PhantomOptions"};
     auto const positive = [](double value) { return value > 0.0 && std::isfinite(value); };
     auto const not_negative = [](double value) { return value >= 0.0 && std::isfinite(value); };
     require(rate >= 1.0 && rate <= 1e5, ".rate", rate, " Hz", "the driver's usual one is 1000");
