@@ -177,7 +177,6 @@
 #include <palpate/haptics/safety_event.hpp>
 #include <palpate/haptics/safety_options.hpp>
 #include <palpate/haptics/sampled_wall.hpp>
-#include <palpate/haptics/secant_stiffness.hpp>
 #include <palpate/haptics/shaded_normal.hpp>
 #include <palpate/haptics/slew_limit.hpp>
 #include <palpate/haptics/spring_then_tissue.hpp>

@@ -145,15 +145,3 @@ TEST_CASE("a lifecycle remembers its stage and refuses what is out of order", "[
   CHECK(life.handle(DeviceEvent::close));
   CHECK(life.handle(DeviceEvent::opened));
 }
-
-TEMPLATE_TEST_CASE("what is not permitted is zero, what is permitted is not touched", "[device]", PALPATE_TEST_SCALARS) {
-  using Scalar = TestType;
-  Wrench<Scalar> const wanted{.force = {1, 2, 3}, .torque = {4, 5, 6}};
-  for (DeviceStage const stage : every_stage()) {
-    Wrench<Scalar> const given = permitted(stage, wanted);
-    bool const on = stage == DeviceStage::arming || stage == DeviceStage::running || stage == DeviceStage::stale;
-    INFO(to_string(stage));
-    CHECK(given.force == (on ? wanted.force : Vector3<Scalar>::Zero()));
-    CHECK(given.torque == (on ? wanted.torque : Vector3<Scalar>::Zero()));
-  }
-}

@@ -48,7 +48,7 @@ TEST_CASE("a line through four points is the regression line") {
   auto const found = minimise_least_squares(Differenced{4, [&](auto const& p) { return Eigen::VectorXd(p[0] * Eigen::VectorXd::Ones(4) + p[1] * x - y); }},
                                             vector({0, 0}), nowhere(2));
   CHECK(found.converged);
-  CHECK(found.all_determined());
+  CHECK(found.determined == std::vector<bool>(found.determined.size(), true));
   CHECK(found.parameters[0] == Approx(1.1));
   CHECK(found.parameters[1] == Approx(1.1));
   CHECK(found.sum_of_squares == Approx(2.7));

@@ -96,14 +96,37 @@ class SurfaceTree {
   /// The nearest point of the surface. `hint` is a triangle that is likely near, such as the last answer: it saves time, and
   /// changes nothing else; any other value is ignored.
   SurfacePoint<Scalar> nearest(Points const& points, Vector3<Scalar> const& query, int hint = -1) const noexcept {
-    return find(points, query, std::numeric_limits<Scalar>::infinity(), hint);
-  }
-
-  /// The nearest point of the surface not farther than `radius` ≥ 0, or nothing found.
-  SurfacePoint<Scalar> nearest_within(Points const& points, Vector3<Scalar> const& query, Scalar radius,
-                                      int hint = -1) const noexcept {
-    if (!(radius >= 0)) return {};
-    return find(points, query, radius * radius, hint);
+    SurfacePoint<Scalar> nearest;
+    if (empty() || !query.allFinite()) return nearest;
+    // A computed foot point may leave its box by the rounding of coordinates as large as the farthest corner's.
+    Scalar const rounding = 16 * std::numeric_limits<Scalar>::epsilon() * tree_.farthest(query);
+    auto const widened = [&](Scalar squared) {
+      Scalar const distance = std::sqrt(squared) + rounding;
+      return distance * distance * relative_slack;
+    };
+    Scalar best = std::numeric_limits<Scalar>::infinity();
+    Scalar limit = best;
+    auto const consider = [&](int const* corner, int triangle) {
+      auto const foot = detail::closest_to_origin<Scalar>(points.col(corner[0]) - query, points.col(corner[1]) - query,
+                                                          points.col(corner[2]) - query);
+      if (foot.squared_distance < best ||
+          (foot.squared_distance == best && (nearest.triangle < 0 || triangle < nearest.triangle))) {
+        best = foot.squared_distance;
+        limit = widened(best);
+        nearest.triangle = triangle;
+        nearest.barycentric = foot.barycentric;
+        nearest.point = foot.point;
+      }
+    };
+    if (has(hint)) consider(tree_.corners(hint).data(), hint);
+    tree_.search(query, limit, consider);
+    if (nearest.found()) {
+      Corners const corner = tree_.corners(nearest.triangle);
+      nearest.point = detail::foot_point<Scalar>(query, nearest.barycentric, nearest.point, points.col(corner[0]),
+                                                 points.col(corner[1]), points.col(corner[2]));
+      nearest.distance = std::sqrt(best);
+    }
+    return nearest;
   }
 
   /// The nearest of the vertices that triangles use, the lowest index among equals; −1 when there is none or the query is not finite.
@@ -214,40 +237,6 @@ class SurfaceTree {
       if (0 * (sum[0] + sum[1] + sum[2]) == 0) return;
     }
     for (int const corner : corners) check_corner<InvalidArgument>(points, triangle, corner);
-  }
-
-  SurfacePoint<Scalar> find(Points const& points, Vector3<Scalar> const& query, Scalar squared_radius, int hint) const noexcept {
-    SurfacePoint<Scalar> nearest;
-    if (empty() || !query.allFinite()) return nearest;
-    // A computed foot point may leave its box by the rounding of coordinates as large as the farthest corner's.
-    Scalar const rounding = 16 * std::numeric_limits<Scalar>::epsilon() * tree_.farthest(query);
-    auto const widened = [&](Scalar squared) {
-      Scalar const distance = std::sqrt(squared) + rounding;
-      return distance * distance * relative_slack;
-    };
-    Scalar best = squared_radius;
-    Scalar limit = widened(best);
-    auto const consider = [&](int const* corner, int triangle) {
-      auto const foot = detail::closest_to_origin<Scalar>(points.col(corner[0]) - query, points.col(corner[1]) - query,
-                                                          points.col(corner[2]) - query);
-      if (foot.squared_distance < best ||
-          (foot.squared_distance == best && (nearest.triangle < 0 || triangle < nearest.triangle))) {
-        best = foot.squared_distance;
-        limit = widened(best);
-        nearest.triangle = triangle;
-        nearest.barycentric = foot.barycentric;
-        nearest.point = foot.point;
-      }
-    };
-    if (has(hint)) consider(tree_.corners(hint).data(), hint);
-    tree_.search(query, limit, consider);
-    if (nearest.found()) {
-      Corners const corner = tree_.corners(nearest.triangle);
-      nearest.point = detail::foot_point<Scalar>(query, nearest.barycentric, nearest.point, points.col(corner[0]),
-                                                 points.col(corner[1]), points.col(corner[2]));
-      nearest.distance = std::sqrt(best);
-    }
-    return nearest;
   }
 
   Tree tree_;

@@ -38,11 +38,6 @@ struct SphereTip {
   Scalar signed_distance(Vector3<Scalar> const& centre, Plane<Scalar> const& plane) const noexcept {
     return plane.signed_distance(centre) - radius;
   }
-
-  /// The point of the ball that goes first into a surface with this outward unit normal.
-  Vector3<Scalar> deepest_point(Vector3<Scalar> const& centre, Vector3<Scalar> const& normal) const noexcept {
-    return centre - radius * normal;
-  }
 };
 
 /// A rounded rod: all points within `radius` of a segment. A blade's edge or a tool's shaft; radius 0 is the segment itself.

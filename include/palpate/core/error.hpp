@@ -92,6 +92,12 @@ struct OptionCheck {
     if (!good || (finite && !std::isfinite(value))) throw InvalidArgument(message(owner, ": ", what, " is ", value, unit, "; ", advice));
   }
   void operator()(bool good, char const* what, double value, char const* advice) const { (*this)(good, what, value, "", advice); }
+  void positive(char const* what, double value, char const* unit = "") const {
+    (*this)(value > 0.0 && std::isfinite(value), what, value, unit, "give a finite number above zero");
+  }
+  void not_negative(char const* what, double value, char const* unit = "") const {
+    (*this)(value >= 0.0 && std::isfinite(value), what, value, unit, "give a finite number, zero or more");
+  }
 };
 
 }  // namespace detail

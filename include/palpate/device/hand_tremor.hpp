@@ -35,14 +35,12 @@ class HandTremor {
   using Scalar = S;
 
   explicit HandTremor(HandTremorOptions const& options = {}) : options_(options) {
-    auto const refuse = [](char const* what, double value, char const* unit, char const* advice) {
-      throw InvalidArgument(detail::message("HandTremor: ", what, " is ", value, unit, "; ", advice));
-    };
-    if (!(options.rate > 0.0) || !std::isfinite(options.rate)) refuse(".rate", options.rate, " Hz", "give the rate of the servo, 1000 for most");
-    if (!(options.frequency > 0.0) || !(options.frequency < options.rate / 2.0))
-      refuse(".frequency", options.frequency, " Hz", "give one above 0 and below half the rate, 8 to 12 for a hand");
-    if (!(options.bandwidth > 0.0) || !std::isfinite(options.bandwidth)) refuse(".bandwidth", options.bandwidth, " Hz", "give a finite one above 0");
-    if (!(options.amplitude >= 0.0) || !std::isfinite(options.amplitude)) refuse(".amplitude", options.amplitude, " m", "give a finite one, zero or more");
+    detail::OptionCheck const require{"HandTremor", true};
+    require(options.rate > 0.0, ".rate", options.rate, " Hz", "give the rate of the servo, 1000 for most");
+    require(options.frequency > 0.0 && options.frequency < options.rate / 2.0, ".frequency", options.frequency, " Hz",
+            "give one above 0 and below half the rate, 8 to 12 for a hand");
+    require(options.bandwidth > 0.0, ".bandwidth", options.bandwidth, " Hz", "give a finite one above 0");
+    require(options.amplitude >= 0.0, ".amplitude", options.amplitude, " m", "give a finite one, zero or more");
     double const r = std::exp(-std::numbers::pi * options.bandwidth / options.rate), cosine = std::cos(2.0 * std::numbers::pi * options.frequency / options.rate);
     one_ = 2.0 * r * cosine, two_ = -r * r;
     correlation_ = one_ / (1.0 - two_);   // of two samples that follow each other

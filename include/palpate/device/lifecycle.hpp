@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/matrix.hpp>
-#include <palpate/device/concept.hpp>
-
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -104,12 +101,6 @@ constexpr bool may_render(DeviceStage stage) noexcept {
 
 /// Do positions come in?
 constexpr bool is_open(DeviceStage stage) noexcept { return stage != DeviceStage::closed && stage != DeviceStage::faulted; }
-
-/// The wrench where the stage allows one, zero where it does not.
-template <RealScalar Scalar>
-Wrench<Scalar> permitted(DeviceStage stage, Wrench<Scalar> const& wrench) noexcept {
-  return may_render(stage) ? wrench : Wrench<Scalar>{};
-}
 
 /// A stage that remembers itself: the table above, applied to one event after the other.
 /// Cost       a look-up, noexcept, no allocation: allowed in the servo tick. For one thread.

@@ -29,9 +29,9 @@ class SampledMass {
 
   explicit SampledMass(SampledMassOptions const& options = {}) : options_(options) {
     detail::OptionCheck const require{"SampledMass", true};
-    require(options.mass > 0.0, ".mass", options.mass, " kg", "give a finite number above zero");
-    require(options.damping >= 0.0, ".damping", options.damping, " N·s/m", "give a finite number, zero or more");
-    require(options.stiffness >= 0.0, ".stiffness", options.stiffness, " N/m", "give a finite number, zero or more");
+    require.positive(".mass", options.mass, " kg");
+    require.not_negative(".damping", options.damping, " N·s/m");
+    require.not_negative(".stiffness", options.stiffness, " N/m");
     require(options.rate > 0.0, ".rate", options.rate, " Hz", "give the rate of the servo, 1000 for most");
     discretise();
   }

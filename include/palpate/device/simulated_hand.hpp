@@ -139,19 +139,16 @@ class SimulatedHand {
  private:
   static SimulatedHandOptions const& checked(SimulatedHandOptions const& options) {
     detail::OptionCheck const require{"SimulatedHand"};
-    auto const not_negative = [&](char const* what, double value) {
-      require(value >= 0.0 && std::isfinite(value), what, value, "give a finite number, zero or more");
-    };
     HandOptions const& hand = options.hand;
     require(options.mass > 0.0 && std::isfinite(options.mass), ".mass", options.mass, "give the device's apparent mass in kg, above zero");
     require(options.rate > 0.0 && std::isfinite(options.rate), ".rate", options.rate, "give the servo's rate in Hz, 1000 for most");
-    not_negative(".damping", options.damping);
-    not_negative(".friction", options.friction);
+    require.not_negative(".damping", options.damping);
+    require.not_negative(".friction", options.friction);
     require(options.quantum == 0.0 || (options.quantum >= finest_quantum && std::isfinite(options.quantum)), ".quantum", options.quantum,
             "give metres, zero or 1e-12 and more, for example 5.5e-5");
-    not_negative(".hand.mass", hand.mass);
-    not_negative(".hand.damping", hand.damping);
-    not_negative(".hand.stiffness", hand.stiffness);
+    require.not_negative(".hand.mass", hand.mass);
+    require.not_negative(".hand.damping", hand.damping);
+    require.not_negative(".hand.stiffness", hand.stiffness);
     require(hand.reaction_share >= 0.0 && hand.reaction_share <= 1.0, ".hand.reaction_share", hand.reaction_share, "give a share, 0 to 1");
     require(hand.reaction_delay >= 0.0 && hand.reaction_delay <= 10.0, ".hand.reaction_delay", hand.reaction_delay, "give seconds, 0 to 10");
     require(!std::isnan(hand.lets_go_at), ".hand.lets_go_at", hand.lets_go_at, "give seconds, or infinity for never");

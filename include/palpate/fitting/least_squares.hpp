@@ -40,7 +40,6 @@ struct LeastSquares {
   int iterations = 0;
 
   int free_count() const noexcept { return static_cast<int>(std::count(at_bound.begin(), at_bound.end(), false)); }
-  bool all_determined() const noexcept { return std::find(determined.begin(), determined.end(), false) == determined.end(); }
 };
 
 namespace detail {

@@ -30,13 +30,11 @@ struct BladeFactors {
   S entry_angle = S(0);        ///< θ: from the inward normal
 
   void validate() const {
-    auto const refuse = [](char const* what, S value, char const* advice) {
-      throw InvalidArgument(detail::message("BladeFactors: ", what, " is ", value, "; ", advice));
-    };
-    if (!std::isfinite(width_ratio) || !(width_ratio > S(0))) refuse(".width_ratio", width_ratio, "give a finite number above zero");
-    if (!std::isfinite(sharpness) || !(sharpness > S(0))) refuse(".sharpness", sharpness, "give a finite number above zero");
-    if (!std::isfinite(slice_push_ratio)) refuse(".slice_push_ratio", slice_push_ratio, "give a finite number");
-    if (!(std::abs(entry_angle) < std::numbers::pi_v<S> / 2)) refuse(".entry_angle", entry_angle, "give radians between -pi/2 and pi/2");
+    detail::OptionCheck const require{"BladeFactors"};
+    require.positive(".width_ratio", width_ratio);
+    require.positive(".sharpness", sharpness);
+    require(std::isfinite(slice_push_ratio), ".slice_push_ratio", slice_push_ratio, "give a finite number");
+    require(std::abs(entry_angle) < std::numbers::pi_v<S> / 2, ".entry_angle", entry_angle, "give radians between -pi/2 and pi/2");
   }
 
   S depth_factor() const noexcept { return S(1) / std::cos(entry_angle); }

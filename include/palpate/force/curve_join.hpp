@@ -34,12 +34,10 @@ struct CurveJoin {
   S puncture_time = S(0.005);
 
   void validate() const {
-    if (!std::isfinite(fade_depth) || fade_depth < S(0))
-      throw InvalidArgument(detail::message("CurveJoin: .fade_depth is ", fade_depth, " m; give a finite number, zero or more"));
-    if (!std::isfinite(reversal_depth) || reversal_depth < S(0))
-      throw InvalidArgument(detail::message("CurveJoin: .reversal_depth is ", reversal_depth, " m; give a finite number, zero or more"));
-    if (!std::isfinite(puncture_time) || puncture_time < S(0))
-      throw InvalidArgument(detail::message("CurveJoin: .puncture_time is ", puncture_time, " s; give a finite number, zero or more"));
+    detail::OptionCheck const require{"CurveJoin"};
+    require.not_negative(".fade_depth", fade_depth, " m");
+    require.not_negative(".reversal_depth", reversal_depth, " m");
+    require.not_negative(".puncture_time", puncture_time, " s");
   }
 
   /// Share of a curve at a depth: 0 at the surface, 1 from fade_depth on.

@@ -28,10 +28,10 @@ struct ExponentialContact {
   S largest_depth = S(0.02);    ///< [m]
 
   void validate() const {
-    if (!std::isfinite(scale) || scale < S(0)) throw InvalidArgument(detail::message("ExponentialContact: .scale is ", scale, " N; give a finite number, zero or more"));
-    if (!std::isfinite(rate) || rate < S(0)) throw InvalidArgument(detail::message("ExponentialContact: .rate is ", rate, " 1/m; give a finite number, zero or more"));
-    if (!std::isfinite(largest_depth) || !(largest_depth > S(0)))
-      throw InvalidArgument(detail::message("ExponentialContact: .largest_depth is ", largest_depth, " m; give a finite number above zero"));
+    detail::OptionCheck const require{"ExponentialContact"};
+    require.not_negative(".scale", scale, " N");
+    require.not_negative(".rate", rate, " 1/m");
+    require.positive(".largest_depth", largest_depth, " m");
     if (!std::isfinite(scale * rate * std::exp(rate * largest_depth)))
       throw InvalidArgument(detail::message("ExponentialContact: the force is not finite at ", largest_depth, " m; lower .rate or .largest_depth"));
   }

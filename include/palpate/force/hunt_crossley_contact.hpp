@@ -29,12 +29,10 @@ struct HuntCrossleyContact {
   S damping = S(0);         ///< μ [s/m]
 
   void validate() const {
-    if (!std::isfinite(stiffness) || stiffness < S(0))
-      throw InvalidArgument(detail::message("HuntCrossleyContact: .stiffness is ", stiffness, "; give a finite number, zero or more"));
-    if (!std::isfinite(exponent) || exponent < S(1))
-      throw InvalidArgument(detail::message("HuntCrossleyContact: .exponent is ", exponent, "; give a finite number, one or more"));
-    if (!std::isfinite(damping) || damping < S(0))
-      throw InvalidArgument(detail::message("HuntCrossleyContact: .damping is ", damping, " s/m; give a finite number, zero or more"));
+    detail::OptionCheck const require{"HuntCrossleyContact", true};
+    require.not_negative(".stiffness", stiffness);
+    require(exponent >= S(1), ".exponent", exponent, "give a finite number, one or more");
+    require.not_negative(".damping", damping, " s/m");
   }
 
   Vector3<S> operator()(ToolContact<S> const& contact) const noexcept {

@@ -25,9 +25,7 @@ struct IndentationSpring {
   S stiffness = S(3.0 / 0.018);   ///< [N/m]
 
   void validate() const {
-    if (!std::isfinite(stiffness) || stiffness < S(0))
-      throw InvalidArgument(detail::message("IndentationSpring: .stiffness is ", stiffness,
-                                            " N/m; give a finite number, zero or more"));
+    detail::OptionCheck{"IndentationSpring"}.not_negative(".stiffness", stiffness, " N/m");
   }
 
   Vector3<S> operator()(ToolContact<S> const& contact) const noexcept {

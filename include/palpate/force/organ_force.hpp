@@ -78,10 +78,9 @@ struct OrganFriction {
   Vector3<S> wall_normal = Vector3<S>::UnitX();    ///< n_v, of any length
 
   void validate() const {
-    if (!std::isfinite(stiffness) || stiffness < S(0))
-      throw InvalidArgument(detail::message("OrganFriction: .stiffness is ", stiffness, " N/m; give a finite number, zero or more"));
-    if (!std::isfinite(speed) || !(speed > S(0)))
-      throw InvalidArgument(detail::message("OrganFriction: .speed is ", speed, " m/s; give a finite number above zero"));
+    detail::OptionCheck const require{"OrganFriction"};
+    require.not_negative(".stiffness", stiffness, " N/m");
+    require.positive(".speed", speed, " m/s");
     detail::require_wall_normal("OrganFriction", wall_normal);
   }
 

@@ -39,23 +39,22 @@ struct Inverse3Options {
 
   void validate() const {
     detail::OptionCheck const require{"Inverse3Options"};
-    auto const positive = [](double value) { return value > 0.0 && std::isfinite(value); };
     if (host.empty()) throw InvalidArgument("Inverse3Options: .host is empty; give the machine of the service, as localhost");
     require(port >= 1 && port <= 65535, ".port", port, "", "the service's usual one is 10001");
     auto const matrix = signed_axes(axes);
     if (!matrix || matrix->determinant() < 0.0)
       throw InvalidArgument(detail::message("Inverse3Options: .axes is \"", axes,
                                             "\"; give each of X, Y and Z once, with signs, without a mirror, as XZ-Y (y up) or XYZ (z up)"));
-    require(max_force >= 0.0 && std::isfinite(max_force), ".max_force", max_force, " N", "give zero or more");
+    require.not_negative(".max_force", max_force, " N");
     require(rate >= 1.0 && rate <= 1e5, ".rate", rate, " Hz", "a servo's usual one is 1000");
     require(exchange_rate >= 1.0 && exchange_rate <= 1e5, ".exchange_rate", exchange_rate, " Hz", "give 1 to 100000");
-    require(ramp >= 0.0 && std::isfinite(ramp), ".ramp", ramp, " s", "give zero or more");
-    require(positive(held), ".held", held, " s", "give more than zero");
-    require(positive(stall), ".stall", stall, " s", "give more than zero");
+    require.not_negative(".ramp", ramp, " s");
+    require.positive(".held", held, " s");
+    require.positive(".stall", stall, " s");
     require(exchange_rate * held >= 2.0 && exchange_rate * stall >= 2.0, ".exchange_rate", exchange_rate, " Hz",
             "at least two exchanges fit into .held and into .stall");
-    require(positive(jump), ".jump", jump, " m", "give more than zero");
-    require(positive(timeout), ".timeout", timeout, " s", "give more than zero");
+    require.positive(".jump", jump, " m");
+    require.positive(".timeout", timeout, " s");
   }
 };
 

@@ -41,9 +41,9 @@ class PassivityController {
   explicit PassivityController(PassivityOptions const& options = {}) : options_(options) {
     detail::OptionCheck const require{"PassivityController", true};
     require(options.period > 0.0, ".period", options.period, " s", "give that of the servo, 0.001 for most");
-    require(options.max_damping >= 0.0, ".max_damping", options.max_damping, " N·s/m", "give a finite number, zero or more");
-    require(options.device_damping >= 0.0, ".device_damping", options.device_damping, " N·s/m", "give a finite number, zero or more");
-    require(options.reservoir > 0.0, ".reservoir", options.reservoir, " J", "give a finite number above zero");
+    require.not_negative(".max_damping", options.max_damping, " N·s/m");
+    require.not_negative(".device_damping", options.device_damping, " N·s/m");
+    require.positive(".reservoir", options.reservoir, " J");
   }
 
   /// The force to send for the one wanted at this position, of a model that holds `elastic` J there, ½ k d² for a spring. Books the way since the

@@ -49,11 +49,11 @@ class PlaneSet {
 
   /// Adds a plane. Throws `InvalidArgument` for a normal that has not length one, an offset that is not finite, and the ninth.
   void add(ContactPlane<S> const& plane) {
+    if (try_add(plane)) return;
     if (count_ == capacity) throw InvalidArgument(detail::message("PlaneSet: there are ", capacity, " planes already; keep the nearest ones"));
-    if (!plane.normal.allFinite() || !(std::abs(plane.normal.norm() - S(1)) < S(1e-4)))
+    if (std::isfinite(plane.offset))
       throw InvalidArgument(detail::message("PlaneSet: the normal is (", plane.normal.x(), ", ", plane.normal.y(), ", ", plane.normal.z(), "); give one of length one"));
-    if (!std::isfinite(plane.offset)) throw InvalidArgument(detail::message("PlaneSet: the offset is ", plane.offset, " m; give a finite number"));
-    planes_[static_cast<std::size_t>(count_++)] = plane;
+    throw InvalidArgument(detail::message("PlaneSet: the offset is ", plane.offset, " m; give a finite number"));
   }
   /// The same without a word: false, and nothing added, where `add` would throw. For the servo tick.
   bool try_add(ContactPlane<S> const& plane) noexcept {
@@ -102,27 +102,14 @@ class PlaneSet {
     return most;
   }
 
-  /// Calls visit for every set of so many planes, in `chosen`, until it returns true.
+  /// Calls visit for every set of so many planes, in `chosen`, of which the first `given` are chosen, until it returns true.
   template <class Visit>
-  void for_each_set(int size, std::array<int, 3>& chosen, Visit const& visit) const {
-    for (int a = 0; a < count_; ++a) {
-      chosen[0] = a;
-      if (size == 1) {
-        if (visit()) return;
-        continue;
-      }
-      for (int b = a + 1; b < count_; ++b) {
-        chosen[1] = b;
-        if (size == 2) {
-          if (visit()) return;
-          continue;
-        }
-        for (int c = b + 1; c < count_; ++c) {
-          chosen[2] = c;
-          if (visit()) return;
-        }
-      }
-    }
+  bool for_each_set(int size, std::array<int, 3>& chosen, Visit const& visit, int given = 0) const {
+    if (given == size) return visit();
+    auto const place = static_cast<std::size_t>(given);
+    for (chosen[place] = given > 0 ? chosen[place - 1] + 1 : 0; chosen[place] < count_; ++chosen[place])
+      if (for_each_set(size, chosen, visit, given + 1)) return true;
+    return false;
   }
 
   /// The point nearest to p on all of these planes; false where they do not push towards it, or have no point in common. In double: where planes are

@@ -66,7 +66,7 @@ struct SafetyOptions {
     limit(".overspeed", overspeed, " m/s");
     limit(".jump", jump, " m");
     if (thermal_time) time(".thermal_time", *thermal_time);
-    if (damping) require(*damping >= 0.0 && std::isfinite(*damping), ".damping", *damping, " N·s/m", "give a finite number, zero or more");
+    if (damping) require.not_negative(".damping", *damping, " N·s/m");
     require(tell_waiting >= 0.0, ".tell_waiting", tell_waiting, " s", "give zero or more, infinity for never");
     time(".ramp", ramp);
     time(".fade", fade);
@@ -74,7 +74,7 @@ struct SafetyOptions {
     limit(".gap", gap, " s");
     limit(".long_gap", long_gap, " s");
     limit(".stale_after", stale_after, " s");
-    require(reservoir > 0.0 && std::isfinite(reservoir), ".reservoir", reservoir, " J", "give a finite number above zero");
+    require.positive(".reservoir", reservoir, " J");
     require(arm_ticks >= 1, ".arm_ticks", arm_ticks, "", "give one or more");
     if (most_not_finite) require(*most_not_finite >= 0, ".most_not_finite", *most_not_finite, "", "give zero or more");
     if (most_not_finite_in_window)

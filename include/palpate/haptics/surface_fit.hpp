@@ -56,12 +56,10 @@ class SurfaceFit {
   static constexpr int capacity = 64;
 
   explicit SurfaceFit(SurfaceFitOptions const& options = {}) : options_(options) {
-    if (options.rings < 0 || options.rings > 4)
-      throw InvalidArgument(detail::message("SurfaceFit: .rings is ", options.rings, "; give 0 to 4, 1 for most"));
-    if (!(options.stiffness > 0.0) || !std::isfinite(options.stiffness))
-      throw InvalidArgument(detail::message("SurfaceFit: .stiffness is ", options.stiffness, " N/m; give a finite number above zero"));
-    if (!(options.damping > 0.0) || !std::isfinite(options.damping))
-      throw InvalidArgument(detail::message("SurfaceFit: .damping is ", options.damping, "; give a small number above zero, 1e-6 for most"));
+    detail::OptionCheck const require{"SurfaceFit", true};
+    require(options.rings >= 0 && options.rings <= 4, ".rings", options.rings, "give 0 to 4, 1 for most");
+    require.positive(".stiffness", options.stiffness, " N/m");
+    require(options.damping > 0.0, ".damping", options.damping, "give a small number above zero, 1e-6 for most");
   }
 
   /// Fits the surface around a point of a triangle.

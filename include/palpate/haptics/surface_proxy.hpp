@@ -36,8 +36,8 @@ class SurfaceProxy {
 
   explicit SurfaceProxy(SurfaceProxyOptions const& options = {}) : options_(options) {
     detail::OptionCheck const require{"SurfaceProxy", true};
-    require(options.stiffness > 0.0, ".stiffness", options.stiffness, " N/m", "give a finite number above zero");
-    require(options.dynamic_friction >= 0.0, ".dynamic_friction", options.dynamic_friction, "", "give a finite number, zero or more");
+    require.positive(".stiffness", options.stiffness, " N/m");
+    require.not_negative(".dynamic_friction", options.dynamic_friction, "");
     require(options.static_friction >= options.dynamic_friction, ".static_friction", options.static_friction, "", "give a finite number, not below .dynamic_friction");
     require(options.dynamic_friction > 0.0 || !(options.static_friction > 0.0), ".dynamic_friction", options.dynamic_friction, "",
             "give a number above zero where .static_friction is: without it the tool would never stick again");

@@ -26,8 +26,7 @@ class SurfaceSensor {
  public:
   explicit SurfaceSensor(SurfaceKind kind = SurfaceKind::none, SurfaceSensorOptions const& options = {})
       : kind_(kind), approach_(static_cast<Scalar>(options.approach)), fit_({.rings = options.rings, .curved = kind == SurfaceKind::ball}) {
-    if (!(options.approach >= 0.0) || !std::isfinite(options.approach))
-      throw InvalidArgument(detail::message("SurfaceSensor: .approach is ", options.approach, " m; give a finite number, zero or more"));
+    detail::OptionCheck{"SurfaceSensor"}.not_negative(".approach", options.approach, " m");
   }
 
   SurfaceKind kind() const noexcept { return kind_; }

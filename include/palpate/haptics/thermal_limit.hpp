@@ -26,10 +26,9 @@ struct ThermalOptions {
 class ThermalLimit {
  public:
   explicit ThermalLimit(ThermalOptions const& options = {}) : continuous_(options.continuous_force), time_(options.time) {
-    if (!(continuous_ > 0.0) || !std::isfinite(continuous_))
-      throw InvalidArgument(detail::message("ThermalLimit: .continuous_force is ", continuous_, " N; give a finite number above zero, from the device's papers"));
-    if (!(time_ > 0.0) || !std::isfinite(time_))
-      throw InvalidArgument(detail::message("ThermalLimit: .time is ", time_, " s; give a finite number above zero"));
+    detail::OptionCheck const require{"ThermalLimit", true};
+    require(continuous_ > 0.0, ".continuous_force", continuous_, " N", "give a finite number above zero, from the device's papers");
+    require.positive(".time", time_, " s");
   }
 
   /// N, the most that may be written now, on a device of this maximum.

@@ -135,13 +135,12 @@ class VirtualCoupling {
 
   explicit VirtualCoupling(VirtualCouplingOptions const& options = {}) : options_(options) {
     detail::OptionCheck const require{"VirtualCoupling", true};
-    char const* const any = "give a finite number, zero or more";
-    require(options.position.stiffness > 0.0, ".position.stiffness", options.position.stiffness, " N/m", "give a finite number above zero");
-    require(options.position.damping >= 0.0, ".position.damping", options.position.damping, " N·s/m", any);
-    require(options.position.mass >= 0.0, ".position.mass", options.position.mass, " kg", any);
-    require(options.rotation.stiffness >= 0.0, ".rotation.stiffness", options.rotation.stiffness, " N·m/rad", any);
-    require(options.rotation.damping >= 0.0, ".rotation.damping", options.rotation.damping, " N·m·s/rad", any);
-    require(options.rotation.mass >= 0.0, ".rotation.mass", options.rotation.mass, " kg·m²", any);
+    require.positive(".position.stiffness", options.position.stiffness, " N/m");
+    require.not_negative(".position.damping", options.position.damping, " N·s/m");
+    require.not_negative(".position.mass", options.position.mass, " kg");
+    require.not_negative(".rotation.stiffness", options.rotation.stiffness, " N·m/rad");
+    require.not_negative(".rotation.damping", options.rotation.damping, " N·m·s/rad");
+    require.not_negative(".rotation.mass", options.rotation.mass, " kg·m²");
     require(options.period > 0.0, ".period", options.period, " s", "give that of the servo, 0.001 for most");
   }
 

@@ -45,8 +45,6 @@ class GuidePath {
   std::size_t pieces() const noexcept { return corners_.size() - 1; }
   /// m, of the whole.
   S length() const noexcept { return begins_.back(); }
-  /// m, from the start to where a piece begins.
-  S begin_of(std::size_t piece) const noexcept { return begins_[piece]; }
   S length_of(std::size_t piece) const noexcept { return begins_[piece + 1] - begins_[piece]; }
   Vector const& corner(std::size_t k) const noexcept { return corners_[k]; }
 

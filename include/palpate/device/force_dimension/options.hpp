@@ -26,16 +26,15 @@ struct ForceDimensionOptions {
 
   void validate() const {
     detail::OptionCheck const require{"ForceDimensionOptions"};
-    auto const positive = [](double value) { return value > 0.0 && std::isfinite(value); };
     require(device >= 0 && device < 127, ".device", device, "", "give the device's index, 0 for the first");
     require(rate >= 1.0 && rate <= 1e5, ".rate", rate, " Hz", "a servo's usual one is 1000");
     require(max_force >= 0.0, ".max_force", max_force, " N", "give zero or more");
     require(max_torque >= 0.0, ".max_torque", max_torque, " N m", "give zero or more");
-    require(ramp >= 0.0 && std::isfinite(ramp), ".ramp", ramp, " s", "give zero or more");
-    require(positive(silence), ".silence", silence, " s", "give more than zero");
-    require(positive(jump), ".jump", jump, " m", "give more than zero");
-    require(positive(gap), ".gap", gap, " s", "give more than zero");
-    require(positive(timeout), ".timeout", timeout, " s", "give more than zero");
+    require.not_negative(".ramp", ramp, " s");
+    require.positive(".silence", silence, " s");
+    require.positive(".jump", jump, " m");
+    require.positive(".gap", gap, " s");
+    require.positive(".timeout", timeout, " s");
   }
 };
 

@@ -35,16 +35,14 @@ struct PhantomOptions {
 
   void validate() const {
     detail::OptionCheck const require{"PhantomOptions"};
-    auto const positive = [](double value) { return value > 0.0 && std::isfinite(value); };
-    auto const not_negative = [](double value) { return value >= 0.0 && std::isfinite(value); };
     require(rate >= 1.0 && rate <= 1e5, ".rate", rate, " Hz", "the driver's usual one is 1000");
     require(max_force >= 0.0, ".max_force", max_force, " N", "give zero or more");
-    require(not_negative(ramp), ".ramp", ramp, " s", "give zero or more");
-    require(positive(silence), ".silence", silence, " s", "give more than zero");
-    require(positive(held), ".held", held, " s", "give more than zero");
-    require(positive(jump), ".jump", jump, " m", "give more than zero");
-    require(positive(timeout), ".timeout", timeout, " s", "give more than zero");
-    require(not_negative(calibration_patience), ".calibration_patience", calibration_patience, " s", "give zero or more");
+    require.not_negative(".ramp", ramp, " s");
+    require.positive(".silence", silence, " s");
+    require.positive(".held", held, " s");
+    require.positive(".jump", jump, " m");
+    require.positive(".timeout", timeout, " s");
+    require.not_negative(".calibration_patience", calibration_patience, " s");
   }
 };
 
