@@ -37,10 +37,6 @@ struct AdaptiveVelocityOptions {
 
 namespace detail {
 
-inline void require_velocity(char const* who, char const* what, double value, char const* unit, char const* advice) {
-  if (!(value > 0.0) || !std::isfinite(value)) throw InvalidArgument(message(who, ": ", what, " is ", value, unit, "; ", advice));
-}
-
 /// The last positions, the newest first.
 template <RealScalar S, int Capacity>
 class LastPositions {
@@ -73,6 +69,38 @@ class LastPositions {
   int newest_ = 0, count_ = 0;
 };
 
+/// What estimators from a window of positions share: the period T [s] between two of them.
+template <RealScalar S, int Capacity>
+class PositionWindow {
+ public:
+  using Scalar = S;
+
+  PositionWindow(char const* who, double period) : who_(who) { begin_session(period, 0.0); }
+
+  void begin_session(double period, double) {
+    OptionCheck{who_, true}(period > 0.0, ".period", period, " s", "give that of the servo, 0.001 for most");
+    period_ = period;
+    reset();
+  }
+  void reset() noexcept { last_.clear(); }
+
+ protected:
+  /// False for a position that is no number: then there are none.
+  bool take(Vector3<S> const& position) noexcept {
+    if (position.allFinite())
+      last_.push(position);
+    else
+      reset();
+    return last_.count() > 0;
+  }
+
+  LastPositions<S, Capacity> last_;
+  double period_ = 0.0;
+
+ private:
+  char const* who_;
+};
+
 }  // namespace detail
 
 /// The way over the last `Span` ticks by their time.
@@ -82,35 +110,18 @@ class LastPositions {
 ///            and no estimate from as many ticks is sure to be nearer: steps of 55 µm make 55 mm/s over one tick, 3.7 mm/s over 15.
 /// Cost       noexcept, no allocation: allowed in the servo tick. While there are fewer positions, over those.
 template <RealScalar S, int Span = 1>
-class BackwardDifference {
+class BackwardDifference : public detail::PositionWindow<S, Span + 1> {
   static_assert(Span >= 1, "palpate::BackwardDifference: give a span of one tick or more.");
+  using Window = detail::PositionWindow<S, Span + 1>;
+  using Window::last_;
 
  public:
-  using Scalar = S;
-
-  explicit BackwardDifference(VelocityOptions const& options = {}) : period_(options.period) {
-    detail::require_velocity("BackwardDifference", ".period", options.period, " s", "give that of the servo, 0.001 for most");
-  }
+  explicit BackwardDifference(VelocityOptions const& options = {}) : Window("BackwardDifference", options.period) {}
 
   Vector3<S> operator()(Vector3<S> const& position) noexcept {
-    if (!position.allFinite()) {
-      reset();
-      return Vector3<S>::Zero();
-    }
-    last_.push(position);
-    int const span = last_.count() - 1;
-    return span > 0 ? Vector3<S>((last_[0] - last_[span]) / S(span * period_)) : Vector3<S>(Vector3<S>::Zero());
+    int const span = Window::take(position) ? last_.count() - 1 : 0;
+    return span > 0 ? Vector3<S>((last_[0] - last_[span]) / S(span * Window::period_)) : Vector3<S>(Vector3<S>::Zero());
   }
-  void begin_session(double period, double) {
-    detail::require_velocity("BackwardDifference", ".period", period, " s", "give that of the servo, 0.001 for most");
-    period_ = period;
-    reset();
-  }
-  void reset() noexcept { last_.clear(); }
-
- private:
-  double period_;
-  detail::LastPositions<S, Span + 1> last_;
 };
 
 /// The slope of the straight line that fits the last `Samples` positions best.
@@ -122,34 +133,16 @@ class BackwardDifference {
 ///            the same time does.
 /// Cost       n/2 products; noexcept, no allocation: allowed in the servo tick. While there are fewer positions, from those.
 template <RealScalar S, int Samples = 16>
-class WindowedVelocity {
+class WindowedVelocity : public detail::PositionWindow<S, Samples> {
   static_assert(Samples >= 2, "palpate::WindowedVelocity: a line needs two positions or more.");
+  using Window = detail::PositionWindow<S, Samples>;
 
  public:
-  using Scalar = S;
-
-  explicit WindowedVelocity(VelocityOptions const& options = {}) : period_(options.period) {
-    detail::require_velocity("WindowedVelocity", ".period", options.period, " s", "give that of the servo, 0.001 for most");
-  }
+  explicit WindowedVelocity(VelocityOptions const& options = {}) : Window("WindowedVelocity", options.period) {}
 
   Vector3<S> operator()(Vector3<S> const& position) noexcept {
-    if (!position.allFinite()) {
-      reset();
-      return Vector3<S>::Zero();
-    }
-    last_.push(position);
-    return last_.slope(last_.count()) / S(period_);
+    return Window::take(position) ? Vector3<S>(Window::last_.slope(Window::last_.count()) / S(Window::period_)) : Vector3<S>(Vector3<S>::Zero());
   }
-  void begin_session(double period, double) {
-    detail::require_velocity("WindowedVelocity", ".period", period, " s", "give that of the servo, 0.001 for most");
-    period_ = period;
-    reset();
-  }
-  void reset() noexcept { last_.clear(); }
-
- private:
-  double period_;
-  detail::LastPositions<S, Samples> last_;
 };
 
 /// The slope over as many of the last positions as lie on one straight line, but for their error: the window is long at rest and at constant
@@ -162,51 +155,45 @@ class WindowedVelocity {
 ///            about √(8 Δ/a) long, and v half of that late.
 /// Cost       Up to Samples²/2 comparisons where the whole window fits, 0.4 µs for 16; noexcept, no allocation: allowed in the servo tick.
 template <RealScalar S, int Samples = 16>
-class AdaptiveWindowVelocity {
+class AdaptiveWindowVelocity : public detail::PositionWindow<S, Samples> {
   static_assert(Samples >= 2, "palpate::AdaptiveWindowVelocity: a line needs two positions or more.");
+  using Window = detail::PositionWindow<S, Samples>;
+  using Window::last_;
 
  public:
-  using Scalar = S;
-
-  explicit AdaptiveWindowVelocity(AdaptiveVelocityOptions const& options = {}) : options_(options) {
-    detail::require_velocity("AdaptiveWindowVelocity", ".period", options.period, " s", "give that of the servo, 0.001 for most");
-    detail::require_velocity("AdaptiveWindowVelocity", ".quantum", options.quantum, " m", "give the device's resolution, 55e-6 for many");
+  explicit AdaptiveWindowVelocity(AdaptiveVelocityOptions const& options = {})
+      : Window("AdaptiveWindowVelocity", options.period), quantum_(options.quantum) {
+    detail::OptionCheck{"AdaptiveWindowVelocity", true}(quantum_ > 0.0, ".quantum", quantum_, " m", "give the device's resolution, 55e-6 for many");
   }
 
   Vector3<S> operator()(Vector3<S> const& position) noexcept {
-    if (!position.allFinite()) {
-      reset();
-      return Vector3<S>::Zero();
-    }
-    last_.push(position);
-    window_ = std::min(last_.count() - 1, 1);
+    window_ = Window::take(position) ? std::min(last_.count() - 1, 1) : 0;
     while (window_ + 1 < last_.count() && is_straight(window_ + 1)) ++window_;
-    return last_.slope(window_ + 1) / S(options_.period);
+    return last_.slope(window_ + 1) / S(Window::period_);
   }
 
   /// A step that is not known leaves that of the options.
   void begin_session(double period, double quantum) {
-    *this = AdaptiveWindowVelocity({.period = period, .quantum = quantum > 0.0 ? quantum : options_.quantum});
+    *this = AdaptiveWindowVelocity({.period = period, .quantum = quantum > 0.0 ? quantum : quantum_});
   }
 
   /// Over how many ticks the last estimate went: from 1 to Samples − 1, 0 before there was one.
   int window() const noexcept { return window_; }
   void reset() noexcept {
-    last_.clear();
+    Window::reset();
     window_ = 0;
   }
 
  private:
   bool is_straight(int n) const noexcept {
-    S const most = S(options_.quantum) * S(1.001);   // positions are rounded themselves
+    S const most = S(quantum_) * S(1.001);   // positions are rounded themselves
     Vector3<S> const step = (last_[n] - last_[0]) / S(n);
     for (int i = 1; i < n; ++i)
       if (!((last_[i] - last_[0] - S(i) * step).cwiseAbs().maxCoeff() <= most)) return false;
     return true;
   }
 
-  AdaptiveVelocityOptions options_;
-  detail::LastPositions<S, Samples> last_;
+  double quantum_;
   int window_ = 0;
 };
 

@@ -27,28 +27,6 @@ enum class MeshDefectKind {
   inward                      ///< smallest vertex of a closed piece, –, signed volume [m³]
 };
 
-constexpr char const* to_string(MeshDefectKind kind) noexcept {
-  switch (kind) {
-    case MeshDefectKind::empty: return "empty";
-    case MeshDefectKind::not_finite: return "not finite";
-    case MeshDefectKind::vertex_out_of_range: return "vertex out of range";
-    case MeshDefectKind::repeated_corner: return "repeated corner";
-    case MeshDefectKind::no_area: return "no area";
-    case MeshDefectKind::no_volume: return "no volume";
-    case MeshDefectKind::inverted: return "inverted";
-    case MeshDefectKind::unused_vertex: return "unused vertex";
-    case MeshDefectKind::duplicate_vertex: return "duplicate vertex";
-    case MeshDefectKind::duplicate_element: return "duplicate element";
-    case MeshDefectKind::non_manifold_edge: return "non-manifold edge";
-    case MeshDefectKind::non_manifold_face: return "non-manifold face";
-    case MeshDefectKind::inconsistent_orientation: return "inconsistent orientation";
-    case MeshDefectKind::non_manifold_vertex: return "non-manifold vertex";
-    case MeshDefectKind::open_border: return "open border";
-    case MeshDefectKind::inward: return "inward";
-  }
-  return "unknown";
-}
-
 /// One thing that is wrong with a mesh, and where.
 struct MeshDefect {
   MeshDefectKind kind;

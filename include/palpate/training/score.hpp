@@ -34,25 +34,9 @@ enum class ScorePart : std::size_t { path, missed, force, smoothness, time, dept
 inline constexpr std::size_t score_parts = 8;
 
 constexpr char const* to_string(ScorePart part) noexcept {
-  switch (part) {
-    case ScorePart::path:
-      return "path";
-    case ScorePart::missed:
-      return "missed";
-    case ScorePart::force:
-      return "force";
-    case ScorePart::smoothness:
-      return "smoothness";
-    case ScorePart::time:
-      return "time";
-    case ScorePart::depth:
-      return "depth";
-    case ScorePart::overshoot:
-      return "overshoot";
-    case ScorePart::contacts:
-      return "contacts";
-  }
-  return "unknown";
+  constexpr std::array<char const*, score_parts> names{"path", "missed", "force", "smoothness", "time", "depth", "overshoot", "contacts"};
+  auto const k = static_cast<std::size_t>(part);
+  return k < names.size() ? names[k] : "unknown";
 }
 
 /// Points from 0 to 100, and what they are made of.
