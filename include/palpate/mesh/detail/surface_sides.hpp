@@ -3,6 +3,7 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/detail/simplices.hpp>
+#include <palpate/mesh/triangle_mesh.hpp>
 
 #include <algorithm>
 #include <array>
