@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// expect: SoftBody: the second policy is no Integrator: it needs step(system, h) const
+// expect: palpate: the integrator's step is not const; declare: template <class System> void step(System& system, typename System::Scalar h) const
 // An integrator whose step changes the integrator itself.
 #include <palpate/palpate.hpp>
 

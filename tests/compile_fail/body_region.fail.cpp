@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// expect: SoftBody: the third policy is no Region; WholeBody{} and ZoneOfInfluence{.rings = 2} are.
+// expect: palpate: the third policy is no Region, which has: template <class Graph> void select(Graph const& graph
 // A number of rings is not yet a region.
 #include <palpate/palpate.hpp>
 

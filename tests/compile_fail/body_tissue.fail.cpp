@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// expect: SoftBody: the first policy is no TissueModel
+// expect: palpate: this is no TissueModel, which begins with: using Scalar = double; see palpate/tissue/concept.hpp, or use MassSpring<double>.
 // A mesh is a shape; what it is made of is missing.
 #include <palpate/palpate.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// expect: ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue. MassSpring has it.
+// expect: ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue: int insert_in_triangle(
 // A scalpel on tissue that has forces but no way to change its surface.
 #include "beads.hpp"
 

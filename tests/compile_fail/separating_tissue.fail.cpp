@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// expect: SeparatingCutter: this tissue can not be cut along its edges; it lacks the ability SeparableTissue. MassSpring has it.
+// expect: SeparatingCutter: this tissue can not be cut along its edges; it lacks the ability SeparableTissue: void move_rest(
 // A scalpel on tissue that has forces but no way to change its surface.
 #include "beads.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// expect: Simulator: the cutter needs advance(body, ToolPose<Scalar> const&), contact(), state(), report() and tip_radius() of the body's scalar
+// expect: palpate: the cutter has no advance(body, tool); declare: template <class Body> void advance(Body& body, ToolPose<typename Body::Scalar> const& tool)
 // The options of a cutter are not yet a cutter.
 #include <palpate/palpate.hpp>
 

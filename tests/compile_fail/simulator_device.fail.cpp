@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// expect: Simulator: the device needs capabilities(), read(DeviceState<double>&) noexcept
+// expect: palpate: the device's read and write run in the servo tick, where nobody catches; declare both noexcept
 // A device that may throw in the servo tick.
 #include <palpate/palpate.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// expect: MassSpring: the second argument is no SpringLaw of this scalar: it needs tension(elongation, rest_length) const
+// expect: palpate: the spring law has no member damping; declare: Scalar damping = 0, in N s/m
 // A law that forgot its damper.
 #include <palpate/palpate.hpp>
 

@@ -31,8 +31,6 @@ namespace palpate {
 template <class TissueType, class RegionType, class ExecutionType>
 class BodyMotion : public BodyShape<TissueType> {
   using Shape = BodyShape<TissueType>;
-  static_assert(Execution<ExecutionType>, "SoftBody: the fourth policy is no Execution; Serial{} and OnCores(2) are.");
-  static_assert(Region<RegionType>, "SoftBody: the third policy is no Region; WholeBody{} and ZoneOfInfluence{.rings = 2} are.");
 
  public:
   using Tissue = TissueType;

@@ -7,13 +7,35 @@
 #include <palpate/body/step_report.hpp>
 #include <palpate/body/substeps.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/policy.hpp>
 #include <palpate/core/serial.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/region/whole_body.hpp>
 
+#include <type_traits>
 #include <utility>
 
 namespace palpate {
+
+namespace detail {
+
+/// What makes a soft body together.
+template <class Tissue, class I, class R, class E>
+concept MakeSoftBody = TissueModel<Tissue> && Integrator<I, typename Tissue::Scalar> && Region<R> && Execution<E> &&
+                       (!ImplicitIntegrator<I, typename Tissue::Scalar> || HasTangentOperator<Tissue>);
+
+/// Says, where it is instantiated, what keeps these from it.
+template <class Tissue, class I, class R, class E, bool is_tissue = TissueModel<Tissue>>
+struct SoftBodySentences : std::conditional_t<IsRefused<Tissue>, std::type_identity<Tissue>, TissueSentences<Tissue>> {};
+template <class Tissue, class I, class R, class E>
+struct SoftBodySentences<Tissue, I, R, E, true> : IntegratorSentences<I, typename Tissue::Scalar>, RegionSentences<R> {
+  static_assert(!ImplicitIntegrator<I, typename Tissue::Scalar> || HasTangentOperator<Tissue>,
+                "SoftBody: this integrator is implicit and needs the tangent stiffness of the tissue: take MassSpring with a law that has "
+                "tangent_stiffness(elongation, rest_length), or an explicit integrator such as LeapfrogVerlet.");
+  static_assert(Execution<E>, "SoftBody: the fourth policy is no Execution; Serial{} and OnCores(2) are.");
+};
+
+}  // namespace detail
 
 /// A soft body: tissue, how it moves and which particles are computed, with its state.
 ///
@@ -32,11 +54,6 @@ namespace palpate {
 template <class TissueType, class IntegratorType, class RegionType, class ExecutionType = Serial>
 class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
   using Motion = BodyMotion<TissueType, RegionType, ExecutionType>;
-  static_assert(TissueModel<TissueType>, "SoftBody: the first policy is no TissueModel; see palpate/tissue/concept.hpp, or use MassSpring<double>.");
-  static_assert(Integrator<IntegratorType>, "SoftBody: the second policy is no Integrator: it needs step(system, h) const; LeapfrogVerlet{} is one.");
-  static_assert(!ImplicitIntegrator<IntegratorType> || LinearisedSystem<BodySystem<TissueType>>,
-                "SoftBody: this integrator is implicit and needs the tangent stiffness of the tissue: take MassSpring with a law that has "
-                "tangent_stiffness(elongation, rest_length), or an explicit integrator such as LeapfrogVerlet.");
 
  public:
   using Tissue = TissueType;
@@ -133,11 +150,23 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
   Scalar known_stable_step_ = 0;   // s
 };
 
-template <TissueModel Tissue>
+/// Policies that make no soft body: what is wrong, in a sentence each, and nothing that could fail besides.
+template <class TissueType, class IntegratorType, class RegionType, class ExecutionType>
+  requires(!detail::MakeSoftBody<TissueType, IntegratorType, RegionType, ExecutionType>)
+class SoftBody<TissueType, IntegratorType, RegionType, ExecutionType> : detail::SoftBodySentences<TissueType, IntegratorType, RegionType, ExecutionType> {
+ public:
+  using Refused = void;
+  using Tissue = TissueType;
+  using Scalar = double;
+
+  explicit SoftBody(auto&&...) {}
+};
+
+template <class Tissue>
 SoftBody(Tissue) -> SoftBody<Tissue, LeapfrogVerlet, WholeBody>;
-template <TissueModel Tissue, class IntegratorType>
+template <class Tissue, class IntegratorType>
 SoftBody(Tissue, IntegratorType) -> SoftBody<Tissue, IntegratorType, WholeBody>;
-template <TissueModel Tissue, class IntegratorType, class RegionType>
+template <class Tissue, class IntegratorType, class RegionType>
 SoftBody(Tissue, IntegratorType, RegionType) -> SoftBody<Tissue, IntegratorType, RegionType>;
 
 }  // namespace palpate

@@ -11,4 +11,12 @@ concept Validatable = requires(T const& policy) { policy.validate(); };
 template <class T>
 concept Resettable = requires(T& policy) { policy.reset(); };
 
+namespace detail {
+
+/// A policy of which a sentence has said already what is wrong: nothing more is said of it.
+template <class T>
+concept IsRefused = requires { typename T::Refused; };
+
+}  // namespace detail
+
 }  // namespace palpate

@@ -24,7 +24,7 @@ namespace detail {
 template <RealScalar Scalar>
 struct TipPosition {
   template <class Derived>
-  TipPosition(Eigen::MatrixBase<Derived> const& point) : position(point) {}
+  TipPosition(Eigen::MatrixBase<Derived> const& point) : position(point.template cast<Scalar>()) {}
   TipPosition(Scalar x, Scalar y, Scalar z) : position(x, y, z) {}
 
   ToolPose<Scalar> pose() const { return {.position = position}; }

@@ -8,6 +8,7 @@
 
 #include <concepts>
 #include <optional>
+#include <type_traits>
 
 namespace palpate {
 
@@ -22,6 +23,13 @@ struct CutReport {
   int edge_edge = 0;         ///< P-P
 };
 
+namespace detail {
+
+template <class C, class Body, class Scalar>
+concept FollowsTool = requires(C& cutter, Body& body, ToolPose<Scalar> const& tool) { cutter.advance(body, tool); };
+
+}  // namespace detail
+
 /// Follows a tool on a body and changes the body where the tool cuts.
 ///   advance(body, tool)         one tick: contact, puncture, cut; tool is a ToolPose
 ///   contact()                   where the tip touches since the last advance
@@ -31,13 +39,31 @@ struct CutReport {
 /// What the syntax can not say: the body's mesh is valid after every tick, and its mass is unchanged. So is its rest area, unless the cutter moves
 /// vertices; then its report says by how much the area has changed.
 template <class C, class Body>
-concept Cutter = std::copyable<C> && requires(C& cutter, C const& seen, Body& body, ToolPose<typename Body::Scalar> const& tool) {
-  cutter.advance(body, tool);
-  { seen.contact() } -> std::convertible_to<SurfaceContact<typename Body::Scalar> const&>;
-  { seen.state() } -> std::same_as<CuttingPhase>;
-  { seen.report() } -> std::convertible_to<CutReport const&>;
-  { seen.tip_radius() } -> std::same_as<typename Body::Scalar>;
+concept Cutter = std::copyable<C> && detail::FollowsTool<C, Body, typename Body::Scalar> && requires(C const& cutter) {
+  { cutter.contact() } -> std::convertible_to<SurfaceContact<typename Body::Scalar> const&>;
+  { cutter.state() } -> std::same_as<CuttingPhase>;
+  { cutter.report() } -> std::convertible_to<CutReport const&>;
+  { cutter.tip_radius() } -> std::same_as<typename Body::Scalar>;
 };
+
+namespace detail {
+
+/// Says, where it is instantiated, what keeps C from being a Cutter of this body.
+template <class C, class Body>
+struct CutterSentences {
+  using Scalar = typename Body::Scalar;
+  static constexpr bool is_other = !FollowsTool<C, Body, Scalar> && FollowsTool<C, Body, std::conditional_t<std::same_as<Scalar, float>, double, float>>;
+  static_assert(!is_other, "palpate: the cutter computes in another scalar than the body: advance(body, ToolPose<Scalar> const& tool) must take the body's, as "
+                           "NoCutter<float> does for a SoftBody in float.");
+  static_assert(is_other || FollowsTool<C, Body, Scalar>,
+                "palpate: the cutter has no advance(body, tool); declare: template <class Body> void advance(Body& body, ToolPose<typename Body::Scalar> const& tool); use "
+                "NoCutter<double>{} for a blunt tool.");
+  static_assert(is_other || !FollowsTool<C, Body, Scalar> || Cutter<C, Body>,
+                "palpate: the cutter lacks one of: SurfaceContact<Scalar> const& contact() const, CuttingPhase state() const, CutReport const& report() const, Scalar "
+                "tip_radius() const; or it can not be copied.");
+};
+
+}  // namespace detail
 
 /// Refinement: a cutter that is told what the tool pressed the tissue with in the last tick [N].
 template <class C, class Body>

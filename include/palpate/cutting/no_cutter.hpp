@@ -4,6 +4,8 @@
 #include <palpate/body/shape_of.hpp>
 #include <palpate/cutting/concept.hpp>
 
+#include <concepts>
+
 namespace palpate {
 
 template <RealScalar Scalar>
@@ -21,7 +23,8 @@ class NoCutter {
 
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool) {
-    touch_.update(detail::shape_of(body), tool.position);
+    static_assert(std::same_as<Scalar, typename Body::Scalar>, "NoCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
+    if constexpr (std::same_as<Scalar, typename Body::Scalar>) touch_.update(detail::shape_of(body), tool.position);
   }
   /// The same for the tip [m] of a tool that is not turned.
   template <class Body>

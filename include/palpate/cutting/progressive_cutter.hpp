@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -68,9 +69,12 @@ class ProgressiveCutter {
   /// Throws InvalidArgument for a pose that is not finite, or a body that can not be cut; then nothing has changed.
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
-    static_assert(CuttableTissue<typename Body::Tissue>,
-                  "ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue. MassSpring has it.");
-    cut(detail::shape_of(body), tool, force);
+    constexpr bool can_be_cut = CuttableTissue<typename Body::Tissue>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
+    static_assert(can_be_cut,
+                  "ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue: int insert_in_triangle(int triangle, Vector3<Scalar> const& weights), int "
+                  "split_particle(int particle, std::span<int const> triangles) and the others in palpate/tissue/concept.hpp. MassSpring has it.");
+    static_assert(is_of_scalar, "ProgressiveCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
+    if constexpr (can_be_cut && is_of_scalar) cut(detail::shape_of(body), tool, force);
   }
   /// The same for the tip [m] of a tool that is not turned.
   template <class Body>

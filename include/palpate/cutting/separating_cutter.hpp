@@ -10,6 +10,7 @@
 #include <palpate/tissue/concept.hpp>
 
 #include <array>
+#include <concepts>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -73,9 +74,12 @@ class SeparatingCutter {
   /// Throws InvalidArgument for a pose that is not finite, or a body that can not be cut; then nothing has changed.
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
-    static_assert(SeparableTissue<typename Body::Tissue>,
-                  "SeparatingCutter: this tissue can not be cut along its edges; it lacks the ability SeparableTissue. MassSpring has it.");
-    cut(detail::shape_of(body), tool, force);
+    constexpr bool can_be_cut = SeparableTissue<typename Body::Tissue>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
+    static_assert(can_be_cut,
+                  "SeparatingCutter: this tissue can not be cut along its edges; it lacks the ability SeparableTissue: void move_rest(int particle, Vector3<Scalar> const& rest) and "
+                  "what CuttableTissue names in palpate/tissue/concept.hpp. MassSpring has it.");
+    static_assert(is_of_scalar, "SeparatingCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
+    if constexpr (can_be_cut && is_of_scalar) cut(detail::shape_of(body), tool, force);
   }
   /// The same for the tip [m] of a tool that is not turned.
   template <class Body>

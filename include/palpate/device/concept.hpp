@@ -89,6 +89,25 @@ template <class Device, class Scalar = double>
 concept HapticDevice = ReportsCapabilities<Device> && ReadsState<Device, Scalar> && WritesWrench<Device, Scalar> &&
                        ServesWithoutThrowing<Device, Scalar>;
 
+namespace detail {
+
+/// Says, where it is instantiated, what keeps Device from being a HapticDevice of this scalar.
+template <class Device, class Scalar>
+struct DeviceSentences {
+  static_assert(ReportsCapabilities<Device>, "palpate: the device has no capabilities(); declare: Capabilities capabilities() const, at least its largest force and its rate.");
+  static_assert(ReadsState<Device, Scalar>,
+                "palpate: the device has no read(state) that answers a DeviceStatus; declare: DeviceStatus read(DeviceState<double>& state) noexcept, DeviceStatus::ok "
+                "where it has filled the state.");
+  static_assert(WritesWrench<Device, Scalar>,
+                "palpate: the device has no write(wrench) that answers a DeviceStatus; declare: DeviceStatus write(Wrench<double> const& wrench) noexcept, DeviceStatus::ok "
+                "where the hand feels it.");
+  static_assert(!ReadsState<Device, Scalar> || !WritesWrench<Device, Scalar> || ServesWithoutThrowing<Device, Scalar>,
+                "palpate: the device's read and write run in the servo tick, where nobody catches; declare both noexcept: DeviceStatus read(DeviceState<double>& state) "
+                "noexcept, DeviceStatus write(Wrench<double> const& wrench) noexcept.");
+};
+
+}  // namespace detail
+
 /// Refinement: a device that is opened before its first tick and closed after its last. `open` may take time and throws when
 /// it fails; `close` may be called twice. `DeviceSession` calls both.
 template <class Device>

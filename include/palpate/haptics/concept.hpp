@@ -74,6 +74,23 @@ concept LimitsStiffness = requires(T& force, T const& constant, double stiffness
   { force.limit_stiffness(stiffness) } noexcept;
 };
 
+/// What a simulator asks for the force on the hand: a model that answers to the depth, or one that answers to the surface.
+template <class T, class Scalar>
+concept RendersForce = ForceModel<T, Scalar> || SurfaceForce<T, Scalar>;
+
+namespace detail {
+
+/// Says, where it is instantiated, what keeps T from being either.
+template <class T, class Scalar>
+struct ForceSentences {
+  static constexpr bool is_force = RendersForce<T, Scalar>;   // else the compiler says at length why not
+  static_assert(is_force,
+                "Simulator: the force model must be callable, noexcept, with a ToolContact of the body's scalar and return a Vector3 of it in N; declare: Vector3<double> "
+                "operator()(ToolContact<double> const& contact) noexcept; NoForce{} is one. A ProxyForce answers to the surface instead.");
+};
+
+}  // namespace detail
+
 /// Refinement: a force that wants to know the device of each session, and how it is mapped into the scene; local models come at `model_rate` [Hz].
 template <class T, class Scalar>
 concept BeginsSession = requires(T& model, Capabilities const& device, WorkspaceMapping<Scalar> const& mapping, double model_rate) {

@@ -5,6 +5,7 @@
 #include <palpate/core/wide.hpp>
 
 #include <concepts>
+#include <type_traits>
 
 namespace palpate {
 
@@ -75,8 +76,17 @@ struct LinearisedSystemArchetype : SystemArchetype<S> {
 
 static_assert(System<SystemArchetype<double>> && !LinearisedSystem<SystemArchetype<double>> && LinearisedSystem<LinearisedSystemArchetype<double>>);
 
+/// A number that converts to S and to nothing else: who takes it as another number computes in that.
+template <RealScalar S>
+struct Exactly {
+  template <std::same_as<S> T>
+  operator T() const;
+};
+
 template <class I, class S>
-concept Steps = requires(I const& integrator, S& system, typename S::Scalar h) { integrator.step(system, h); };
+concept Steps = requires(I& integrator, S& system, Exactly<typename S::Scalar> h) { integrator.step(system, h); };
+template <class I, class Scalar>
+concept StepsSystems = Steps<I, SystemArchetype<Scalar>> || Steps<I, LinearisedSystemArchetype<Scalar>>;
 
 /// What step_by_parts() is given.
 struct PartsArchetype {
@@ -93,11 +103,32 @@ struct PartsArchetype {
 /// Advances a System by one step of h seconds.
 /// What the syntax can not say, and `testing/` checks: a step of zero changes nothing, and the error shrinks as h^order.
 template <class I, class Scalar = double>
-concept Integrator = std::copyable<I> && (detail::Steps<I, detail::SystemArchetype<Scalar>> || detail::Steps<I, detail::LinearisedSystemArchetype<Scalar>>);
+concept Integrator = std::copyable<I> && detail::StepsSystems<I const, Scalar>;
 
 /// An integrator whose step takes a LinearisedSystem and nothing less.
 template <class I, class Scalar = double>
-concept ImplicitIntegrator = Integrator<I, Scalar> && !detail::Steps<I, detail::SystemArchetype<Scalar>>;
+concept ImplicitIntegrator = Integrator<I, Scalar> && !detail::Steps<I const, detail::SystemArchetype<Scalar>>;
+
+namespace detail {
+
+/// Says, where it is instantiated, what keeps I from being an Integrator of this scalar.
+template <class I, class Scalar>
+struct IntegratorSentences {
+  using Other = std::conditional_t<std::same_as<Scalar, float>, double, float>;
+  static constexpr bool is_not_const = StepsSystems<I, Scalar>, is_other = StepsSystems<I const, Other>;
+  static_assert(std::copyable<I>, "palpate: an integrator is copied with its body; give it a copy constructor and a copy assignment.");
+  static_assert(StepsSystems<I const, Scalar> || !is_not_const,
+                "palpate: the integrator's step is not const; declare: template <class System> void step(System& system, typename System::Scalar h) const; what it has to "
+                "remember is in system.remembered_acceleration().");
+  static_assert(StepsSystems<I const, Scalar> || is_not_const || !is_other,
+                "palpate: the integrator's step takes another scalar than the body's; declare: template <class System> void step(System& system, typename System::Scalar h) "
+                "const, not double h or float h, and compute in System::Scalar.");
+  static_assert(StepsSystems<I const, Scalar> || is_not_const || is_other,
+                "palpate: the second policy is no Integrator, which has: template <class System> void step(System& system, typename System::Scalar h) const; "
+                "LeapfrogVerlet{} is one.");
+};
+
+}  // namespace detail
 
 /// An integrator whose step is one call of step_by_parts and touches the state in no other way, and says so.
 template <class I>

@@ -32,6 +32,17 @@ concept Region = std::copyable<R> && requires(R const& region, detail::GraphArch
   { R::follows_touch } -> std::convertible_to<bool>;
 };
 
+namespace detail {
+
+/// Says, where it is instantiated, what keeps R from being a Region.
+template <class R>
+struct RegionSentences {
+  static_assert(Region<R>, "palpate: the third policy is no Region, which has: template <class Graph> void select(Graph const& graph, std::span<int const> touched, Selection& "
+                           "selection) const, a number relaxation and static constexpr bool follows_touch; WholeBody{} and ZoneOfInfluence{.rings = 2} are.");
+};
+
+}  // namespace detail
+
 /// Also follows what its cut-off costs: `adapt(error, may_shrink)` takes the body's truncation error in mean edges while
 /// something is touched: at every eighth step, and at the next one where it returned true. `adapts()` says whether it wants to be asked. A body works on a
 /// copy, and goes back to the region it was given whenever nothing moves any more.

@@ -42,10 +42,7 @@ struct BodyCounts {
 /// After a step that diverged the local model says so, until the tip is out of the tissue and the body moves again.
 template <class BodyType, class CutterType>
 class BodyLoop {
-  static_assert(SimulatedBody<BodyType>, "Simulator: the body is no SimulatedBody; see palpate/body/concept.hpp, or use a SoftBody.");
-  static_assert(Cutter<CutterType, BodyType>,
-                "Simulator: the cutter needs advance(body, ToolPose<Scalar> const&), contact(), state(), report() and tip_radius() of the body's scalar; use NoCutter<double>{} for a "
-                "blunt tool.");
+  static_assert(SimulatedBody<BodyType> && Cutter<CutterType, BodyType>);
 
  public:
   using Scalar = typename BodyType::Scalar;

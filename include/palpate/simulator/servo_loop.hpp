@@ -75,12 +75,7 @@ class ServoLoop {
   using Vector = Vector3<Scalar>;
 
  private:
-  static_assert(HapticDevice<Device, DeviceScalar>,
-                "Simulator: the device needs capabilities(), read(DeviceState<double>&) noexcept and write(Wrench<double> const&) noexcept; "
-                "see palpate/device/concept.hpp.");
-  static_assert(ForceModel<Force, Scalar> || SurfaceForce<Force, Scalar>,
-                "Simulator: the force model must be callable, noexcept, with a ToolContact of the body's scalar and return a Vector3 of it "
-                "in N; NoForce{} is one. A ProxyForce answers to the surface instead.");
+  static_assert(HapticDevice<Device, DeviceScalar> && RendersForce<Force, Scalar>);
 
  public:
   ServoLoop(Device device, Force force, ServoOptions const& options = {})

@@ -35,6 +35,24 @@ struct SimulatorOptions {
   RealtimeOptions realtime = {};  ///< what the servo's thread asks of the system in real time; by default what needs no rights
 };
 
+namespace detail {
+
+/// What makes a simulator together.
+template <class Device, class Body, class C, class Force>
+concept MakeSimulator = SimulatedBody<Body> && HapticDevice<Device, typename DeviceScalarOf<Device, typename Body::Scalar>::type> && Cutter<C, Body> &&
+                        RendersForce<Force, typename Body::Scalar>;
+
+/// Says, where it is instantiated, what keeps these from it.
+template <class Device, class Body, class C, class Force, bool is_refused = IsRefused<Body>>
+struct SimulatorSentences {};
+template <class Device, class Body, class C, class Force>
+struct SimulatorSentences<Device, Body, C, Force, false>
+    : DeviceSentences<Device, typename DeviceScalarOf<Device, typename Body::Scalar>::type>, CutterSentences<C, Body>, ForceSentences<Force, typename Body::Scalar> {
+  static_assert(SimulatedBody<Body>, "Simulator: the second argument is no SimulatedBody; see palpate/body/concept.hpp, or use a SoftBody.");
+};
+
+}  // namespace detail
+
 /// A whole simulator: hand → device → contact → tissue → cut → force → hand.
 ///
 ///   Simulator simulator(Stroke{}, std::move(body), ProgressiveCutter<double>({.puncture_depth = 0.006}), force);
@@ -395,6 +413,16 @@ class Simulator {
   std::unique_ptr<Told> told_;
   SimulatorStatistics statistics_;
   std::uint64_t tick_ = 0;
+};
+
+/// Parts that make no simulator: what is wrong, in a sentence each, and nothing that could fail besides.
+template <class Device, class Body, class CutterType, class Force>
+  requires(!detail::MakeSimulator<Device, Body, CutterType, Force>)
+class Simulator<Device, Body, CutterType, Force> : detail::SimulatorSentences<Device, Body, CutterType, Force> {
+ public:
+  using Refused = void;
+
+  Simulator(Device const&, Body const&, CutterType const&, Force const&, SimulatorOptions const& = {}) {}
 };
 
 }  // namespace palpate

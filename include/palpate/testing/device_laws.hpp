@@ -314,4 +314,11 @@ Violations check_device(Device& device, DeviceLawOptions const& options = {}) {
   return found;
 }
 
+/// For what is no device: says why.
+template <RealScalar Scalar = double, class Device>
+Violations check_device(Device&, DeviceLawOptions const& = {}) {
+  static_assert(sizeof(palpate::detail::DeviceSentences<Device, Scalar>) > 0);
+  return {};
+}
+
 }  // namespace palpate::testing

@@ -149,4 +149,11 @@ Violations check_integrator(I const& integrator) {
   return found;
 }
 
+/// For what is no integrator: says why.
+template <class I>
+Violations check_integrator(I const&) {
+  static_assert(sizeof(palpate::detail::IntegratorSentences<I, double>) > 0);
+  return {};
+}
+
 }  // namespace palpate::testing

@@ -94,4 +94,11 @@ Violations check_spring_law(Law const& law, Scalar rest_length, Scalar reach = 0
   return found;
 }
 
+/// For what is no law: says why.
+template <RealScalar Scalar, class Law>
+Violations check_spring_law(Law const&, Scalar, Scalar = 0) {
+  static_assert(sizeof(palpate::detail::SpringLawSentences<Law, Scalar>) > 0);
+  return {};
+}
+
 }  // namespace palpate::testing

@@ -204,4 +204,11 @@ Violations check_tissue(Tissue const& tissue, TissueChecks const& checks = {}) {
   return found;
 }
 
+/// For what is no tissue: says why.
+template <class Tissue>
+Violations check_tissue(Tissue const&, TissueChecks const& = {}) {
+  static_assert(sizeof(palpate::detail::TissueSentences<Tissue>) > 0);
+  return {};
+}
+
 }  // namespace palpate::testing

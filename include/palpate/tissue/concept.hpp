@@ -28,18 +28,41 @@ using BodyColumns = NarrowView<Scalar>;
 template <RealScalar Scalar>
 using ConstBodyColumns = typename PaddedColumns<Scalar>::ConstView;
 
+// What a TissueModel is asked for, one member each, so that TissueSentences can say which is missing.
+template <class T>
+concept HasRealScalar = RealScalar<typename T::Scalar>;
+template <class T>
+concept HasSize = requires(T const& tissue) { { tissue.size() } -> std::convertible_to<int>; };
+template <class T>
+concept HasRestPosition = requires(T const& tissue, int i) { { tissue.rest_position(i) } -> std::convertible_to<Vector3<typename T::Scalar>>; };
+template <class T>
+concept HasMass = requires(T const& tissue, int i) { { tissue.mass(i) } -> std::convertible_to<typename T::Scalar>; };
+template <class T>
+concept HasNailed = requires(T const& tissue, int i) { { tissue.nailed(i) } -> std::convertible_to<bool>; };
+template <class T>
+concept HasNeighbours = requires(T const& tissue, int i) { tissue.for_each_neighbour(i, [](int) {}); };
+template <class T>
+concept HasAssembly = std::default_initializable<typename T::Assembly> && requires(T const& tissue, std::span<int const> moving, typename T::Assembly& assembly) {
+  tissue.assemble(moving, assembly);
+  { std::as_const(assembly).particles() } -> std::convertible_to<std::span<int const>>;
+};
+template <class T>
+concept AddsForces = requires(typename T::Assembly& assembly, Matrix3X<typename T::Scalar> const& x, Matrix3X<typename T::Scalar>& f,
+                              ConstBodyColumns<typename T::Scalar> const& padded_x, BodyColumns<typename T::Scalar>& padded_f) {
+  assembly.add_forces(x, x, f);
+  assembly.add_forces(padded_x, padded_x, padded_f);
+};
+template <class T>
+concept HasStiffnessBound = requires(T const& tissue, int i) { { tissue.stiffness_bound(i) } -> std::convertible_to<typename T::Scalar>; };
+template <class T>
+concept HasDampingBound = requires(T const& tissue, int i) { { tissue.damping_bound(i) } -> std::convertible_to<typename T::Scalar>; };
+
 }  // namespace detail
 
 /// Knows its particles: how many, where they rest, what they weigh, which are nailed, who their neighbours are.
 template <class T>
-concept HasParticles = requires(T const& tissue, int i) {
-  requires RealScalar<typename T::Scalar>;
-  { tissue.size() } -> std::convertible_to<int>;
-  { tissue.rest_position(i) } -> std::convertible_to<Vector3<typename T::Scalar>>;
-  { tissue.mass(i) } -> std::convertible_to<typename T::Scalar>;
-  { tissue.nailed(i) } -> std::convertible_to<bool>;
-  tissue.for_each_neighbour(i, [](int) {});
-};
+concept HasParticles =
+    detail::HasRealScalar<T> && detail::HasSize<T> && detail::HasRestPosition<T> && detail::HasMass<T> && detail::HasNailed<T> && detail::HasNeighbours<T>;
 
 /// Counts its edits: what was derived from masses, elements or nails before is void when the number is another. One that never changes says 0.
 template <class T>
@@ -58,15 +81,7 @@ concept HasSurface = requires(T const& tissue) {
 ///   assembly.particles()                  the particles in `moving`, then those that act on them
 ///   assembly.add_forces(x, v, f)          3 × particles(); x, v and f are padded columns in a body, matrices in statics and tests: make it a template
 template <class T>
-concept HasSubsetForces = requires(T const& tissue, std::span<int const> moving, typename T::Assembly& assembly, Matrix3X<typename T::Scalar> const& x,
-                                   Matrix3X<typename T::Scalar>& f, detail::ConstBodyColumns<typename T::Scalar> const& padded_x,
-                                   detail::BodyColumns<typename T::Scalar>& padded_f) {
-  requires std::default_initializable<typename T::Assembly>;
-  tissue.assemble(moving, assembly);
-  { std::as_const(assembly).particles() } -> std::convertible_to<std::span<int const>>;
-  assembly.add_forces(x, x, f);
-  assembly.add_forces(padded_x, padded_x, padded_f);
-};
+concept HasSubsetForces = detail::HasAssembly<T> && detail::AddsForces<T>;
 
 /// Answers the force of all its elements on one particle at (x, v) [N]; x and v answer col(i) and nothing else: make it a template.
 template <class T>
@@ -76,10 +91,7 @@ concept HasParticleForce = requires(T const& tissue, int i, detail::AnyColumns<t
 
 /// States, row by row, an upper bound of its stiffness [N/m] and damping [N·s/m]: Σ_j ‖K_ij‖ at the rest shape.
 template <class T>
-concept HasStiffnessRowBounds = requires(T const& tissue, int i) {
-  { tissue.stiffness_bound(i) } -> std::convertible_to<typename T::Scalar>;
-  { tissue.damping_bound(i) } -> std::convertible_to<typename T::Scalar>;
-};
+concept HasStiffnessRowBounds = detail::HasStiffnessBound<T> && detail::HasDampingBound<T>;
 
 /// What the body is made of: rest shape, masses and elements, and their forces.
 /// What the syntax can not say: forces are continuous, vanish at the rest shape of a body without pre-tension, and depend on
@@ -87,6 +99,36 @@ concept HasStiffnessRowBounds = requires(T const& tissue, int i) {
 template <class T>
 concept TissueModel = std::copyable<T> && HasParticles<T> && CountsRevisions<T> && HasSurface<T> && HasSubsetForces<T> && HasParticleForce<T> &&
                       HasStiffnessRowBounds<T>;
+
+namespace detail {
+
+/// Says, where it is instantiated, what keeps T from being a TissueModel: each member with its signature.
+template <class T>
+struct TissueSentences {
+  static constexpr int missing = !HasRealScalar<T> + !HasSize<T> + !HasRestPosition<T> + !HasMass<T> + !HasNailed<T> + !HasNeighbours<T> + !CountsRevisions<T> +
+                                 !HasSurface<T> + !HasAssembly<T> + !AddsForces<T> + !HasParticleForce<T> + !HasStiffnessBound<T> + !HasDampingBound<T>;
+  static constexpr bool is_none = missing > 6 || !HasRealScalar<T>;   // then there is no use in the others
+  static_assert(!is_none, "palpate: this is no TissueModel, which begins with: using Scalar = double; see palpate/tissue/concept.hpp, or use MassSpring<double>.");
+  static_assert(is_none || std::copyable<T>, "palpate: a tissue is copied with its body; give it a copy constructor and a copy assignment.");
+  static_assert(is_none || HasSize<T>, "palpate: the tissue has no size(); declare: int size() const, how many particles it has.");
+  static_assert(is_none || HasRestPosition<T>, "palpate: the tissue has no rest_position(i); declare: Vector3<Scalar> rest_position(int i) const, undeformed, in m.");
+  static_assert(is_none || HasMass<T>, "palpate: the tissue has no mass(i); declare: Scalar mass(int i) const, in kg.");
+  static_assert(is_none || HasNailed<T>, "palpate: the tissue has no nailed(i); declare: bool nailed(int i) const, true for a fixed particle.");
+  static_assert(is_none || HasNeighbours<T>, "palpate: the tissue has no for_each_neighbour(i, visit); declare: template <class Visit> void for_each_neighbour(int i, Visit visit) const, "
+                "which calls visit(j) for each particle j that shares an element with i.");
+  static_assert(is_none || CountsRevisions<T>, "palpate: the tissue has no revision(); declare: std::size_t revision() const, how often masses, elements or nails were edited; 0 if never.");
+  static_assert(is_none || HasSurface<T>, "palpate: the tissue has no surface(); declare: SurfaceTopology const& surface() const, the triangles of its skin.");
+  static_assert(is_none || HasAssembly<T>, "palpate: the tissue has no assemble(moving, assembly); declare a class Assembly with std::span<int const> particles() const, and "
+                "void assemble(std::span<int const> moving, Assembly& assembly) const.");
+  static_assert(is_none || !HasAssembly<T> || AddsForces<T>, "palpate: the tissue's Assembly has no add_forces(x, v, f) for every kind of columns; declare: template <class X, class V, class F> "
+                "void add_forces(X const& x, V const& v, F& f) const, which adds to f.col(k) the force on particles()[k].");
+  static_assert(is_none || HasParticleForce<T>, "palpate: the tissue has no internal_force(i, x, v) for every kind of columns; declare: template <class X, class V> "
+                "Vector3<Scalar> internal_force(int i, X const& x, V const& v) const, in N, and ask x and v for nothing but col(j).");
+  static_assert(is_none || HasStiffnessBound<T>, "palpate: the tissue has no stiffness_bound(i); declare: Scalar stiffness_bound(int i) const, in N/m, at least sum_j |K_ij| at rest.");
+  static_assert(is_none || HasDampingBound<T>, "palpate: the tissue has no damping_bound(i); declare: Scalar damping_bound(int i) const, in N s/m, at least sum_j |C_ij|.");
+};
+
+}  // namespace detail
 
 // --- what a tissue may answer besides; a misspelt one is told by static_assert(HasPrestrain<MyTissue>) and its like --------------------
 

@@ -254,6 +254,19 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
   Scalar fastest_ = 0;   // 1/s², the largest stiffness bound over mass that the host has asked for
 };
 
+/// A law that is none: what it lacks, in a sentence each, and nothing that could fail besides.
+template <RealScalar S, class SpringType>
+  requires(!SpringLaw<SpringType, S>)
+class MassSpring<S, SpringType> : detail::SpringLawSentences<SpringType, S> {
+ public:
+  using Refused = void;
+  using Scalar = S;
+  using Options = MassSpringOptions<S, SpringType>;
+
+  MassSpring(TriangleMesh<S> const&, Options const&) {}
+  MassSpring(TetrahedralMesh<S> const&, Options const&) {}
+};
+
 static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>> && RedistributesMass<MassSpring<double>> && DivisibleTissue<MassSpring<float>> &&
               HasTangentOperator<MassSpring<double>>);
 

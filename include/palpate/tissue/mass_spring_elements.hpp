@@ -28,10 +28,6 @@ namespace palpate {
 /// Cost       every edit is O(triangles at the particles it touches).
 template <RealScalar Scalar, class Law>
 class MassSpringElements {
-  static_assert(SpringLaw<Law, Scalar>,
-                "MassSpring: the second argument is no SpringLaw of this scalar: it needs tension(elongation, rest_length) const and a "
-                "member damping; LinearSpring<double> is one.");
-
  public:
   using LinkType = Link<Scalar, Law>;
   using Corners = SurfaceTopology::Corners;

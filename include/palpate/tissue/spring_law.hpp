@@ -7,6 +7,19 @@
 
 namespace palpate {
 
+namespace detail {
+
+template <class Law, class Scalar>
+concept HasTension = requires(Law const& law, Scalar elongation, Scalar rest_length) {
+  { law.tension(elongation, rest_length) } -> std::convertible_to<Scalar>;
+};
+template <class Law, class Scalar>
+concept HasDamping = requires(Law const& law) {
+  { law.damping } -> std::convertible_to<Scalar>;
+};
+
+}  // namespace detail
+
 /// What a link between two particles answers: the tension at an elongation, and its damping coefficient.
 ///   f_i = −(T(δ, L) + c (w·n)) n,   δ = |d| − L,  d = x_i − x_j,  n = d/|d|,  w = v_i − v_j
 /// A law is an aggregate of coefficients; MassSpring checks them and keeps one per link.
@@ -15,11 +28,20 @@ namespace palpate {
 /// Optional: `monotone(L)`, whether T grows with δ wherever a link of rest length L can be, from δ = −L on. MassSpring refuses a law
 /// that says no: where the tension falls a link has no stable length.
 template <class Law, class Scalar>
-concept SpringLaw = RealScalar<Scalar> && std::copyable<Law> &&
-                    requires(Law const& law, Scalar elongation, Scalar rest_length) {
-                      { law.tension(elongation, rest_length) } -> std::convertible_to<Scalar>;
-                      { law.damping } -> std::convertible_to<Scalar>;
-                    };
+concept SpringLaw = RealScalar<Scalar> && std::copyable<Law> && detail::HasTension<Law, Scalar> && detail::HasDamping<Law, Scalar>;
+
+namespace detail {
+
+/// Says, where it is instantiated, what keeps Law from being a SpringLaw of this scalar.
+template <class Law, class Scalar>
+struct SpringLawSentences {
+  static_assert(RealScalar<Scalar>, "palpate: the scalar of a spring law is double or float.");
+  static_assert(std::copyable<Law>, "palpate: each link has its spring law; give the law a copy constructor and a copy assignment.");
+  static_assert(HasTension<Law, Scalar>, "palpate: the spring law has no tension(elongation, rest_length); declare: Scalar tension(Scalar elongation, Scalar rest_length) const, m to N.");
+  static_assert(HasDamping<Law, Scalar>, "palpate: the spring law has no member damping; declare: Scalar damping = 0, in N s/m; LinearSpring<double> is a law.");
+};
+
+}  // namespace detail
 
 /// A law with a coefficient `stiffness` [N/m]: a fit looks for that, unless it is told what to look for.
 template <class Law, class Scalar>

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// A cutter in double on a body in double.
+#include <palpate/palpate.hpp>
+
+void cut() {
+  using namespace palpate;
+  SoftBody body(MassSpring<double>(make_grid<double>(3, 3, 0.01), {}));
+  ProgressiveCutter<double> scalpel({.puncture_depth = 0.005});
+  Vector3<double> const tip(0.01, 0.01, -0.01);
+  scalpel.advance(body, tip);
+  body.step(1e-3);
+}
