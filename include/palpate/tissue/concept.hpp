@@ -241,12 +241,14 @@ concept HasPotentialEnergy =
 
 /// Refinement: lets its surface be cut: particles are inserted and split, triangles subdivided, and mass and springs follow.
 ///   cuttable()       whether this one can be; one built from a volume, say, can not
+///   triangle_area(t) of triangle t, undeformed [m²]
 ///   next_copy(i)     particles that cuts made of one, at one place undeformed, form a ring: the one after i, or i where there is no other
 template <class T>
 concept CuttableTissue = TissueModel<T> && requires(T& tissue, T const& seen, int i, Vector3<typename T::Scalar> const& barycentric,
                                                     typename T::Scalar s, std::span<int const> triangles, std::array<int, 3> const& corners) {
   { seen.cuttable() } -> std::same_as<bool>;
   { seen.next_copy(i) } -> std::same_as<int>;
+  { seen.triangle_area(i) } -> std::convertible_to<typename T::Scalar>;
   { tissue.insert_in_triangle(i, barycentric) } -> std::same_as<int>;
   { tissue.insert_on_edge(i, i, s) } -> std::same_as<int>;
   { tissue.split_particle(i, triangles) } -> std::same_as<int>;
