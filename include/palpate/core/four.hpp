@@ -172,6 +172,17 @@ inline void root_and_inverse(Eight<double>& root, Eight<double>& inverse, Eight<
 }
 #endif
 
+/// What sum_each() needs of a column: of two pairs their sum, which is half as many registers.
+template <class Columns>
+inline Columns fold(Columns const& column) noexcept {
+  return column;
+}
+inline TwoPairs::Pair fold(TwoPairs const& column) noexcept { return column.low + column.high; }
+inline void sum_each(TwoPairs& sums, TwoPairs::Pair const (&half)[4]) noexcept {
+  sums = {__builtin_shufflevector(half[0], half[1], 0, 2) + __builtin_shufflevector(half[0], half[1], 1, 3),
+          __builtin_shufflevector(half[2], half[3], 0, 2) + __builtin_shufflevector(half[2], half[3], 1, 3)};
+}
+
 /// sums[k] = the sum of the four of column k. Two shuffles for each pair of columns that are one instruction each.
 inline void sum_each(Four<double>& sums, Four<double> const (&column)[4]) noexcept {
 #if defined(__AVX__)
@@ -180,9 +191,9 @@ inline void sum_each(Four<double>& sums, Four<double> const (&column)[4]) noexce
   sums = __builtin_shufflevector(left, right, 0, 1, 4, 5) + __builtin_shufflevector(left, right, 2, 3, 6, 7);
 #else
   TwoPairs::Pair half[4];
-  for (int k = 0; k < 4; ++k) half[k] = column[k].low + column[k].high;
-  sums = {__builtin_shufflevector(half[0], half[1], 0, 2) + __builtin_shufflevector(half[0], half[1], 1, 3),
-          __builtin_shufflevector(half[2], half[3], 0, 2) + __builtin_shufflevector(half[2], half[3], 1, 3)};
+#pragma GCC unroll 4
+  for (int k = 0; k < 4; ++k) half[k] = fold(column[k]);
+  sum_each(sums, half);
 #endif
 }
 inline void sum_each(Four<float>& sums, Four<float> const (&column)[4]) noexcept {
@@ -218,6 +229,7 @@ inline void scale_each(Columns (&to)[4], Columns const* column, Columns const& f
     to[2] = __builtin_shufflevector(factor, factor, 2, 2, 2, 2, 6, 6, 6, 6) * column[2];
     to[3] = __builtin_shufflevector(factor, factor, 3, 3, 3, 3, 7, 7, 7, 7) * column[3];
   } else {
+#pragma GCC unroll 4
     for (int k = 0; k < 4; ++k) to[k] = factor[k] * column[k];
   }
 }

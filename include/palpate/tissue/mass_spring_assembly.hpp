@@ -332,16 +332,18 @@ class MassSpringAssembly {
       for (; last != end && rows + last->rows <= most_rows; ++last) {
         ahead.call();
         Wide own_x[4], own_v[4];
+#pragma GCC unroll 4
         for (int k = 0; k < 4; ++k) take_at(own_x[k], x, last->own, k), take_at(own_v[k], v, last->own, k);
         for (int const after = rows + last->rows; rows < after; ++rows) {
-          Wide squares[4], products[4];
+          decltype(detail::fold(own_x[0])) squares[4], products[4];
+#pragma GCC unroll 4
           for (int k = 0; k < 4; ++k) {
             Wide other_x, other_v;
             take_at(other_x, x, row[rows].other, k), take_at(other_v, v, row[rows].other, k);
             Wide const d = own_x[k] - other_x;
             difference[4 * rows + k] = d;
-            squares[k] = d * d;
-            products[k] = d * (own_v[k] - other_v);
+            squares[k] = detail::fold(Wide(d * d));
+            products[k] = detail::fold(Wide(d * (own_v[k] - other_v)));
           }
           detail::sum_each(squared_length[rows], squares);
           detail::sum_each(factor[rows], products);   // d·(v_i − v_j)
@@ -363,11 +365,13 @@ class MassSpringAssembly {
         for (int const after = r + group->rows; r < after; ++r) {
           Wide pulls[4];
           detail::scale_each(pulls, difference + 4 * r, factor[r]);
+#pragma GCC unroll 4
           for (int k = 0; k < 4; ++k) {
             add_at(f, row[r].other, k, pulls[k]);
             sum[k] -= pulls[k];
           }
         }
+#pragma GCC unroll 4
         for (int k = 0; k < 4; ++k) add_at(f, group->own, k, sum[k]);
       }
       row += rows;
