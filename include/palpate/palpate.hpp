@@ -9,6 +9,7 @@
 // core: scalars, errors, random numbers, units, frames
 #include <palpate/core/error.hpp>
 #include <palpate/core/event_ring.hpp>
+#include <palpate/core/flush_denormals.hpp>
 #include <palpate/core/execution.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>

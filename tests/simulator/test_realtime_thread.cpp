@@ -8,7 +8,6 @@
 #include "servo_guard.hpp"
 #include "simulator/thread_facts.hpp"
 
-#include <palpate/simulator/flush_denormals.hpp>
 #include <palpate/simulator/realtime_thread.hpp>
 
 #include <algorithm>
@@ -30,11 +29,6 @@ using palpate_test::ThreadFacts;
 using palpate_test::unsaid;
 
 namespace {
-
-double times_one(double number) {
-  double volatile const given = number, one = 1.0;   // volatile: computed here and now, not by the compiler
-  return given * one;
-}
 
 /// Runs on a thread of its own: a fresh thread has what the system gives by default.
 template <class Function>
@@ -163,29 +157,6 @@ TEST_CASE("more stack than the thread has is refused, not touched", "[simulator]
   on_a_thread([&] { detail::prefault_stack(1ull << 32, item); });
   CHECK_FALSE(item.granted);
   CHECK_FALSE(item.reason.empty());
-}
-
-TEST_CASE("denormals are zero while it lives, and are numbers again after it", "[simulator][realtime_thread]") {
-  double const tiny = 1e-310;
-  float volatile const small = 1e-40f, unit = 1.0f;
-  REQUIRE(times_one(tiny) > 0.0);
-  {
-    FlushDenormals const flush;
-    CHECK(flush.active() == FlushDenormals::available());
-    {
-      FlushDenormals const again;
-    }
-    double const product = times_one(tiny);   // still: the inner one leaves what it found
-    double const difference = times_one(2.5e-308) - times_one(2.3e-308);
-    float const single = small * unit;
-    if (flush.active()) {
-      CHECK((product == 0.0 && difference == 0.0 && single == 0.0f));
-    } else {
-      CHECK((product > 0.0 && difference > 0.0 && single > 0.0f));
-    }
-  }
-  CHECK(times_one(tiny) > 0.0);
-  CHECK(small * unit > 0.0f);
 }
 
 TEST_CASE("real-time options out of their meaning are refused with a reason", "[simulator][realtime_thread]") {

@@ -3,6 +3,7 @@
 
 #include <palpate/body/divergence.hpp>
 #include <palpate/body/particle_state.hpp>
+#include <palpate/core/flush_denormals.hpp>
 #include <palpate/core/four.hpp>
 #include <palpate/core/padded_columns.hpp>
 #include <palpate/core/serial.hpp>
@@ -304,8 +305,13 @@ class BodySystem {
   void accelerate(WideView<Scalar> const& x, WideView<Scalar> const& v, std::array<Scalar const*, Count> const& columns, Before const& before,
                   AfterOf const& after_of) {
     if constexpr (HasFusedForces<Tissue>) {
-      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), force_.wide().data(), run_, columns, before,
-                           after_of);
+      auto const run = [this](int n, auto const& walk) {
+        run_(n, [&walk](int k) {
+          FlushDenormals const flush;   // in whichever thread
+          walk(k);
+        });
+      };
+      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), force_.wide().data(), run, columns, before, after_of);
     } else {
       before(0, moving_);
       auto force = force_.view();

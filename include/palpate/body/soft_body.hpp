@@ -7,6 +7,7 @@
 #include <palpate/body/step_report.hpp>
 #include <palpate/body/substeps.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/flush_denormals.hpp>
 #include <palpate/core/policy.hpp>
 #include <palpate/core/serial.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
@@ -119,6 +120,7 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
  private:
   /// One step; the forces applied stay.
   StepReport<Scalar> take_step(Scalar h) {
+    FlushDenormals const flush;
     bool const moves = this->begin_step(h, StepsByParts<IntegratorType>);
     StepReport<Scalar> report;
     report.moving = static_cast<int>(this->moving_count());

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpate/simulator/detail/realtime_linux.hpp>
-#include <palpate/simulator/flush_denormals.hpp>
+#include <palpate/core/flush_denormals.hpp>
 #include <palpate/simulator/realtime_options.hpp>
 
 #include <optional>

@@ -9,6 +9,7 @@
 #include <palpate/haptics/safety_chain.hpp>
 #include <palpate/haptics/workspace_mapping.hpp>
 #include <palpate/core/event_ring.hpp>
+#include <palpate/core/flush_denormals.hpp>
 #include <palpate/core/tool_pose.hpp>
 #include <palpate/simulator/recording.hpp>
 
@@ -132,6 +133,7 @@ class ServoLoop {
 
   /// The same where the tick's time is not that of the clock: `now` [s] is on the clock of the model's time.
   Tick respond(LocalModel<Scalar> const& model, double time, double now) noexcept {
+    FlushDenormals const flush;
     ToolContact<Scalar> contact;
     contact.phase = model.phase;
     contact.depth = model.depth(tip_);
