@@ -10,6 +10,7 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/event_ring.hpp>
 #include <palpate/core/flush_denormals.hpp>
+#include <palpate/core/instruction_set.hpp>
 #include <palpate/core/execution.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/instruction_set.hpp>
+
 #include <Eigen/Core>
 
 #include <concepts>

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: MIT
+# cmake -Dcompiler=… -Dinclude=… -Dwork=… -P instruction_sets.cmake
+# Units for the same registers make a program; one with AVX2 and one without are refused by the linker, which names what differs.
+file(MAKE_DIRECTORY "${work}")
+file(WRITE "${work}/unit.cpp" "#include <palpate/core/instruction_set.hpp>\nint unit() { return 0; }\n")
+file(WRITE "${work}/main.cpp" "#include <palpate/core/instruction_set.hpp>\nint unit();\nint main() { return unit(); }\n")
+
+function(link result output unit_flags main_flags)
+  foreach(source IN ITEMS unit main)
+    execute_process(COMMAND "${compiler}" -std=c++20 -O1 ${${source}_flags} "-I${include}" -c ${source}.cpp -o ${source}.o
+                    WORKING_DIRECTORY "${work}" COMMAND_ERROR_IS_FATAL ANY)
+  endforeach()
+  execute_process(COMMAND "${compiler}" unit.o main.o -o program WORKING_DIRECTORY "${work}" RESULT_VARIABLE code OUTPUT_VARIABLE said ERROR_VARIABLE said)
+  set(${result} "${code}" PARENT_SCOPE)
+  set(${output} "${said}" PARENT_SCOPE)
+endfunction()
+
+foreach(flags IN ITEMS -msse2 -mavx2 -mavx512f)
+  link(code said ${flags} ${flags})
+  if(NOT code EQUAL 0)
+    message(FATAL_ERROR "two units with ${flags} do not make a program:\n${said}")
+  endif()
+endforeach()
+foreach(flags IN ITEMS "-msse2 -mavx2 avx" "-mavx2 -msse2 avx" "-mavx2 -mavx512f avx512")
+  separate_arguments(flags)
+  list(GET flags 0 first)
+  list(GET flags 1 second)
+  list(GET flags 2 name)
+  link(code said ${first} ${second})
+  if(code EQUAL 0)
+    message(FATAL_ERROR "a unit with ${first} and one with ${second} were linked")
+  elseif(NOT said MATCHES "palpate_units_with_and_without_${name}")
+    message(FATAL_ERROR "${first} and ${second}: the linker does not name what differs:\n${said}")
+  endif()
+endforeach()
