@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: MIT
 // What a leapfrog step of a whole body costs beside a plain Eigen loop over the same springs in the same run, by size and scalar: square
 // grids with one diagonal a square (31 × 31 = 961 particles and 2,760 springs, 200 × 200, 1000 × 1000).
-//   bench_step
+//   bench_step                        as it was compiled
+//   sh benchmarks/step.sh             compiled with plain -O2, with AVX2 and for this processor, one after the other
 // prints, for each, the median of plain time / library time over rounds that run both in turn (`plain/library`, above 1 the library is
 // faster) and the best time of both per spring and step [ns]. Time is the thread's own: what other programs take of the core does not count, what
-// they take of the caches does.
+// they take of the caches does. Then what a step of a sheet at rest costs that is pressed in the middle, beside one in motion.
 #include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/integrator/runge_kutta_4.hpp>
+#include <palpate/integrator/symplectic_euler.hpp>
 #include <palpate/mesh/edges.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/region/whole_body.hpp>
+#include <palpate/region/zone_of_influence.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
 #include "plain_body.hpp"
@@ -18,6 +23,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <ctime>
 #include <vector>
@@ -85,7 +91,51 @@ void step(benchmark::State& state) {
   if ((peer.positions() - body.positions()).cwiseAbs().maxCoeff() > S(1e-4)) state.SkipWithError("the two bodies do not move alike");
 }
 
+/// A sheet at rest that is pressed in the middle, from the first step on, beside the same sheet in motion: `pressed/moving` above 1 says that
+/// a sheet at rest costs more.
+template <RealScalar S, class Integrator, class Region = WholeBody>
+void pressed(benchmark::State& state) {
+  constexpr int n = 31, steps = 2000;
+  S const h = S(1e-4);
+  benchmarks::Coefficients const c{.mass_per_particle = 3e-4};
+  auto const grid = make_grid<S>(n, n, S(0.005));
+  auto shaken = grid;
+  for (int i = 0; i < n * n; ++i) shaken.points(2, i) = S(1e-3) * static_cast<S>(std::sin(0.7 * i));
+  SoftBody const at_rest(benchmarks::tissue_of(grid, c), Integrator{}, Region{}), ready(benchmarks::tissue_of(shaken, c), Integrator{}, Region{});
+  auto const seconds = [&](auto body, auto const& push) {
+    push(body, 0);
+    body.step(h);   // finds its stable step and lays out its springs
+    double const start = now();
+    for (int k = 1; k < steps; ++k) push(body, k), body.step(h);
+    return (now() - start) / (steps - 1);
+  };
+  auto const press = [](auto& body, int) { body.apply_force(n * n / 2, Vector3<S>(0, 0, S(-0.03))); };
+  auto const shake = [](auto& body, int k) {
+    S const force = S(0.03) * static_cast<S>(std::sin(0.05 * k));
+    if constexpr (std::same_as<Region, WholeBody>)
+      for (int i = 7; i < n * n; i += 61) body.apply_force(i, Vector3<S>(force, -force, force));
+    else
+      body.apply_force(n * n / 2, Vector3<S>(force, -force, force));
+  };
+  std::vector<double> ratios;
+  double best = 1e9;
+  for (auto _ : state) {
+    double const moving = seconds(ready, shake), still = seconds(at_rest, press);
+    ratios.push_back(still / moving);
+    best = std::min(best, still);
+  }
+  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
+  state.counters["pressed/moving"] = ratios[ratios.size() / 2];
+  state.counters["pressed_us"] = 1e6 * best;
+}
+
 BENCHMARK(step<double>)->Arg(31)->Arg(200)->Arg(1000)->Unit(benchmark::kMillisecond);
 BENCHMARK(step<float>)->Arg(31)->Arg(200)->Arg(1000)->Unit(benchmark::kMillisecond);
+BENCHMARK(pressed<double, LeapfrogVerlet>)->Unit(benchmark::kMillisecond);
+BENCHMARK(pressed<float, LeapfrogVerlet>)->Unit(benchmark::kMillisecond);
+BENCHMARK(pressed<double, LeapfrogVerlet, ZoneOfInfluence>)->Unit(benchmark::kMillisecond);
+BENCHMARK(pressed<double, SymplecticEuler>)->Unit(benchmark::kMillisecond);
+BENCHMARK(pressed<double, RungeKutta4>)->Unit(benchmark::kMillisecond);
+BENCHMARK(pressed<double, BackwardEuler>)->Unit(benchmark::kMillisecond);
 
 }  // namespace
