@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // A soft body asks no more of its policies than their concepts say. Yardstick: the closed form of a particle on its home spring.
 #include <palpate/body/soft_body.hpp>
+#include <palpate/extend/integrator.hpp>
+#include <palpate/extend/tissue.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/integrator/velocity_verlet.hpp>
 #include <palpate/mesh/grid.hpp>
-#include <palpate/mesh/surface_topology.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
-#include <palpate/testing/tissue.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
 #include "catch.hpp"
@@ -15,79 +15,21 @@
 #include <cmath>
 #include <concepts>
 #include <span>
-#include <vector>
 
 using namespace palpate;
 
 namespace {
 
-/// The least tissue: particles of 0.1 kg on home springs of 10 N/m and 0.2 N s/m, joined by nothing but their neighbourhood.
-template <RealScalar S>
-class Beads {
- public:
-  using Scalar = S;
+template <class S>
+using Beads = testing::TissueArchetype<S>;
+using Drift = testing::IntegratorArchetype;
 
-  class Assembly {
-   public:
-    std::span<int const> particles() const { return particles_; }
-    template <class X, class V, class F>
-    void add_forces(X const& x, V const& v, F& f) const {
-      for (std::size_t k = 0; k < particles_.size(); ++k) {
-        auto const i = static_cast<Eigen::Index>(k);
-        f.col(i) -= S(10) * (x.col(i) - rest_[k]) + S(0.2) * v.col(i);
-      }
-    }
-
-   private:
-    friend Beads;
-    std::vector<int> particles_;
-    std::vector<Vector3<S>> rest_;
-  };
-
-  explicit Beads(TriangleMesh<S> const& mesh) : points_(mesh.points), surface_(static_cast<int>(mesh.points.cols()), mesh.triangles) {}
-
-  int size() const { return static_cast<int>(points_.cols()); }
-  std::size_t revision() const { return 0; }
-  Vector3<S> rest_position(int i) const { return points_.col(i); }
-  S mass(int) const { return S(0.1); }
-  bool nailed(int i) const { return i == 0; }
-  template <class Visit>
-  void for_each_neighbour(int i, Visit visit) const {
-    if (i > 0) visit(i - 1);
-    if (i + 1 < size()) visit(i + 1);
-  }
-  SurfaceTopology const& surface() const { return surface_; }
-  void assemble(std::span<int const> moving, Assembly& assembly) const {
-    assembly.particles_.assign(moving.begin(), moving.end());
-    assembly.rest_.clear();
-    for (int const i : moving) assembly.rest_.push_back(rest_position(i));
-  }
-  template <class X, class V>
-  Vector3<S> internal_force(int i, X const& x, V const& v) const {
-    return S(-10) * (x.col(i) - points_.col(i)) - S(0.2) * v.col(i);
-  }
-  S stiffness_bound(int) const { return 10; }
-  S damping_bound(int) const { return S(0.2); }
-
- private:
-  Matrix3X<S> points_;
-  SurfaceTopology surface_;
-};
-static_assert(TissueModel<Beads<double>> && TissueModel<Beads<float>>);
 static_assert(!CuttableTissue<Beads<double>> && !HasPotentialEnergy<Beads<double>> && !HasStiffnessProduct<Beads<double>> && !HasFusedForces<Beads<double>> &&
               !ReservesMemory<Beads<double>> && !HasPrestrain<Beads<double>> && !HasStiffnessRowBoundsAt<Beads<double>>);
 static_assert(HasFusedForces<MassSpring<float>> && ReservesMemory<MassSpring<float>> && HasPrestrain<MassSpring<float>> && HasHomeSprings<MassSpring<float>> &&
               HasLinks<MassSpring<float>> && HasStiffnessRowBoundsAt<MassSpring<float>> && HasPotentialEnergy<MassSpring<float>>);
 
-/// The least integrator.
-struct Drift {
-  template <class System>
-  void step(System& system, typename System::Scalar h) const {
-    system.velocities() += h * system.acceleration(system.positions(), system.velocities());
-    system.positions() += h * system.velocities();
-  }
-};
-static_assert(Integrator<Drift> && Integrator<Drift, float> && !StatesStableStep<Drift> && !StatesOrder<Drift>);
+static_assert(!StatesStableStep<Drift> && !StatesOrder<Drift>);
 
 /// The least region that follows the touch: what is touched, nothing else.
 struct TouchedOnly {

@@ -6,6 +6,7 @@
 #include <palpate/device/concept.hpp>
 #include <palpate/device/null_device.hpp>
 #include <palpate/device/session.hpp>
+#include <palpate/extend/device.hpp>
 
 #include <limits>
 #include <stdexcept>
@@ -17,11 +18,7 @@ using namespace palpate;
 namespace {
 
 // The least a device can be; each of the others lacks one thing of it.
-struct Archetype {
-  Capabilities capabilities() const { return {.max_force = 3.3, .rate = 1000.0}; }
-  DeviceStatus read(DeviceState<double>&) noexcept { return DeviceStatus::ok; }
-  DeviceStatus write(Wrench<double> const&) noexcept { return DeviceStatus::ok; }
-};
+using Archetype = testing::DeviceArchetype<double>;
 struct WithoutCapabilities {
   DeviceStatus read(DeviceState<double>&) noexcept { return DeviceStatus::ok; }
   DeviceStatus write(Wrench<double> const&) noexcept { return DeviceStatus::ok; }
@@ -37,7 +34,6 @@ struct MayThrow : Archetype {
   DeviceStatus read(DeviceState<double>&) { return DeviceStatus::ok; }
 };
 
-static_assert(HapticDevice<Archetype> && HapticDevice<Archetype, double>);
 static_assert(!HapticDevice<Archetype, float>, "a device of doubles does not pass for one of floats");
 static_assert(!ReportsCapabilities<WithoutCapabilities> && !HapticDevice<WithoutCapabilities>);
 static_assert(!ReadsState<ReadsNothing, double> && !HapticDevice<ReadsNothing>);
