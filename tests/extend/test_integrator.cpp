@@ -1,8 +1,15 @@
 // SPDX-License-Identifier: MIT
-// An integrator of one's own needs palpate/extend/integrator.hpp and nothing else. Yardstick: the battery's extrapolated reference.
+// An integrator of one's own needs palpate/extend/integrator.hpp and nothing else. Yardstick: the battery's extrapolated reference, and the closed form
+// of a particle on a spring.
 #include <palpate/extend/integrator.hpp>
 
 #include "catch.hpp"
+
+#include <palpate/body/soft_body.hpp>
+#include <palpate/extend/tissue.hpp>
+#include <palpate/mesh/grid.hpp>
+
+#include <cmath>
 
 /// Heun's rule: a step of explicit Euler, then with the mean of the slopes at both ends.
 struct Heun {
@@ -40,6 +47,18 @@ TEST_CASE("an integrator of one's own keeps the laws of integrators") {
   CHECK(testing::to_text(testing::check_integrator(Heun{})) == "");
   CHECK(testing::measured_order(Heun{}) == Approx(2).margin(0.1));
   CHECK(testing::to_text(testing::check_integrator(testing::IntegratorArchetype{})) == "");
+}
+
+TEMPLATE_TEST_CASE("an integrator of one's own moves a body", "", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  SoftBody body(testing::TissueArchetype<S>(make_grid<S>(4, 3, S(0.01))), Heun{}, WholeBody{});
+  for (int k = 0; k < 1000; ++k) {
+    body.apply_force(5, {0, 0, S(-0.02)});
+    body.step(S(1e-3));
+  }
+  double const w = std::sqrt(99.0);   // of 0.1 x″ + 0.2 x′ + 10 x = F: ω² − (γ/2)²
+  double const expected = -0.002 * (1 - std::exp(-1.0) * (std::cos(w) + std::sin(w) / w));
+  CHECK(static_cast<double>(body.displacement(5).z()) == Approx(expected).epsilon(1e-4));   // h² w³ t/6 = 1.6e-4 rad late, in a swing of 1/e
 }
 
 TEST_CASE("an integrator that is wrong is told so") {

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT
-// A spring law of one's own needs palpate/extend/law.hpp and nothing else. Yardstick: the battery's differences and quadrature.
+// A spring law of one's own needs palpate/extend/law.hpp and nothing else. Yardstick: the battery's differences and quadrature, of the law and of
+// tissue of it.
 #include <palpate/extend/law.hpp>
 
 #include "catch.hpp"
+
+#include <palpate/mesh/grid.hpp>
+#include <palpate/testing/tissue.hpp>
+#include <palpate/tissue/mass_spring.hpp>
 
 #include <cmath>
 
@@ -31,6 +36,12 @@ using namespace palpate;
 TEMPLATE_TEST_CASE("a law of one's own keeps the laws of springs", "", PALPATE_TEST_SCALARS) {
   CHECK(testing::to_text(testing::check_spring_law(FungSpring<TestType>{}, TestType(0.01))) == "");
   CHECK(testing::to_text(testing::check_spring_law(testing::LawArchetype<TestType>{}, TestType(0.01))) == "");
+}
+
+TEMPLATE_TEST_CASE("tissue of a law of one's own keeps the laws of tissue", "", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  MassSpring<S, FungSpring<S>> const tissue(make_grid<S>(4, 4, S(0.01)), {.mass = {.total = S(0.1)}, .link = {.stiffness = S(80), .damping = S(0.1)}});
+  CHECK(testing::to_text(testing::check_tissue(tissue, {.isolated = true})) == "");
 }
 
 TEST_CASE("a law that is wrong is told so") {
