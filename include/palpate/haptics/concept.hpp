@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-/// What an overlay knows of the hand in one servo tick: also in free space, where a force model is not asked.
+/// Input of an overlay in one servo tick, also in free space, where a force model is not asked.
 /// Units      tip [m], velocity [m/s], seconds [s]; world frame.
 template <RealScalar S>
 struct ToolMotion {
@@ -24,57 +24,58 @@ struct ToolMotion {
   bool continues = false;   ///< it was asked in the tick before; false at first, and after a tick in which nothing was to be felt
 };
 
-/// A force on the hand [N] that does not come from the tissue: guidance along a path, a wall that must not be passed. Beyond the syntax: called
-/// once a servo tick, so no allocation, lock, or input and output; a finite motion gives a finite force; where `continues` is false the force
+/// A force on the hand [N] that does not come from the tissue: guidance along a path, a forbidden region. Beyond the syntax: called once
+/// a servo tick, so no allocation, lock, or input and output. A finite motion gives a finite force. Where `continues` is false the force
 /// begins at zero.
 template <class T, class Scalar>
 concept ForceOverlay = RealScalar<Scalar> && requires(T& overlay, ToolMotion<Scalar> const& motion) {
   { overlay(motion) } noexcept -> detail::Vector3Of<Scalar>;
 };
 
-/// A force model that brings an overlay with it: the simulator adds `overlay(motion)` to the force in every tick in which the hand may feel
-/// anything, after the fading of a restoration and before the safety chain. On a device that moves a hand the passivity controller damps an overlay that gives more than
-/// it took; one that stores energy says how much: `energy()` [J].
+/// A force model with an overlay: the simulator adds `overlay(motion)` in every tick in which the hand may feel anything, after the
+/// fading of a restoration and before the safety chain. On a device that moves a hand the passivity controller damps an overlay that
+/// gives more than it took; one that stores energy states it: `energy()` [J].
 template <class T, class Scalar>
 concept HasOverlay = RealScalar<Scalar> && requires(T& model, ToolMotion<Scalar> const& motion) {
   { model.overlay(motion) } noexcept -> detail::Vector3Of<Scalar>;
 };
 
-/// Refinement: an overlay that says how much energy it stores [J]: what it may give back without being active.
+/// Refinement: an overlay that states its elastic energy [J], which it may return without being active.
 template <class T>
 concept StoresEnergy = requires(T const& overlay) {
   { overlay.energy() } -> std::convertible_to<double>;
 };
 
-/// Refinement: a force model that says how much its overlays store [J].
+/// Refinement: a force model that states the elastic energy of its overlays [J].
 template <class T>
 concept HasOverlayEnergy = requires(T const& model) {
   { model.overlay_energy() } -> std::convertible_to<double>;
 };
 
-/// Refinement: a force that wants to know the surface, and how often: `begin_session(servo rate, model rate)` [Hz] tells how many ticks lie between two models.
+/// Refinement: a force that needs local surface models: `begin_session(servo rate, model rate)` [Hz] tells how many ticks lie between
+/// two.
 template <class T>
 concept SensesSurface = requires(T& model, T const& seen) {
   { seen.surface_kind() } -> std::same_as<SurfaceKind>;
   model.begin_session(1000.0, 500.0);
 };
 
-/// A force that answers to the tissue's surface as it is now, instead of a depth below the undisturbed one. Beyond the syntax: as of `ForceModel`; zero soon after the
-/// surface's stiffness has become 0.
+/// A force computed from the present surface, instead of a depth below the undisturbed one. Beyond the syntax: as of `ForceModel`; zero
+/// soon after the surface's stiffness has become 0.
 template <class T, class Scalar>
 concept SurfaceForce = RealScalar<Scalar> && SensesSurface<T> && requires(T& model, LocalModel<Scalar> const& local, ToolMotion<Scalar> const& motion) {
   { model.on_surface(local, motion) } noexcept -> detail::Vector3Of<Scalar>;
 };
 
-/// Refinement: a force that states the largest stiffness [N/m] it renders, in the scene, and can be told to render less: a simulator asks for what the device stands,
-/// seen through the mapping.
+/// Refinement: a force that states the largest stiffness [N/m, in the scene] that it renders, and accepts a lower limit. A simulator sets
+/// it to what the device stands, seen through the mapping.
 template <class T>
 concept LimitsStiffness = requires(T& force, T const& constant, double stiffness) {
   { constant.most_stiffness() } noexcept -> std::convertible_to<double>;
   { force.limit_stiffness(stiffness) } noexcept;
 };
 
-/// What a simulator asks for the force on the hand: a model that answers to the depth, or one that answers to the surface.
+/// A force policy of a simulator: a model of the depth, or one of the surface.
 template <class T, class Scalar>
 concept RendersForce = ForceModel<T, Scalar> || SurfaceForce<T, Scalar>;
 
@@ -91,7 +92,7 @@ struct ForceSentences {
 
 }  // namespace detail
 
-/// Refinement: a force that wants to know the device of each session, and how it is mapped into the scene; local models come at `model_rate` [Hz].
+/// Refinement: a force that is told the device of each session and the mapping into the scene; local models come at `model_rate` [Hz].
 template <class T, class Scalar>
 concept BeginsSession = requires(T& model, Capabilities const& device, WorkspaceMapping<Scalar> const& mapping, double model_rate) {
   model.begin_session(device, mapping, model_rate);

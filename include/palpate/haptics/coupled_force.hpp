@@ -19,30 +19,31 @@
 
 namespace palpate {
 
-/// The most that a host wants of the coupling, as the hand feels it; the device's record may leave less.
+/// Upper limits of the coupling, as the hand feels it. The device's capabilities may lower them.
 struct CoupledForceOptions {
-  double stiffness = std::numeric_limits<double>::infinity();   ///< N/m; to be given for a device that says neither its damping nor the largest stiffness
+  double stiffness = std::numeric_limits<double>::infinity();   ///< N/m; required for a device that states neither damping nor largest stiffness
   double damping = std::numeric_limits<double>::infinity();     ///< N·s/m
 };
 
-/// A force policy behind a virtual coupling: the tissue meets a tool of its own, and the hand feels the spring and the damper that hold this tool to the
-/// device. So the stiffness of the coupling alone decides what the device has to stand, whatever the tissue's is.
+/// A force policy behind a virtual coupling: the tissue meets a simulated tool, and the hand feels the spring and damper that hold this
+/// tool to the device. So the coupling's stiffness alone decides what the device has to stand, whatever the tissue's is.
 ///   CoupledForce force(ProxyForce<double>({.most_stiffness = 5000.0}));
 ///   CoupledForce force(CuttingForce(…), {.stiffness = 800.0}, WindowedVelocity<double, 8>{});
 ///   F = K_c (x_t − x_d) + B_c (v_t − v̂_d);   on a plane K_p, at rest: F = d/(1/K_c + 1/K_p)
-/// K_c and B_c follow from what the device says of itself when the session begins (`coupling_for`: mass, damping, friction, step of the position, limits
-/// of the driver, rate), not above what the options want, and through the mapping: K_c is what the hand feels. v̂_d comes from `Velocity`, out of the tip's positions;
-/// a force that depends on velocity is told v̂_d too.
+/// K_c and B_c follow from the device's capabilities when a session begins (`coupling_for`), limited by the options and seen through the
+/// mapping: K_c is what the hand feels. v̂_d is estimated by `Velocity` from the tip's positions; a force that depends on velocity gets
+/// v̂_d too.
 /// Units      SI; force on the hand, world frame.
 /// Source     \cite colgate1995, \cite adams1999.
-/// Invariant  The first tick, and the first after a pause, begins with the tool at the device: in free space no force; in the tissue the tool is
-///            pushed out from there, so that nothing arms on it. With a held tool the device's side is passive for
-///            b ≥ K_c T/2 + B_c, with `BackwardDifference` of any span and with `WindowedVelocity` of any length, though these are late: at no
-///            frequency do they ask for more than B_c.
+/// Invariant  The first tick, and the first after a pause, starts with the tool at the device: no force in free space. In the tissue the
+///            tool is pushed out from there, so nothing arms on it. With a held tool the device's side is passive for b ≥ K_c T/2 + B_c,
+///            with `BackwardDifference` of any span and `WindowedVelocity` of any length: their delay asks for more than B_c at no
+///            frequency.
 /// Errors     InvalidArgument from `begin_session` where neither the device's damping nor a largest stiffness is known.
 /// Cost       Those of `VirtualCoupling`, the force and the estimator; noexcept, no allocation: allowed in the servo tick.
-/// Limits     The force comes a tick later than without, and the hand feels at most K_c. The load of a force model is taken as a spring of its secant
-///            stiffness F·n/d, stable up to twice that and K_c more. `AdaptiveWindowVelocity` varies in time: for it the bound is tried, not proven.
+/// Limits     The force comes a tick later than without, and the hand feels at most K_c. The load of a force model is taken as a spring
+///            of its secant stiffness F·n/d, stable up to twice that and K_c more. For `AdaptiveWindowVelocity`, which varies in time,
+///            the bound is tested, not proven.
 template <class Force, class Velocity = AdaptiveWindowVelocity<typename detail::CommonScalar<Force>::type>>
 class CoupledForce {
  public:
@@ -73,7 +74,7 @@ class CoupledForce {
       return SurfaceKind::none;
   }
 
-  /// For the device that this session has, seen through a mapping; local models will come at `model_rate` Hz.
+  /// Begins a session with this device, seen through a mapping; local models will come at `model_rate` Hz.
   void begin_session(Capabilities const& device, WorkspaceMapping<S> const& mapping, double model_rate) {
     CouplingLimits limits = coupling_limits(device);
     limits.max_stiffness = std::min(limits.max_stiffness, options_.stiffness);

@@ -17,7 +17,8 @@ namespace palpate {
 
 namespace detail {
 
-/// The triangle nearest to p that is reached from `triangle` by going each time to the nearest one around, and so by no more than so many steps.
+/// Local search: the triangle nearest to p found by moving from `triangle` to the nearest neighbour until none is nearer, at most so many
+/// times.
 template <class Body>
 int walked_to(Body const& body, int triangle, Vector3<typename Body::Scalar> const& p) noexcept {
   using S = typename Body::Scalar;
@@ -44,20 +45,19 @@ int walked_to(Body const& body, int triangle, Vector3<typename Body::Scalar> con
 
 }  // namespace detail
 
-/// Up to three planes that a tip near a touched triangle must not pass: its facet, and of the facets that it can run into those
-/// that matter to this tip first.
-///   looked at   the facets around the touched one, and around those nearest to where the planes taken so far hold the tip, now and at `ahead`, where it may
-///               be before the next planes come
-///   counts      one where the surface folds towards the tool: the touched facet lies in front of its plane, and it rises in front of the
-///               touched one's
-///   next taken  of those the one that the tip, projected on the planes taken so far, is farthest behind, or least in front of, now or at `ahead`
-/// Over a ridge the surface folds away: there the touched facet alone holds the tool, since the other's plane, drawn out, would shut out free space.
-/// Units      m; `radius` of a tool that is a ball: its centre is kept so far in front.
+/// Up to three half-space constraints for a tip near a touched triangle: its facet, and the facets that the tip runs into first.
+///   candidates  facets around the touched one, and around those nearest to the tip as projected on the planes so far, now and at `ahead`,
+///               where the tip may be before the next planes arrive
+///   concave     only folds towards the tool count: the touched facet lies in front of the candidate's plane, the candidate rises above its plane
+///   order       next comes the plane that the projected tip is farthest behind, or least in front of, now or at `ahead`
+/// Over a convex ridge the touched facet alone holds the tool: the extended plane of the other would exclude free space.
+/// Units      m; `radius` of a ball-shaped tool: its centre is kept that far in front.
 /// Source     \cite zilles1995
 /// Invariant  The touched facet is the first plane; no two are less than 1.1° apart. Empty for a triangle without area.
-/// Cost       O(triangles at the vertices on the way from the touched facet), at most 64 facets a way; two projections on at most two planes; noexcept, no allocation.
-/// Limits     A fold flatter than 1:100 counts as none. The planes are drawn out without end. What a tip meets beyond `ahead` it meets late, by up to its way
-///            until the next planes.
+/// Cost       O(triangles at the vertices on the way from the touched facet), at most 64 facets a search; two projections on at most two
+///            planes; noexcept, no allocation.
+/// Limits     A fold flatter than 1:100 does not count. Planes are unbounded. What a tip meets beyond `ahead` it meets late, by up to its
+///            way until the next planes.
 template <class Body>
 PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vector3<typename Body::Scalar> const& tip, typename Body::Scalar radius,
                                              Vector3<typename Body::Scalar> const& ahead) noexcept {

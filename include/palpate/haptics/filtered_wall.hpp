@@ -12,8 +12,8 @@
 
 namespace palpate {
 
-/// What stands between the rendered force and the motors, or between the sensor and the model: what it does to a wave of `turn` radians a tick,
-/// and how late it is for slow ones. Beyond the syntax: linear, response 1 at turn 0; `validate` throws for options out of their meaning.
+/// A linear filter between rendered force and motors, or between sensor and model: its response to a wave of `turn` radians a tick, and
+/// its delay at low frequency. Beyond the syntax: response 1 at turn 0; `validate` throws for options without meaning.
 template <class T>
 concept LoopFilter = requires(T const& filter, double turn, double period) {
   { filter.response(turn, period) } -> std::convertible_to<std::complex<double>>;
@@ -54,7 +54,7 @@ struct OnePole {
   double pole(double period) const { return std::exp(-2 * std::numbers::pi * cutoff * period); }
 };
 
-/// The force of some ticks ago: a driver or a network that answers late.
+/// A delay by whole ticks, as of a driver or a network.
 struct TickDelay {
   int ticks = 1;
 
@@ -68,10 +68,10 @@ struct TickDelay {
 
 static_assert(LoopFilter<MovingAverage> && LoopFilter<OnePole> && LoopFilter<TickDelay>);
 
-/// The stiffest wall [N/m] that a mass with damping stays stable at when all in its loop, beside the hold, is so many seconds late: a rule of thumb.
+/// Rule of thumb for the stiffest stable wall [N/m] of a mass with damping, with a delay t in the loop beside the hold.
 ///   K ≈ b / (T/2 + t)
-/// Units      kg, N·s/m, s. With `filters.delay(period)` for t it is within 2 % of `stable_wall(…, MovingAverage{…})`, 4 % of a OnePole, where b T/m
-///            is small.
+/// Units      kg, N·s/m, s. With `filters.delay(period)` for t it is within 2 % of `stable_wall(…, MovingAverage{…})`, 4 % of a OnePole,
+///            where b T/m is small.
 /// Source     \cite gil2004
 /// Errors     InvalidArgument for what is not positive, and for a delay below zero.
 inline double stable_wall_estimate(double damping, double period, double delay) {
@@ -81,12 +81,12 @@ inline double stable_wall_estimate(double damping, double period, double delay) 
   return damping / (period / 2 + delay);
 }
 
-/// The stiffest wall [N/m] that a mass with damping stays stable at with these filters in its loop, one after the other. Smoothing a force makes it
-/// late, so it costs stiffness: a mean of 15 forces leaves a fifteenth of it.
+/// The stiffest stable wall [N/m] of a mass with damping, with these filters in series in its loop. Filtering a force delays it, so it
+/// costs stiffness: a mean of 15 forces leaves a fifteenth.
 ///   stable_wall(0.075, 0.5, 0.001)                      1001 N/m
 ///   stable_wall(0.075, 0.5, 0.001, OnePole{100.0})       307 N/m
-/// The least K where 1 + K P(z) H(z) = 0 on the unit circle, P the mass under zero-order hold, H the filters; sought at some 5000 frequencies, then
-/// by bisection.
+/// The least K where 1 + K P(z) H(z) = 0 on the unit circle, P the mass under zero-order hold, H the filters; searched at some 5000
+/// frequencies, then by bisection.
 /// Units      kg, N·s/m, s.
 /// Source     Nyquist's criterion for the sampled loop, \cite franklin1998 ch. 4.
 /// Errors     InvalidArgument for what is not positive; 0 for a mass without damping.

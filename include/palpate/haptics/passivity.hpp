@@ -14,25 +14,28 @@ namespace palpate {
 struct PassivityOptions {
   double period = 0.001;        ///< T [s], of the servo
   double max_damping = 11.0;    ///< α_max [N·s/m], the most that the controller adds: about mass / (4 T), 11 for a 45 g stylus; 0: observe alone
-  double device_damping = 0.0;  ///< b [N·s/m], what the mechanics damp for certain: it may pay for what a held force gives; 0: not known
-  double reservoir = 0.005;     ///< J; what was taken beyond it and the elastic energy is forgotten: an earlier loss does not pay for a later gain
+  double device_damping = 0.0;  ///< b [N·s/m], certain damping of the mechanics, which offsets the leak of a held force; 0: not known
+  double reservoir = 0.005;     ///< J; energy taken beyond it and the elastic energy is discarded: an earlier loss does not offset a later gain
 };
 
-/// The energy that a rendered force takes from the hand, and damping where it would give more than it took.
-///   E ← min(E − F₋·Δx, reservoir + U)   U the elastic energy that the rendered model holds, Δx the way since the last tick, F₋ the force that was sent then and held since
-///   E ← E + b |Δx|²/T, up to U           what the mechanics have taken on the way, at least: it pays for a gain, and is never saved
-///   W = E − F·Δx + b |Δx|²/T             if the force that is wanted now were held over as long a way again
+/// Passivity observer and controller: sums the energy that a rendered force takes from the hand, and adds damping where it would give
+/// more than it took.
+///   E ← min(E − F₋·Δx, reservoir + U)   U elastic energy of the rendered model, Δx displacement since the last tick, F₋ the force held since
+///   E ← E + b |Δx|²/T, up to U          the least that the mechanics have dissipated: it offsets a gain and is never stored
+///   W = E − F·Δx + b |Δx|²/T            if the force wanted now were held over the same displacement again
 ///   W < 0:  F ← F − α Δx/T,   α = min(α_max, −W T/|Δx|²)
-/// F is the force on the hand, so the hand puts −F·Δx into what it touches. The observer is exact for a force that is held between samples.
+/// F is the force on the hand, so the hand puts −F·Δx into what it touches. The observer is exact for a force that is held between
+/// samples.
 /// Units      SI; force [N] on the hand, energy [J].
-/// Source     \cite hannaford2002; the exact sum under a hold \cite ryu2004. Without a limit on α the controller diverges at a stiff wall and 1 kHz.
-/// Invariant  period, reservoir > 0, both dampings ≥ 0, all finite; checked at set-up. Never adds a force where the tip does not move; α never above
-///            its limit: what it can not dissipate in this tick stays as a debt, to be paid by the next motion, in the air too.
-///            With U and b given, a spring of K ≤ 2 b/T is never damped: what a hold leaks in a tick, K |Δx|²/2, the mechanics have taken.
+/// Source     \cite hannaford2002; the exact sum under a hold \cite ryu2004. Without a limit on α the controller diverges at a stiff wall
+///            and 1 kHz.
+/// Invariant  period, reservoir > 0, both dampings ≥ 0, all finite; checked at set-up. It adds no force where the tip does not move. α
+///            never exceeds its limit: what it cannot dissipate in this tick stays as a debt for the next motion, in the air too. With U
+///            and b given, a spring of K ≤ 2 b/T is never damped: the mechanics dissipate the leak of a hold, K |Δx|²/2.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Without U a soft wall that gives back what it took looks active as soon as that is more than the reservoir. Tell it what was sent:
-///            `sent` comes after every limiter. Noise counts as energy given; see `CuttingForce::noise_energy`.
-///            A tip that slides is damped along its whole way, so what a wall gives across is taken from the sliding, and the wall may go on vibrating.
+/// Limits     Without U, a soft wall that returns more than the reservoir looks active. Call `sent` after every limiter. Noise counts as
+///            energy given; see `CuttingForce::noise_energy`. A sliding tip is damped along its whole path, so energy of the wall across
+///            it is taken from the sliding, and the wall may go on vibrating.
 template <RealScalar S>
 class PassivityController {
  public:
@@ -46,8 +49,8 @@ class PassivityController {
     require.positive(".reservoir", options.reservoir, " J");
   }
 
-  /// The force to send for the one wanted at this position, of a model that holds `elastic` J there, ½ k d² for a spring. Books the way since the
-  /// last tick under the force that was sent for it.
+  /// The passive force for the one wanted at this position, of a model with elastic energy `elastic` [J], ½ k d² for a spring. Books the
+  /// displacement since the last tick under the force sent for it.
   Vector3<S> operator()(Vector3<S> const& position, Vector3<S> const& wanted, double elastic = 0.0) noexcept {
     Vector3<double> const way = has_position_ ? Vector3<double>(position.template cast<double>() - position_) : Vector3<double>(Vector3<double>::Zero());
     position_ = position.template cast<double>();
@@ -71,7 +74,7 @@ class PassivityController {
     return (wanted.template cast<double>() - damping_ / options_.period * way).template cast<S>();
   }
 
-  /// What the device was told in the end, after all that limits it: it acts until the next tick.
+  /// The force that was written after all limits; it acts until the next tick.
   void sent(Vector3<S> const& force) noexcept { sent_ = force.template cast<double>(); }
 
   /// J, taken from the hand since the start or reset(), unlimited; negative: given.
@@ -85,7 +88,7 @@ class PassivityController {
   /// In how many ticks damping was added.
   std::uint64_t damped() const noexcept { return damped_; }
 
-  /// The position jumps now, as after a calibration: the way there is no work.
+  /// The next displacement is a jump, as after a calibration, and no work.
   void skip_way() noexcept { has_position_ = false; }
 
   /// Begins anew: no energy, no way, no force.

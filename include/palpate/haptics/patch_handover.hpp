@@ -15,23 +15,25 @@ namespace palpate {
 struct PatchHandoverOptions {
   int ticks = 33;            ///< N, over which a new patch takes over: about as many as lie between two; 1: at once
   double period = 0.001;     ///< s, of the servo
-  double moves_for = 0.0;    ///< s, so long after its arrival a patch moves on with its velocity; 0: it rests until the next one comes
+  double moves_for = 0.0;    ///< s after its arrival during which a patch is extrapolated with its velocity; 0: it rests until the next one
 };
 
-/// Patches that come at the rate of the body, for a servo that is faster: each takes over from the one before over N ticks, with no step in the
-/// force. What is in use when a patch comes is kept as one patch F, anchored at the tip. In the i-th tick after, with t = i/N,
+/// Interpolates between patches that arrive at the body's rate, for a faster servo: each replaces the one before over N ticks, with no
+/// step in the force. When a patch arrives, the present state is kept as one patch F, anchored at the tip. In the i-th tick, with t =
+/// i/N,
 ///   distance = (1 − t) distance_F(tip) + t distance_new(tip);   curvature, stiffness and velocity likewise
-///   normal     F's, turned to the new one's by t of the angle between them
-/// and from i = N on the new one itself. A patch that comes before that takes over from what there is by then.
-/// New contact  Where nothing was, and the tip is in the tissue already, the stiffness rises from 0 over N ticks; a patch of stiffness 0 lets go
-///              in the same way. A normal turned over by more than 120° is another contact: the old one fades, then the new one rises, in N ticks
-///              together.
+///   normal     that of F, rotated towards the new one by t of the angle between them
+/// and from i = N on it is the new patch. A patch that arrives earlier replaces the interpolated one.
+/// New contact  Where nothing was and the tip is in the tissue already, the stiffness rises from 0 over N ticks; a patch of stiffness 0
+///              lets go in the same way. A normal turned by more than 120° is another contact: the old one fades, then the new one rises,
+///              in N ticks together.
 /// Order        A sequence number not above the last one's is dropped. The same patch again changes nothing, to the bit.
 /// Source       the tangent plane as a local model \cite mark1996; its parameters interpolated between updates \cite mendoza2001.
 /// Invariant    N ≥ 1, period > 0, moves_for ≥ 0, all finite; checked at set-up.
 /// Cost         Two patches a tick; noexcept, no allocation: allowed in the servo tick.
-/// Limits       Hides how late a patch is, does not undo it: the force lags by N ticks more. The two may give the hand energy that the tissue never
-///              got, K (d₂² − d₁²)/2 for a surface that rises under the tip: `PassivityController` sees it when the tip leaves.
+/// Limits       It hides the delay of a patch and adds to it: the force lags by N ticks more. Interpolation may give the hand energy that
+///              the tissue never got, K (d₂² − d₁²)/2 for a surface that rises under the tip. `PassivityController` observes that when
+///              the tip leaves.
 template <RealScalar S>
 class PatchHandover {
  public:
@@ -47,8 +49,8 @@ class PatchHandover {
     tick_ = ticks_;
   }
 
-  /// Hands over to a patch that came, for a tip that is here now. False, and nothing changed, for one that is not newer or not valid, and for a tip
-  /// that is not finite.
+  /// A new patch, for the present tip. Returns false and changes nothing for one that is not newer or not valid, and for a tip that is
+  /// not finite.
   bool take(SurfacePatch<S> const& patch, std::uint64_t sequence, Vector3<S> const& tip) noexcept {
     if (!patch.valid() || !tip.allFinite()) {
       ++refused_;
@@ -65,7 +67,7 @@ class PatchHandover {
     return true;
   }
 
-  /// The surface as it is to be felt in this tick. Call it once a tick.
+  /// The surface of this tick. Call it once a tick.
   SurfacePatch<S> operator()(Vector3<S> const& tip) noexcept {
     tick_ = std::min(tick_ + 1, ticks_);
     if (age_ < moving_ticks_) {
@@ -76,14 +78,14 @@ class PatchHandover {
     return at(tip);
   }
 
-  /// What the last patch was when it came; whether the one before is still felt.
+  /// The last patch as it arrived; whether the one before is still blended in.
   SurfacePatch<S> const& told() const noexcept { return told_; }
   bool blends() const noexcept { return tick_ < ticks_; }
-  /// Patches that were late or came twice, and such as were not valid.
+  /// How many patches were late or repeated, and how many were not valid.
   std::uint64_t dropped() const noexcept { return dropped_; }
   std::uint64_t refused() const noexcept { return refused_; }
 
-  /// Forgets all patches and the sequence: nothing is there.
+  /// Discards all patches and the sequence number: no contact.
   void reset() noexcept {
     to_ = from_ = told_ = {};
     tick_ = ticks_;

@@ -18,19 +18,20 @@ struct PlaneHandoverOptions {
   int ticks = 33;   ///< N, over which new planes take over: about as many as lie between two sets; 1: at once
 };
 
-/// Sets of up to three planes that come at the rate of the body, for a servo that is faster: a wall, an edge, a corner that deforms. Each set takes
-/// over from the one before over N ticks. In the i-th tick after, with t = i/N,
-///   matched   planes with the most similar normals, not more than 60° apart: the height of the tip and the normal go evenly from one to the other
-///   coming    a plane without one before it starts where the point on the surface that was felt, x, lies on it or in front: min(d, n·x), and rises
-///             to d
-///   leaving   one without one after it sinks to where it does not hold the tip any more, min(d, n·x) with x the tip projected on the new planes
-/// so that no plane begins or ends to push at once. A set that comes before that takes over from what there is by then. The stiffness
-/// goes along evenly.
-/// Order        As of `PatchHandover`: what is late or comes twice is dropped; the same planes again in the same order change nothing, to the bit. In
-///              another order they are matched all the same.
+/// Interpolates between sets of up to three planes that arrive at the body's rate, for a faster servo: a wall, an edge or a corner that
+/// deforms.
+/// Each set replaces the one before over N ticks. In the i-th tick, with t = i/N,
+///   matched   pairs of planes with the most similar normals, at most 60° apart: height over the plane and normal are interpolated
+///   coming    a new plane without a partner: its offset rises from min(d, n·x), x the contact point on the old planes, to d
+///   leaving   an old plane without a partner: its offset falls to min(d, n·x), x the tip projected on the new planes
+/// so no plane begins or ends to push abruptly. A set that arrives earlier replaces the interpolated one. The stiffness is interpolated
+/// too.
+/// Order        As of `PatchHandover`: late and repeated sets are dropped. The same planes in the same order change nothing, to the bit;
+///              in another order they are matched.
 /// Invariant    N ≥ 1, checked at set-up. At most six planes at a time.
 /// Cost         One projection on the new planes a tick while planes leave; noexcept, no allocation: allowed in the servo tick.
-/// Limits       Planes that turn over give a force that goes through zero. Where the planes in between have no point in front of all, see `PlaneSet`.
+/// Limits       Planes whose normals reverse give a force that passes through zero. Interpolated planes may have no point in front of
+///              all; see `PlaneSet`.
 template <RealScalar S>
 class PlaneHandover {
  public:
@@ -41,8 +42,8 @@ class PlaneHandover {
     if (options.ticks < 1) throw InvalidArgument(detail::message("PlaneHandover: .ticks is ", options.ticks, "; give 1 or more"));
   }
 
-  /// Hands over to planes that came, with their stiffness [N/m], for a tip that is here now; an empty set: nothing is there. False, and nothing
-  /// changed, for a set that is not newer, has more than three planes or a negative stiffness, and for a tip that is not finite.
+  /// A new set, with its stiffness [N/m], for the present tip; an empty set means no contact. Returns false and changes nothing for a set
+  /// that is not newer, has more than three planes or a negative stiffness, and for a tip that is not finite.
   bool take(PlaneSet<S> const& planes, S stiffness, std::uint64_t sequence, Vector3<S> const& tip) noexcept {
     if (planes.count() > most_planes || !(stiffness >= S(0)) || !std::isfinite(stiffness) || !tip.allFinite()) {
       ++refused_;
@@ -67,7 +68,7 @@ class PlaneHandover {
     return true;
   }
 
-  /// The planes as they are to be felt in this tick. Call it once a tick.
+  /// The planes of this tick. Call it once a tick.
   PlaneSet<S> operator()(Vector3<S> const& tip) noexcept {
     tick_ = std::min(tick_ + 1, ticks_);
     return at(tip);
@@ -81,7 +82,7 @@ class PlaneHandover {
   std::uint64_t dropped() const noexcept { return dropped_; }
   std::uint64_t refused() const noexcept { return refused_; }
 
-  /// Forgets all planes and the sequence: nothing is there.
+  /// Discards all planes and the sequence number: no contact.
   void reset() noexcept {
     to_.clear();
     count_ = 0;
@@ -106,8 +107,8 @@ class PlaneHandover {
     return true;
   }
 
-  /// Pairs of what there is now with what is to be, the most similar first; then the rest of both. Of planes that leave, those that do not push now
-  /// can be left out at once.
+  /// Greedy matching of old and new planes, the most similar first; then the planes without a partner. An old plane that leaves and does
+  /// not push now is dropped at once.
   void match(PlaneSet<S> const& now, PlaneProjection<S> const& felt) noexcept {
     count_ = 0;
     std::array<bool, PlaneSet<S>::capacity> used{}, found{};

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// The surface's answer as a contact law of `CuttingForce`: what `tissue_force` says, before the puncture.
+/// The surface force as a contact law of `CuttingForce`: `tissue_force`, before the puncture.
 template <RealScalar S>
 struct PressedReaction {
   using Scalar = S;
@@ -22,16 +22,18 @@ struct PressedReaction {
   }
 };
 
-/// A force that answers to the surface while the tool presses, and cutting forces from the puncture on, joined without a step: a proxy says what a tool feels
-/// that can not enter, and a blade that is through the surface has entered.
-///   PressThenCut force(ProxyForce<double>({.static_friction = 0.3, .dynamic_friction = 0.2}), liver_hysteresis<double>(), CurveJoin<double>{.reversal_depth = 1e-3});
-///   no contact, indenting   F = press, which is there before the body says that it is touched
+/// A surface force while the tool presses, cutting forces from the puncture on, blended without a step. A proxy suits a tool that has not
+/// entered, cutting forces a blade that has.
+///   PressThenCut force(ProxyForce<double>({.static_friction = 0.3, .dynamic_friction = 0.2}), liver_hysteresis<double>());
+///   no contact, indenting   F = press, which exists before the body reports a touch
 ///   moving                  F = p F_p g(d) + (1 − p) (Σ parts), as of `CuttingForce`; F_p the last force while indenting
 /// Units      N, m; force on the hand, world frame.
-/// Invariant  At the puncture the force changes by no more than 1.5 F_p Δt/puncture_time a tick beside what the parts do: 0.3 F_p with the default 5 ms, within a slew
-///            limit of 500 N/s up to 1.7 N; give `CurveJoin` a longer time above. As the tool leaves, the parts have faded to zero.
+/// Invariant  At the puncture the force changes by at most 1.5 F_p Δt/puncture_time a tick, beside what the parts do: 0.3 F_p with the
+///            default 5 ms. That is within a slew limit of 500 N/s up to 1.7 N; give `CurveJoin` a longer time above. The parts have
+///            faded to zero where the tool leaves.
 /// Cost       The sum of both; noexcept, no allocation: allowed in the servo tick.
-/// Limits     Flanks of the wound push and rub as the parts say (`OrganForce`, friction of a needle), not by contact. A contact law among the parts is added to the press.
+/// Limits     Flanks of the wound push and rub as the parts say (`OrganForce`, friction of a needle), not by contact. A contact law among
+///            the parts is added to the press.
 template <class Press, class... Parts>
 class PressThenCut {
  public:
@@ -72,7 +74,7 @@ class PressThenCut {
     return local.phase == CuttingPhase::no_contact ? pressed : cut;
   }
 
-  /// N/m: by what the force of the last tick falls off as the tip yields.
+  /// Stiffness of the last tick [N/m]: by how much the force falls as the tip yields.
   Matrix<S, 3, 3> load_stiffness() const noexcept
     requires KnowsLoadStiffness<Press, S>
   {

@@ -16,13 +16,13 @@
 
 namespace palpate {
 
-/// A force that tells how it falls off as its tool yields: N/m, of the last `on_surface`, symmetric, without negative eigenvalues.
+/// A force that states its stiffness as the tool yields [N/m]: of the last `on_surface`, symmetric, positive semidefinite.
 template <class T, class Scalar>
 concept KnowsLoadStiffness = requires(T const& force) {
   { force.load_stiffness() } -> std::convertible_to<Matrix<Scalar, 3, 3>>;
 };
 
-/// What a force model that knows no more than its force falls off by: along the normal its secant, F·n/d, where that is above zero.
+/// Secant stiffness F·n/d along the normal, where that is above zero: for a force model that states no stiffness.
 template <RealScalar S>
 Matrix<S, 3, 3> secant_stiffness(Vector3<S> const& force, ToolContact<S> const& contact) noexcept {
   S const secant = contact.depth > S(0) ? force.dot(contact.normal) / contact.depth : S(0);
@@ -32,24 +32,26 @@ Matrix<S, 3, 3> secant_stiffness(Vector3<S> const& force, ToolContact<S> const& 
 
 struct ProxyForceOptions {
   SurfaceKind surface = SurfaceKind::ball;
-  double most_stiffness = 500.0;    ///< N/m; the contact's own where that is softer, and what the device of a session stands where that is less
+  double most_stiffness = 500.0;    ///< N/m; at most that of the contact and what the device of a session stands
   double static_friction = 0.0;     ///< μ_s
   double dynamic_friction = 0.0;    ///< μ_d, not above μ_s
-  double release = 0.005;           ///< s, in which the force goes where the surface is gone at once, as when the tool begins to cut; 0: with the hand-over
-  int handover = 0;                 ///< ticks in which a new model takes over; 0: as many as lie between two, 1: at once
+  double release = 0.005;           ///< s, in which the force fades when the surface disappears, as when the tool begins to cut; 0: with the hand-over
+  int handover = 0;                 ///< ticks over which a new model replaces the last; 0: as many as lie between two, 1: at once
 };
 
-/// The hand is held by a spring to a proxy, the tool as it would be if the tissue could not be entered: tight coupling at the servo's own rate.
+/// God-object with friction: a spring holds the hand to a proxy, the tool as it would be if the tissue could not be entered. Tight
+/// coupling at the servo's own rate.
 ///   surface   plane or ball, handed over from model to model by PatchHandover, or up to three facets, by PlaneHandover
-///   proxy     SurfaceProxy, with its cone of friction, carried along with the surface under it
+///   proxy     SurfaceProxy with its friction cone, moved with the surface under it
 ///   F = K (proxy − tip),   K = min(contact stiffness, most_stiffness, what the session's device stands)
-/// The contact pushes the tissue with its own stiffness: where K is that, the hand feels just what the tissue feels, at rest.
+/// The contact presses the tissue with its own stiffness: where K equals that, the hand feels at rest just what the tissue feels.
 /// Units      N, N/m, m.
 /// Source     \cite zilles1995, \cite ruspini1997; local models \cite mendoza2001.
 /// Invariant  options as of `SurfaceProxy` and the hand-overs; checked at set-up.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Nothing while the tool cuts, since a blade that is through the surface has entered: the force then goes in `release`, by no more than
-///            1.5 F Δt/release a tick, or with the hand-over where that is slower. `PressThenCut` goes on with a cutting force. A hand-over over N ticks is N/2 ticks late on the average.
+/// Limits     Zero while the tool cuts, since a blade that cuts has entered. The force then fades in `release`, by at most 1.5 F
+///            Δt/release a tick, or with the hand-over where that is slower; `PressThenCut` adds a cutting force. A hand-over over N
+///            ticks is late by N/2 ticks on average.
 template <RealScalar S>
 class ProxyForce {
  public:
@@ -64,7 +66,7 @@ class ProxyForce {
 
   /// N/m, that the options want.
   double most_stiffness() const noexcept { return options_.most_stiffness; }
-  /// No more than so many N/m, until it is told otherwise.
+  /// Limits the stiffness to this [N/m], until called again.
   void limit_stiffness(double most) noexcept { limit_ = S(std::min(most, options_.most_stiffness)); }
 
   void begin_session(double servo_rate, double model_rate) {
@@ -97,7 +99,7 @@ class ProxyForce {
 
   /// Where the tool would be; the tip itself in free space.
   SurfaceProxy<S> const& proxy() const noexcept { return proxy_; }
-  /// N/m: by what the force of the last tick falls off as the tip yields.
+  /// Stiffness of the last tick [N/m]: by how much the force falls as the tip yields.
   Matrix<S, 3, 3> load_stiffness() const noexcept { return stiffness_ * proxy_.held_ways(); }
   void reset() noexcept {
     patches_.reset();

@@ -45,14 +45,17 @@ struct WantedForce {
   bool quiet = false;                      ///< the host wants the hand to feel nothing now: a clutch
 };
 
-/// Between every force and a device: nothing is written but what comes out of here.
+/// Limits every force before it is written to a device, in this order:
 ///   finite check → passivity → mapping to the device → magnitude → slew → thermal → ramp
-/// Arms       where nothing stands against it and the wanted force has been small for some ticks: a tool that begins in the tissue stays disarmed until it
-///            is in front of it. `waits_for()` says what is missing, and an event does where that lasts. Disarms where a button is not held, at overspeed,
-///            after a long gap, without calibration, when the body diverges; a fault ends it until the next session.
-/// Stages     those of DeviceLifecycle. Zero is written in the tick in which one is left that may render, without slew; nothing else passes the slew limit.
-/// Units      SI; forces in the world's frame come in, in the device's frame they go out.
-/// Source     the order and the numbers: practice of haptic libraries; the passivity controller \cite hannaford2002.
+/// Arms       when every condition of `ArmingWaitsFor` holds and the wanted force has been small for some ticks in a row. A tool that
+///            begins in the tissue stays disarmed until it has left it. `waits_for()` names the missing condition, and an event reports
+///            it where it lasts.
+/// Disarms    when no dead-man button is held, at overspeed, after a long gap, without calibration, when the body diverges. A fault
+///            disarms until the next session.
+/// Stages     those of DeviceLifecycle. On leaving a stage that may render, zero is written in the same tick, without slew; every other
+///            change is slewed.
+/// Units      SI; forces enter in the world frame and leave in the device's frame.
+/// Source     order and numbers: practice of haptic libraries; the passivity controller \cite hannaford2002.
 /// Invariant  |out| ≤ max_force; |out − the last out| ≤ slew · period, unless out is zero; out is finite.
 /// Cost       O(1), noexcept, no allocation: allowed in the servo tick.
 template <RealScalar S>
@@ -91,7 +94,8 @@ class SafetyChain {
     event_count_ = 0;
   }
 
-  /// N/m of the scene: so stiff may a force be that would render up to `wanted`. Told where that is less. After `begin`.
+  /// The largest stiffness [N/m, in the scene] that a force that wants `wanted` may render; an event reports it where that is less. After
+  /// `begin`.
   double stiffest(double wanted) noexcept {
     double const most = limits_.max_stiffness / felt_;
     if (!(wanted > most)) return wanted;
@@ -155,7 +159,7 @@ class SafetyChain {
   /// The device could not be written to.
   void write_failed() noexcept { fault(); }
 
-  /// True in a tick after a gap or a jump: a velocity from the positions before and after would be none.
+  /// True in a tick after a gap or a jump: positions before and after it give no velocity.
   bool interrupted() const noexcept { return interrupted_; }
   DeviceStage stage() const noexcept { return stage_.stage(); }
   bool faulted() const noexcept { return stage_.stage() == DeviceStage::faulted; }
@@ -173,7 +177,7 @@ class SafetyChain {
   /// 0 cold, 1 as warm as the continuous force makes the motors; 0 where it is not known.
   double warmth() const noexcept { return thermal_ ? thermal_->warmth() : 0.0; }
 
-  /// What has happened since it was asked last, oldest first; none when there is nothing more. Keeps 16; a tick brings no more than 6.
+  /// The oldest event not yet taken; none when there is nothing more. Keeps 16; a tick adds at most 6.
   std::optional<SafetyEvent> pop_event() noexcept {
     if (event_count_ == 0) return std::nullopt;
     SafetyEvent const first = events_[0];
@@ -227,7 +231,7 @@ class SafetyChain {
     if (not_finite_in_a_row_ < std::numeric_limits<int>::max()) ++not_finite_in_a_row_;
   }
 
-  /// Counts one more. With n allowed in the window, the one n before it has to be older.
+  /// Counts a value that is not finite. True if more than the n allowed fall into the window: the one n before it is inside.
   bool too_many_in_window() noexcept {
     auto const most = static_cast<std::uint64_t>(limits_.most_not_finite_in_window);
     std::uint64_t const now = not_finite_in_all_++;
@@ -255,7 +259,7 @@ class SafetyChain {
     }
   }
 
-  /// A sample that is not new says nothing of the speed; the next one counts the time since the last that was.
+  /// Checks jump and speed against the time since the last new sample; a repeated sample is not checked.
   void check_motion(Vector3<S> const& position, bool fresh) noexcept {
     if (has_position_ && !interrupted_ && fresh) {
       double const way = static_cast<double>((position - position_).stableNorm()), ticks = std::max(1.0, since_sample_ / limits_.period);
@@ -317,7 +321,8 @@ class SafetyChain {
     tell(SafetyEvent::armed);
   }
 
-  /// While the ticks are counted, what was missing stays: a force that swings around the limit is one reason, not many.
+  /// Updates the reason reported. While the small ticks are counted the last reason stays: a force that oscillates around the limit is
+  /// one reason.
   void wait() noexcept {
     ArmingWaitsFor const now = stage_.may_render() ? ArmingWaitsFor::nothing : missing_ != ArmingWaitsFor::nothing ? missing_ : waits_for_;
     if (now != waits_for_) {
@@ -347,8 +352,8 @@ class SafetyChain {
     if (stage_.stage() == DeviceStage::arming) static_cast<void>(stage_.handle(DeviceEvent::ramped));
   }
 
-  /// Slew, thermal limit and ramp. The slew limit holds for what is written, so it is told beforehand by how much the later stages are about to shrink
-  /// the ball of forces that may be written.
+  /// Slew, thermal limit and ramp. The slew limit holds for the force written, so it takes into account by how much thermal limit and
+  /// ramp are about to shrink the largest force.
   Vector3<S> ramped(Vector3<S> const& force) noexcept {
     double const warm = thermal_ ? thermal_->limit(limits_.max_force) : limits_.max_force;
     double const most = limits_.slew * limits_.period, reach = gain_ * warm, outside = static_cast<double>(out_.norm()) - reach;

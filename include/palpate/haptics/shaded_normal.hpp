@@ -33,12 +33,14 @@ Vector3<typename Body::Scalar> smooth_normal(Body const& body, int vertex) noexc
   return length > S(1e-3) ? Vector3<S>(sum / length) : Vector3<S>(Vector3<S>::Zero());   // rounding of what cancels has no direction
 }
 
-/// The normal that a force on a faceted surface is felt along as if it were smooth: the corners' smooth normals, mixed by weight, not tilted from the
-/// facet's own by more than `most_tilt` [rad].
+/// Force shading: the corners' smooth normals interpolated by barycentric weight, tilted from the facet's normal by at most `most_tilt`
+/// [rad].
 ///   n = Σ barycentric[k] n_k / |…|;   beyond the tilt: the facet's normal, turned towards n by it
-/// With a tilt below a right angle a force along it never points into the facet. Across an edge it has no step, unless the tilt is cut there.
-/// Source     force shading \cite ruspini1997, as light is shaded by \cite phong1975.
-/// Invariant  of length one, outward; of a facet without area the mixed normal, and zero where there is none either. A tilt is held within 0 and 85°.
+/// With a tilt below a right angle a force along it never points into the facet. Across an edge it is continuous, unless the tilt is
+/// limited there.
+/// Source     force shading \cite ruspini1997, after the shading of light \cite phong1975.
+/// Invariant  of length one, outward. For a facet without area the interpolated normal, zero where that vanishes. The tilt is clamped to
+///            0 … 85°.
 /// Cost       O(triangles at three vertices); noexcept, no allocation.
 template <class Body>
 Vector3<typename Body::Scalar> shaded_normal(Body const& body, int triangle, Vector3<typename Body::Scalar> const& barycentric,
@@ -59,7 +61,7 @@ Vector3<typename Body::Scalar> shaded_normal(Body const& body, int triangle, Vec
   return angle > tilt ? detail::turned<S>(facet, mixed, tilt / angle) : mixed;
 }
 
-/// A force of a flat facet, turned with the smallest rotation that takes the facet's normal to the shaded one: friction turns with it.
+/// Rotates a force of a flat facet by the smallest rotation from the facet's normal to the shaded one; friction rotates with it.
 ///   F' = F (n·s) + (n × s) × F + (n × s) ((n × s)·F) / (1 + n·s)
 template <RealScalar S>
 Vector3<S> shaded_force(Vector3<S> const& force, Vector3<S> const& facet, Vector3<S> const& shaded) noexcept {

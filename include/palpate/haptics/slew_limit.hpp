@@ -5,12 +5,13 @@
 
 namespace palpate {
 
-/// A force that changes by no more than so much: `from`, moved towards `to` by at most `most`, along the straight way.
+/// Slew limit: `from`, moved straight towards `to` by at most `most`.
 ///   |to − from| ≤ most: to;   else from + most (to − from)/|to − from|
 /// Units      N.
 /// Invariant  finite for finite forces; a limit that is not above zero keeps `from`.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     A limit below stiffness × speed × period makes a wall softer than it says and can destabilise it: 0.5 N a tick stands 500 N/m at 1 m/s.
+/// Limits     A limit below stiffness × speed × period makes a wall softer than stated and can destabilise it: 0.5 N a tick suffices for
+///            500 N/m at 1 m/s.
 template <RealScalar S>
 Vector3<S> slewed(Vector3<S> const& from, Vector3<S> const& to, S most) noexcept {
   Vector3<S> const way = to - from;

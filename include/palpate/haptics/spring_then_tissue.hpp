@@ -12,29 +12,29 @@
 namespace palpate {
 
 struct SpringThenTissueOptions {
-  double stiffness = 500.0;     ///< K [N/m], of the spring that is felt first; not below that of the tissue
-  double arrival = 0.05;        ///< τ_a [s], in which the tissue's force comes in
-  double fading = 0.2;          ///< τ_f [s], in which the spring fades while the tool rests
+  double stiffness = 500.0;     ///< K [N/m], of the spring at first contact; not below that of the tissue
+  double arrival = 0.05;        ///< τ_a [s], time constant with which the tissue's force comes in
+  double fading = 0.2;          ///< τ_f [s], time constant with which the spring fades while the tool rests
   double rest_speed = 0.005;    ///< v₀ [m/s]: below it the tool rests, above twice it it moves
 };
 
-/// The first touch is a spring, and the tissue's own reaction takes over as it arrives and as the tool comes to rest: a stiff surface at the servo's
-/// rate with a slow body behind it.
+/// Blends a spring at first contact into the tissue's reaction, as that arrives and the tool comes to rest: a stiff surface at the
+/// servo's rate with a slow body behind it.
 ///   F = K e n + w F_t
-///   w   the tissue's share: 0 until its force is there, then to 1 with τ_a, for the rest of the contact
-///   e   the spring's elongation: goes with the depth d; while the tool rests it fades with τ_f to (1 − w) d; always 0 ≤ e ≤ d − w (F_t·n)/K
-/// On first contact F = K d n. A tool that moves on feels K again, beside the tissue, until both are K d; one that rests feels F_t alone. So never
-/// both at full strength: F·n ≤ max(K d, F_t·n) for a tissue that pushes.
+///   w   weight of the tissue: 0 until its force is there, then to 1 with τ_a, for the rest of the contact
+///   e   elongation of the spring: follows the depth d; at rest it fades with τ_f to (1 − w) d; always 0 ≤ e ≤ d − w (F_t·n)/K
+/// On first contact F = K d n. A tool that moves on feels K again beside the tissue, until both are K d; one that rests feels F_t alone.
+/// They never act both in full: F·n ≤ max(K d, F_t·n) for a tissue that pushes.
 /// Units      m, N, s; force on the hand, world frame. d and n are those of the undisturbed surface, F_t is `tissue_force`.
-/// Invariant  K, τ_a, τ_f, v₀ > 0, finite; checked at set-up. In time as continuous as what it is given: while it indents,
-///            |ΔF·n| ≤ K |Δd| + (Δt/τ_f) K e + w |ΔF_t| + (Δt/τ_a) |F_t|, where n rests.
-///            Over a contact with an elastic tissue no stiffer than the spring it gives nothing, but for what sampling leaks, on all motions tried: the
-///            spring only loses what it holds by fading, as one with a damper behind it does, and the tissue comes in where the spring has been
-///            paid for. A stiffer tissue gives, once a contact, what it holds more than the spring.
+/// Invariant  K, τ_a, τ_f, v₀ > 0, finite; checked at set-up. As continuous in time as its input: while indenting, with n at rest,
+///            |ΔF·n| ≤ K |Δd| + (Δt/τ_f) K e + w |ΔF_t| + (Δt/τ_a) |F_t|.
+///            With an elastic tissue no stiffer than the spring it gave no energy over a contact on any motion tried, beside the leak of
+///            sampling: the spring loses energy only by fading, as one with a damper, and the tissue comes in where the spring has been
+///            paid for. A stiffer tissue gives, once a contact, the energy by which it exceeds the spring.
 /// Cost       Two exponentials; noexcept, no allocation: allowed in the servo tick.
-/// Limits     Zero but while it indents; `CuttingForce` joins it at the puncture. A tissue force that falls to zero under the tool is felt as that.
-///            The steps of a slow body are felt with weight w. Give it a velocity without the noise of steps, see `AdaptiveWindowVelocity`, or the
-///            spring does not fade. One object serves one tool.
+/// Limits     Zero except while indenting; `CuttingForce` joins it at the puncture. A tissue force that drops to zero under the tool is
+///            felt as a drop. The steps of a slow body are felt with weight w. It needs a velocity without quantisation noise
+///            (`AdaptiveWindowVelocity`), or the spring does not fade. One object serves one tool.
 template <RealScalar S>
 class SpringThenTissue {
  public:
@@ -76,7 +76,7 @@ class SpringThenTissue {
   S tissue_share() const noexcept { return share_; }
   /// e [m].
   S elongation() const noexcept { return elongation_; }
-  /// J, held by the spring: with that of the tissue what a `PassivityController` is to know.
+  /// Elastic energy of the spring [J]; with that of the tissue it is the input of a `PassivityController`.
   S elastic_energy() const noexcept { return stiffness_ * elongation_ * elongation_ / S(2); }
 
   void reset() noexcept {

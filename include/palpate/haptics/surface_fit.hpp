@@ -16,8 +16,7 @@
 
 namespace palpate {
 
-/// The tangent plane of a body's surface at a point of a triangle, as the body is now, with its smooth normal and its velocity. Its stiffness
-/// is 0.
+/// The tangent plane of the present surface at a point of a triangle, with smooth normal and velocity; its stiffness is 0.
 template <class Body>
 SurfacePatch<typename Body::Scalar> tangent_plane(Body const& body, int triangle, Vector3<typename Body::Scalar> const& barycentric) noexcept {
   using S = typename Body::Scalar;
@@ -39,16 +38,16 @@ struct SurfaceFitOptions {
   double damping = 1e-6;     ///< Λ, see `PatchUpdate`
 };
 
-/// The surface around a touched point as a patch: a plane or a ball fitted to the vertices near it, with the velocity of both, and kept up with
-/// the body by the pseudo-inverse while the same vertices are near.
-///   fit      minimises Σ distance(x_i)² over the vertices up to `rings` edges away, from the tangent plane on, by steps of Gauss and Newton
-///   follow   Δθ = J⁺ Δd with Δd the ways of the same vertices since
+/// Least-squares fit of a plane or a ball to the vertices around a touched point, with its velocity. Between two fits it follows the same
+/// vertices by the pseudo-inverse of its parameters' Jacobian.
+///   fit      minimises Σ distance(x_i)² over the vertices up to `rings` edges away, by Gauss-Newton steps from the tangent plane
+///   follow   Δθ = J⁺ Δd with Δd the displacements of the same vertices since
 /// Units      m, m/s, rad/s, N/m; world frame.
-/// Invariant  0 ≤ rings ≤ 4, stiffness, damping > 0, finite; checked at set-up. Of a finite body the patch is always valid: where no fit is found,
-///            the tangent plane.
+/// Invariant  0 ≤ rings ≤ 4, stiffness, damping > 0, finite; checked at set-up. For a finite body the patch is always valid: where no fit
+///            is found it is the tangent plane.
 /// Cost       O(vertices near), at most 64, whatever the size of the body; noexcept, no allocation.
-/// Limits     A ball of as few vertices as a triangle's corners has no curvature of its own. It is not more curved than 2 over the way to the
-///            farthest of them. After a cut, or another topology, fit anew: the vertices are known by their number.
+/// Limits     Three vertices determine no curvature. The curvature is at most 2 over the distance of the farthest vertex. After a cut, or
+///            for another topology, fit again: vertices are identified by index.
 template <RealScalar S>
 class SurfaceFit {
  public:
@@ -101,10 +100,10 @@ class SurfaceFit {
     return patch_;
   }
 
-  /// It may be told a stiffness; `fit` sets it to that of the options, `follow` lets it be.
+  /// The stiffness may be set here; `fit` resets it to that of the options, `follow` keeps it.
   SurfacePatch<S>& patch() noexcept { return patch_; }
   SurfacePatch<S> const& patch() const noexcept { return patch_; }
-  /// m, root mean square of how far the vertices are off the patch; how many they are.
+  /// Root mean square distance of the vertices from the patch [m]; number of vertices.
   S residual() const noexcept { return residual_; }
   int vertices() const noexcept { return count_; }
 
@@ -145,7 +144,8 @@ class SurfaceFit {
     return count_ > 0 ? std::sqrt(sum / S(count_)) : S(0);
   }
 
-  /// Brings the patch to the touched point and gives it the surface's velocity there; its turn is fitted to the velocities of the vertices.
+  /// Anchors the patch at the touched point with the surface's velocity there; the angular velocity is fitted to the velocities of the
+  /// vertices.
   template <class Body>
   void settle(Body const& body, S reach) noexcept {
     auto const c = body.tissue().surface().corners(triangle_);

@@ -17,10 +17,10 @@ struct SurfaceSensorOptions {
   double approach = 0.005;    ///< m in front of the surface, from which on it is sent
 };
 
-/// Makes the surface model of a body around a tool, once a tick of the body: where the tool touches or comes near, a plane, a ball or the facets there.
-/// While the touched triangle stays and nothing is cut, plane and ball follow the vertices by the pseudo-inverse; else they are fitted anew.
-/// Cost       O(vertices near), whatever the size of the body; in front of the surface a search of the body's tree as well. No allocation.
-/// Limits     While a tool cuts there is no surface that it could not enter: the model says that nothing is there.
+/// Makes the local surface model around a tool, once a tick of the body: a plane, a ball or facets, in contact or on approach. While the
+/// touched triangle stays and nothing is cut, plane and ball follow the vertices by the pseudo-inverse; otherwise they are fitted again.
+/// Cost       O(vertices near), whatever the size of the body; before contact also a search of the body's tree. No allocation.
+/// Limits     While a tool cuts there is no surface that it could not enter: the model is empty.
 template <RealScalar Scalar>
 class SurfaceSensor {
  public:

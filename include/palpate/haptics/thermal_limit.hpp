@@ -13,16 +13,16 @@ struct ThermalOptions {
   double time = 10.0;               ///< s, in which they warm up
 };
 
-/// How much force motors stand that warm up with its square.
-///   heat ← heat + (F² − heat) dt/time,   heat ≤ F_c² stays cool for ever
+/// First-order thermal model of the motors: limits the force as they warm up with its square.
+///   heat ← heat + (F² − heat) dt/time,   heat ≤ F_c² is sustainable
 ///   limit = F_c + (F_max − F_c) · clamp((F_c² − heat)/(0.2 F_c²), 0, 1)
-/// So the continuous force passes for ever, and a larger one until the motors have had four fifths of what they stand; from there to the continuous
-/// force the limit goes down without a step.
+/// The continuous force F_c always passes. A larger one passes until the heat reaches four fifths of F_c²; from there the limit falls to
+/// F_c without a step.
 /// Units      N, s; heat in N².
-/// Source     a first-order model of a motor's winding; the time is the host's to know.
+/// Source     a first-order model of a motor's winding; the time constant is the host's to know.
 /// Invariant  continuous force and time above zero, finite; checked at set-up.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     One winding for all motors; the temperature of the room and a motor held by hand are not known to it.
+/// Limits     One winding for all motors; room temperature and motors blocked by hand are not modelled.
 class ThermalLimit {
  public:
   explicit ThermalLimit(ThermalOptions const& options = {}) : continuous_(options.continuous_force), time_(options.time) {
@@ -31,7 +31,7 @@ class ThermalLimit {
     require.positive(".time", time_, " s");
   }
 
-  /// N, the most that may be written now, on a device of this maximum.
+  /// The largest force [N] that may be written now, on a device of this maximum.
   double limit(double max_force) const noexcept {
     if (!(max_force > continuous_)) return max_force;
     double const square = continuous_ * continuous_, left = std::clamp((square - heat_) / (0.2 * square), 0.0, 1.0);
