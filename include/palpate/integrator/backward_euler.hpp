@@ -8,7 +8,8 @@
 namespace palpate {
 
 /// The θ-scheme with θ = 1: (M + hC + h²K) Δv = h (f(x, v) − h K v),   v⁺ = v + Δv,   x⁺ = x + h v⁺.
-/// Order      1. It damps: a mode loses a factor 1/√(1 + (hω)²) a step, also without damping of its own, so fast modes vanish at once.
+/// Order      1. Numerical damping: a mode loses a factor 1/√(1 + (hω)²) a step, also without damping of its own, so fast modes vanish at
+///            once.
 /// Stability  any step of the linearised body; measured on a stiff sheet at 100 times the explicit limit.
 ///            Units, budget, cost and limits: see ThetaScheme.
 /// Source     \cite baraff1998.

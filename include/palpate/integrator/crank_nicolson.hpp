@@ -8,9 +8,11 @@
 namespace palpate {
 
 /// The θ-scheme with θ = ½, the trapezoidal rule: M Δv = h/2 (f(x, v) + f(x⁺, v⁺)),   x⁺ = x + h/2 (v + v⁺).
-/// Order      2, also with velocity-dependent forces, for two Newton iterations and a tolerance that does not show; 1 for one iteration.
-/// Stability  any step of the linearised body; it damps nothing by itself, so modes faster than the step ring on, and a stiff body under
-///            sudden forces may leave what is linear: keep within some 10 times the explicit limit, or take ThetaScheme{.theta = 0.6}.
+/// Order      2, also with velocity-dependent forces, for two Newton iterations and a tolerance below the truncation error; 1 for one
+///            iteration.
+/// Stability  any step of the linearised body (A-stable, no numerical damping): modes faster than the step keep ringing. A stiff body
+///            under sudden forces may leave the linear range. Keep within some 10 times the explicit limit, or take ThetaScheme{.theta =
+///            0.6}.
 ///            Units, budget, cost and limits: see ThetaScheme.
 /// Source     \cite crank1947; the step and its solution after \cite baraff1998.
 struct CrankNicolson {

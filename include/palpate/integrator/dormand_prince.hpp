@@ -42,17 +42,17 @@ inline constexpr DormandPrinceTableau dormand_prince{};
 
 }  // namespace detail
 
-/// Dormand and Prince's embedded pair of orders 5 and 4: a step of h is covered exactly, by as many inner steps as the tolerances ask.
-/// It is the library's own reference for trajectories.
-/// Of an inner step of τ the error of no particle's position, and τ times the error of its velocity, is above
+/// Dormand and Prince's embedded pair of orders 5 and 4 with step-size control: a step of h is covered exactly, by as many inner steps as
+/// the tolerances ask for. The library's own reference for trajectories.
+/// In an inner step of τ no particle's error of position, nor τ times its error of velocity, exceeds
 ///   absolute + relative · τ · (largest speed) + 16 ε · (largest coordinate)   [m],
-/// the last because no step shows less. Errors of inner steps add up: relative 1e-9 gives some eight digits of a path.
+/// the last term because of rounding. Errors of inner steps add up: relative 1e-9 gives some eight digits of a path.
 /// Order      5. Six evaluations of the forces an inner step, and one at the start of each step.
 /// Stability  any step: inner steps shrink to what is stable; stable_step() is infinite.
 /// Source     \cite dormand1980.
 /// Limits     where the inner step falls below 1e-10 of h (float: 1e-5), or more than `most_inner_steps` are needed, it gives up: the
-///            particle with the largest error is left at a position that is not a number, so that a body reports divergence
-///            and keeps its last state. Each step tries an inner step of h first: it remembers nothing between steps.
+///            particle with the largest error gets a position that is not a number, so the body reports divergence and keeps its last
+///            state. Each step tries an inner step of h first: nothing is remembered between steps.
 struct DormandPrince {
   double relative = 1e-6;
   double absolute = 1e-12;   // m

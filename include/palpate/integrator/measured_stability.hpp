@@ -11,8 +11,8 @@ namespace palpate {
 
 namespace detail {
 
-/// One oscillator x″ = −κ x − γ x′ three times over, one a row: started at x = 1, at v = 1, and with a remembered acceleration of 1.
-/// After a step its rows are the columns of the integrator's amplification matrix.
+/// Three copies of an oscillator x″ = −κ x − γ x′, one a row, started at x = 1, at v = 1, and with a remembered acceleration of 1. After
+/// a step the rows are the columns of the integrator's amplification matrix.
 template <RealScalar S>
 class OscillatorSystem {
  public:

@@ -20,10 +20,10 @@ struct GraphArchetype {
 
 }  // namespace detail
 
-/// Chooses which particles are computed: adds them to `selection`, given those that are touched, held or pulled.
-/// `relaxation` is the share of a mean edge below which a particle outside the choice may stop (see SoftBody::step).
-/// One that is Validatable is asked so when a body is made.
-/// What the syntax can not say: the choice contains every touched particle and depends on the graph and the touched ones alone.
+/// Selects the particles that a step computes: adds them to `selection`, given those that are touched, held or pulled. `relaxation` is
+/// the share of a mean edge below which a particle outside the selection may stop (see SoftBody::step).
+/// A Validatable region is validated when a body is made.
+/// What the syntax can not say: the selection contains every touched particle and depends on the graph and the touched ones alone.
 template <class R>
 concept Region = std::copyable<R> && requires(R const& region, detail::GraphArchetype const& graph, std::span<int const> touched,
                                               Selection& selection) {
@@ -43,9 +43,9 @@ struct RegionSentences {
 
 }  // namespace detail
 
-/// Also follows what its cut-off costs: `adapt(error, may_shrink)` takes the body's truncation error in mean edges while
-/// something is touched: at every eighth step, and at the next one where it returned true. `adapts()` says whether it wants to be asked. A body works on a
-/// copy, and goes back to the region it was given whenever nothing moves any more.
+/// Refinement: a region that adapts to its truncation error. `adapt(error, may_shrink)` takes the error in mean edges while something is
+/// touched: at every eighth step, and at the next one where it returned true. `adapts()` says whether it wants to be called. A body works
+/// on a copy, and returns to the original region whenever nothing moves any more.
 template <class R>
 concept AdaptsToError = Region<R> && requires(R& region, R const& asked, double error) {
   { region.adapt(error, true) } -> std::convertible_to<bool>;

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// A set of particles in the order they came in, with a constant-time answer to "is it in?".
+/// A set of particles in insertion order, with membership in constant time (stamps).
 /// Cost       clear, add and contains are O(1); nothing is allocated below the reserved size.
 class Selection {
  public:

@@ -9,17 +9,18 @@
 
 namespace palpate {
 
-/// Only the particles within `rings` edges of a touched one are computed; the rest stand still and hold the zone's border.
-/// A particle that leaves the rings goes on moving until it has relaxed, so nothing freezes deformed: its elastic force over its
-/// stiffness, and its speed over √(stiffness/mass), are below `relaxation` mean edge lengths, and it is back within 100 times that
-/// of its home. Away from home, as beside a wound, particles stop all at once when all have relaxed and nothing is touched.
-/// Then the zone is empty, and a step costs nothing.
-/// With a `tolerance` the rings are chosen while the body moves: one more wherever the body's truncation_error() is above it, one less where that
-/// is below a tenth of it and nobody beyond the rings moves any more. `rings` is then where it starts after each rest.
-/// Limits     float has digits for no more than 1e-3 of a mean edge of the way home, and stops where a step no longer shows.
-/// Source     \cite zheng2006, two rings. What the thesis leaves out: the relaxation.
-///            The tolerance is of an estimate: the largest error of a resting body was at most three times that in what we tried.
-/// Cost       O(particles in the zone). With a tolerance the border's forces are probed at every eighth step, and at each while rings grow.
+/// Computes only the particles within `rings` edges of a touched one; the others stand still and are the fixed border of the zone.
+/// A particle that leaves the zone goes on moving until it has relaxed, so nothing freezes deformed. It has relaxed when its elastic
+/// force over its stiffness, and its speed over √(stiffness/mass), are below `relaxation` mean edges, and it is within 100 times that of
+/// its home. Away from home, as beside a wound, particles stop together when all have relaxed and nothing is touched. Then the zone is
+/// empty, and a step costs nothing.
+/// With a `tolerance` the number of rings adapts to the body's truncation_error(): one more where that is above the tolerance, one less
+/// where it is below a tenth of it and nobody beyond the rings moves. `rings` is then the start after each rest.
+/// Limits     float resolves no less than 1e-3 of a mean edge on the way home, and stops where a step no longer shows.
+/// Source     \cite zheng2006, two rings. The relaxation is ours. The tolerance is of an estimate: in the tests the largest error of a
+///            resting body was at most three times that.
+/// Cost       O(particles in the zone). With a tolerance the border's forces are probed at every eighth step, and at each while rings
+///            grow.
 struct ZoneOfInfluence {
   static constexpr bool follows_touch = true;
   int rings = 2;
@@ -37,8 +38,8 @@ struct ZoneOfInfluence {
 
   bool adapts() const noexcept { return tolerance > 0; }
 
-  /// Takes what the zone's cut-off costs, in mean edges, and changes `rings` by one where that is too much or, if they may shrink, far too
-  /// little; true where it was too much.
+  /// Changes `rings` by one for a truncation error in mean edges: more where it is above the tolerance, less where it may shrink and is
+  /// far below. True where it was above.
   bool adapt(double error, bool may_shrink) noexcept {
     if (error > tolerance) {
       ++rings;

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// Where do these particles come to rest? All others keep their place.
+/// A static problem: which particles are free, and the loads on them. All others keep their place.
 /// Units      gravity [m/s²], applied [N], tolerance [m].
 /// Shapes     applied: 3 × tissue.size(), or no columns for no forces.
 template <TissueModel Tissue>
@@ -31,9 +31,9 @@ struct StaticProblem {
   }
 };
 
-/// How a search for balance ended.
-/// The imbalance is in metres so that it compares with the body: max_i |F_i|/stiffness_bound(i), what the stiffest displacement would
-/// need. It is no bound of the error: a soft mode of stiffness κ is off by imbalance · stiffness_bound/κ.
+/// Result of a static solver.
+/// The imbalance is a length, comparable with the body: max_i |F_i|/stiffness_bound(i), the displacement at the largest stiffness. It
+/// does not bound the error: a soft mode of stiffness κ is off by imbalance · stiffness_bound/κ.
 template <RealScalar Scalar>
 struct Equilibrium {
   Scalar imbalance = 0;   ///< m
@@ -42,10 +42,10 @@ struct Equilibrium {
   bool converged = false; ///< imbalance ≤ tolerance
 };
 
-/// Finds the positions where springs, gravity and applied forces balance on every free particle: F(x) + f = 0.
-/// What the syntax can not say, and tests check: only columns of free particles change; `positions` is where the search starts and,
-/// when it is finite, where it ended, converged or not; what is stable against small pushes is found, not a saddle, unless the start is
-/// as symmetric as the saddle.
+/// A solver for static equilibrium: springs, gravity and applied forces balance on every free particle, F(x) + f = 0.
+/// What the syntax can not say, and tests check: only columns of free particles change. `positions` is the start and, when it is finite,
+/// the result, converged or not. The result is stable against small perturbations, not a saddle, unless the start is as symmetric as the
+/// saddle.
 template <class Solver, class Tissue>
 concept EquilibriumSolver =
     TissueModel<Tissue> && requires(Solver const& solver, StaticProblem<Tissue> const& problem, Matrix3X<typename Tissue::Scalar>& positions) {

@@ -7,14 +7,14 @@
 
 namespace palpate {
 
-/// Lets the free particles swing with fictitious masses until they are in balance. The masses are the row bounds of the stiffness, so that
-/// a step of 1 is stable; velocities are dropped whenever the kinetic energy has passed a peak (kinetic damping), and the masses are
-/// taken anew there for tissue that hardens and states its bounds at x.
+/// Dynamic relaxation with kinetic damping: integrates the free particles with fictitious masses until they are in balance. The masses
+/// are the row bounds of the stiffness, so a step of 1 is stable. Velocities are set to zero after each peak of the kinetic energy. There
+/// the masses are evaluated again, for tissue that hardens and states its bounds at x.
 ///   v ← v + F/k,   x ← x + v
-/// Needs nothing but forces and row bounds, so it serves every tissue. The default of settle().
+/// It needs forces and row bounds alone, so it serves every tissue. The default of settle().
 /// Source     the dynamic relaxation of form-finding; the masses are Gershgorin's bound, see HasStiffnessRowBounds.
 /// Cost       O(iterations · elements); iterations grow with the square root of the condition number. Allocates.
-/// Limits     a law that hardens much beyond its slope at rest, in tissue that does not state its bounds at x, may swing on for ever.
+/// Limits     a law that hardens much beyond its slope at rest, in tissue that does not state its bounds at x, may oscillate without end.
 struct DynamicRelaxation {
   int iterations = 100000;   ///< at most
 

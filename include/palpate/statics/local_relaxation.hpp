@@ -23,16 +23,16 @@ enum class VisitOrder {
   random,          ///< shuffled anew for every sweep, from the seed
 };
 
-/// Moves one particle after the other towards its own balance, each seeing where the last one went (Gauss–Seidel):
+/// Nonlinear Gauss–Seidel with over-relaxation: moves one particle after the other towards its own balance, each seeing the last update.
 ///   x_i ← x_i + α F_i/k_i,   F_i the springs, nails and forces on particle i,   k_i = stiffness_bound(i)
-/// It can stop at any time with something to show: give it `seconds` and it spends them, asking its clock every 64 visits. Breadth-first begins where the disturbance is:
-/// in the problem's `touched`, or else where forces are applied, or else where the imbalance is largest; and a sweep ends at the first
-/// ring that is calm, its imbalance below a hundredth of the largest in the sweep, but for every eighth, which goes through the body.
+/// It can be interrupted at any time. With `seconds` it runs for that long, asking its clock every 64 visits. Breadth-first order starts
+/// at the disturbance: the problem's `touched`, else where forces are applied, else where the imbalance is largest. A sweep ends at the
+/// first ring whose imbalance is below a hundredth of the sweep's largest; every eighth sweep goes through the whole body.
 /// Converges for 0 < α < 2 where the row bounds hold: k_i is at least the largest eigenvalue of K_ii.
 /// Units      α without unit, seconds [s]; sweeps: visits over free particles.
-/// Source     \cite haaland. Errata: the source prints the static condition as Σg − f = 0; its algorithm's Σg + f is right. α there is in m/N;
-///            ours is divided by k_i, so that it needs no tuning. Breadth-first order alone saves one to three of tens to thousands of
-///            whole sweeps; ending sweeps at the calm is what saves (docs/statics.md).
+/// Source     \cite haaland. Errata: the source prints the static condition as Σg − f = 0; its algorithm's Σg + f is right. Its α is in
+///            m/N; ours is divided by k_i and needs no tuning. Breadth-first order alone saves one to three of tens to thousands of
+///            sweeps; ending sweeps early is what saves (docs/statics.md).
 /// Cost       O(links) a sweep; sweeps grow with the square of the body's diameter in edges. Allocates.
 /// Limits     with a time limit the result depends on the machine; without one it is the same everywhere.
 struct LocalRelaxation {

@@ -12,18 +12,20 @@
 
 namespace palpate {
 
-/// When Newton's method makes its tangent anew.
+/// When Newton's method evaluates its tangent.
 enum class Tangent {
   full,       ///< in every iteration
-  modified,   ///< kept while a step with it is good: not halved often, and the forces fall to half
+  modified,   ///< kept while its steps are good: halved rarely, and the forces fall to half
 };
 
-/// Newton–Raphson: K(x) p = F(x) + f,  x ← x + β p, until the forces balance.
-/// The tangent is the tissue's positive semidefinite one, so every p leads downhill: a step is halved until the energy falls (tissue that
-/// states its energy) or the forces shrink. Where K is singular, as across a flat sheet, or many halvings were needed, a share μ of the row bounds is
-/// added to its diagonal and taken away again with success (Levenberg–Marquardt). So a saddle is left and a minimum found.
-/// Near it links in tension converge quadratically with the full tangent and β = 1; where links are compressed the tangent
-/// lacks their sideways softening and convergence is linear. β < 1 errs by a factor 1 − β an iteration, but gets through strongly bent laws.
+/// Newton–Raphson with line search: K(x) p = F(x) + f,  x ← x + β p, until the forces balance.
+/// The tangent is the tissue's positive semidefinite one, so every p is a descent direction. A step is halved until the energy falls
+/// (tissue that states its energy) or the forces shrink. Where K is singular, as across a flat sheet, or many halvings were needed, a
+/// multiple μ of the row bounds is added to its diagonal and reduced again with success (Levenberg–Marquardt). So the search leaves a
+/// saddle and finds a minimum.
+/// Near the minimum, links in tension converge quadratically with the full tangent and β = 1. Where links are compressed the tangent
+/// lacks their lateral softening, and convergence is linear. β < 1 leaves a factor 1 − β of the error an iteration, but copes with
+/// strongly curved laws.
 /// Units      β without unit, 0 < β ≤ 1.
 /// Source     \cite deformable_survey: K u = f, full and modified, SOR inside, β.
 /// Cost       an iteration: one pass over the elements for a new tangent, then the inner solver. Allocates.

@@ -11,19 +11,20 @@
 
 namespace palpate {
 
-/// The tangent stiffness of a tissue's free particles as a sparse symmetric matrix of 3 × 3 blocks: one for each free particle and one for each
-/// pair of free neighbours, plus a diagonal shift μ k_i, k_i the row bounds at rest.
+/// The tangent stiffness of the free particles as a symmetric block sparse matrix (compressed rows of 3 × 3 blocks): a block for each
+/// free particle and for each pair of free neighbours. A diagonal shift μ k_i can be added, k_i the row bound at rest.
 /// Units      N/m.
 /// Shapes     vectors are 3 × free particles.
 /// Cost       building O(particles · neighbours), once; update() one pass over the tissue's blocks. Only building allocates.
-/// Invariant  symmetric, as the tissue's blocks are. It holds the tissue's positive semidefinite tangent, not always the exact one.
+/// Invariant  symmetric, as the tissue's blocks are. It holds the tissue's positive semidefinite tangent, which is not always the exact
+///            one.
 template <RealScalar Scalar>
 class TangentMatrix {
  public:
   using Block = Matrix<Scalar, 3, 3>;
   using Columns = Matrix3X<Scalar>;
 
-  /// Which blocks there are: particles that are no neighbours must not feel each other.
+  /// Builds the sparsity pattern. Particles that are not neighbours must not interact.
   template <HasStiffnessBlocks Tissue>
   TangentMatrix(Tissue const& tissue, std::span<int const> free) : particles_(free.begin(), free.end()), place_(at(tissue.size()), -1) {
     for (int k = 0; k < size(); ++k) place_[at(particles_[at(k)])] = k;
@@ -41,7 +42,7 @@ class TangentMatrix {
 
   int size() const noexcept { return static_cast<int>(particles_.size()); }
 
-  /// Reads the blocks at positions x, 3 × particles of the body.
+  /// Evaluates the blocks at positions x, 3 × particles of the body.
   template <HasStiffnessBlocks Tissue>
   void update(Tissue const& tissue, Columns const& x) {
     std::fill(block_.begin(), block_.end(), Block::Zero());
@@ -73,7 +74,7 @@ class TangentMatrix {
  private:
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
 
-  std::vector<int> particles_, place_;   // and back, −1 for those that are not free
+  std::vector<int> particles_, place_;   // free → body, body → free; −1 for those that are not free
   std::vector<int> begin_, neighbour_;   // row k: entries begin_[k] … begin_[k + 1] − 1
   std::vector<Block> block_;
   std::vector<Scalar> shift_;

@@ -16,11 +16,10 @@
 
 namespace palpate {
 
-/// The springs that act on a chosen set of particles, and their forces.
+/// Spring forces on a chosen set of particles: SIMD over rows of springs, cache blocking over groups of particles.
 ///   f_i −= (w/|d|) (T(|d| − L) + c d·(v_i − v_j)/|d|) d,   d = x_i − x_j; the same with + on j
-/// Order      that of MassSpringLayout. Up to eight rows go through three short loops: differences, then factors, then pulls; one long loop
-///            would wait for roots and divisions. A step goes through the particles part by part and finishes each part while its numbers
-///            are near the processor.
+/// Order      that of MassSpringLayout. Up to eight rows pass three short loops: differences, factors, forces; one long loop would wait
+///            for roots and divisions. A step finishes each group of particles while its data are in cache.
 /// Shapes     positions, velocities, forces: 3 × particles().size(), one column per local particle; or 4 × with the fourth row 0, which
 ///            is faster.
 /// Cost       O(links), no allocation, noexcept; the same result to the bit whatever the shape.
@@ -150,7 +149,7 @@ class MassSpringAssembly {
   using Weights = typename Layout::Weights;
   using Coefficients = typename Layout::Coefficients;
 
-  using Kept = std::conditional_t<std::is_trivially_copyable_v<Law>, Law, Law const&>;   // a law in registers, where it may stand there
+  using Kept = std::conditional_t<std::is_trivially_copyable_v<Law>, Law, Law const&>;   // in registers where the law is trivially copyable
 
   static constexpr int width = Layout::width;
   static constexpr int most_rows = Layout::most_rows;   // of a pass
@@ -165,7 +164,7 @@ class MassSpringAssembly {
     Scalar* columns;   // none: there is no window
     int first;
     Window(Scalar* begin, int particle) noexcept : columns(begin), first(particle) {}
-    /// Moves along: `particle` becomes the first; forces have been added up to `end` − 1.
+    /// Shifts the window so that `particle` is the first; forces have been added up to `end` − 1.
     void move(int particle, int end) noexcept {
       Scalar *const from = columns + column(particle - first), *const last = columns + column(end - first);
       first = particle;
@@ -174,11 +173,11 @@ class MassSpringAssembly {
     }
   };
 
-  /// What the part to come will go through: it is called for a little with each group, so that memory has something to do while the processor
-  /// computes. By itself the processor sees such columns coming, but no farther than the end of a page.
+  /// Software prefetch of the columns that the next part reads, spread evenly over the groups of this one, so that loads overlap with
+  /// computing. The hardware prefetcher follows such streams only to the end of a page.
   template <std::size_t Count>
   struct Ahead {
-    static constexpr std::ptrdiff_t line = 64 / sizeof(Scalar);   // numbers that come at once
+    static constexpr std::ptrdiff_t line = 64 / sizeof(Scalar);   // numbers in a cache line
 
     std::array<Scalar const*, Count> columns{};
     std::ptrdiff_t next = 0, end = 0, share = 0;

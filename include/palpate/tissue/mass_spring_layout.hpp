@@ -15,17 +15,17 @@
 
 namespace palpate {
 
-/// The springs that act on a chosen set of particles, in the order in which the force loop walks them.
-/// Particles 0 … moving−1 are the chosen ones; after them comes the border: particles that only hold an end of a spring.
-/// Each link is stored once, with its lower end; a link between two border particles is left out.
-/// Row, group  `width` particles form a group, and a row holds one link of each: the group's positions, velocities and forces stay in
-///             registers while its rows are walked. Groups are made of particles of a part with as many links of their own, so that few
-///             places in a row are empty; an empty place is a link from its particle to itself, which pulls nowhere.
-/// Part        32 particles that follow each other, with the groups they own. After a part no link of its block acts on its particles any
-///             more. Small, so that what is read next has time to arrive.
-/// Block       parts that follow each other: an eighth of the particles, but 4,096 or more. Links that leave a block come after all blocks,
-///             and the parts they act on are open until then: blocks can be walked one after the other or at once, with the same result.
-/// Law, weight, coefficients   kept for each link or particle, or once where all have the same.
+/// Memory layout of the springs on a chosen set of particles, in the order in which the force loop reads them.
+/// Particles 0 … moving−1 are the chosen ones. After them comes the border: particles that only hold an end of a spring.
+/// Each link is stored once, with its lower end. A link between two border particles is left out.
+/// Row, group  `width` particles form a group, and a row holds one link of each. Positions, velocities and forces of the group stay in
+/// registers for all of its rows. Groups are made of particles of a part with equally many links, so that few places in a row are empty.
+/// An empty place is a link from its particle to itself, without force.
+/// Part        32 consecutive particles, with the groups they own. After a part, no link of its block acts on its particles. It is small,
+///             so that prefetched data arrive in time.
+/// Block       consecutive parts: an eighth of the particles, but 4,096 or more. Links that leave a block come after all blocks, and the
+///             parts they act on are open until then. So blocks can be computed in sequence or in parallel, with the same result.
+/// Law, weight, coefficients   stored for each link or particle, or once where all are the same.
 template <RealScalar Scalar, SpringLaw<Scalar> Law>
 class MassSpringLayout {
  public:

@@ -26,7 +26,7 @@ typename Tissue::Scalar stiffness_at(Tissue const& tissue, int i, X const& x) {
     return tissue.stiffness_bound(i);
 }
 
-/// The net force on each free particle of a static problem, and what of it is out of balance.
+/// The net force on each free particle of a static problem, and its imbalance.
 template <TissueModel Tissue>
 class NetForces {
  public:
