@@ -21,8 +21,8 @@ struct BandLimitedNoiseOptions {
   double rate = 1000.0;      ///< Hz, of the servo: one draw a tick
 };
 
-/// Gaussian noise along the force without power above what a device can render: white noise through a second-order Butterworth low-pass, brought
-/// back to the strength that the signal-to-noise ratio asks for.
+/// Band-limited Gaussian noise along the force: white noise through a second-order Butterworth low-pass, rescaled to the signal-to-noise
+/// ratio. It has no power above what a device can render.
 ///   |H(f)|² = 1 / (1 + (tan(π f/rate) / tan(π bandwidth/rate))⁴)
 /// From about 1.8 bandwidths on its density is below a tenth, from 3.2 on below a hundredth of that at low frequencies.
 /// Units      Hz; snr in dB of power ratio; force [N].

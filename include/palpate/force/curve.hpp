@@ -45,14 +45,14 @@ struct CurveGuard {
   S largest_force = std::numeric_limits<S>::infinity();   ///< outside the range the force is at most this; infinite: no cap
 };
 
-/// A trained network as a force curve: depth [m] → force [N], inside the depths it was trained on the network itself; outside
-/// never, because a network saturates or runs away where it has seen no data:
+/// A trained network as a force curve, depth [m] → force [N], with linear extrapolation. Inside the depths of its training data it is the
+/// network itself. Outside, where a network saturates or diverges, it continues along the tangent:
 ///   F(d) = F(e) + F'(e) (d − e),  e the nearer end of the range, clamped to 0 … guard.largest_force
 ///   one input     curve(depth)
 ///   two inputs    curve(depth, phase); the second input is 0 for loading, 1 for unloading
 /// Units      depth [m]; the network's own input unit is a matter of its scaling.
 /// Invariant  range.low < range.high, both finite; forces at the ends finite and at most guard.largest_force; checked at set-up.
-///            No step anywhere, and no kink but where a bound is met. An end below 0 N is continued by what is no further below.
+///            Continuous everywhere, with a kink only where a bound is met. An end below 0 N is continued by values no further below.
 /// Cost       One evaluation of the network; noexcept, no allocation: allowed in the servo tick.
 /// Limits     Inside the range nothing is clamped. Without a cap the force grows without end above the range: the device limits it.
 template <class Net>

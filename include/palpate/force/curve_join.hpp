@@ -9,14 +9,15 @@
 
 namespace palpate {
 
-/// How `CuttingForce` joins its curves to zero force and to each other, so that the hand feels no step. A part of
-/// `CuttingForce`; without it these defaults hold. s(t) = t² (3 − 2t), from 0 at t ≤ 0 to 1 at t ≥ 1.
+/// Blending rules of `CuttingForce`: to zero force and between curves, so that the hand feels no step. A part of `CuttingForce`; without
+/// it these defaults hold. s(t) = t² (3 − 2t), from 0 at t ≤ 0 to 1 at t ≥ 1.
 ///   at the surface     a curve counts s(d / fade_depth)
 ///   on a reversal      F = unloading + q (loading − unloading);  q ← clamp(q + Δd / reversal_depth, 0, 1) in every tick
 ///   at the puncture    F = F_p g(d) + s(t / puncture_time) (F_after − F_p g(d)), t since the puncture;  g(d) = min(1, d/d_p)ⁿ
-/// The share q is a stop operator on depth, so every closed way in depth takes energy from the hand or none: of two passes of one depth
-/// the one on the way back finds no larger share (\cite visintin1994), and unloading is never above loading. What is left of the force at the
-/// puncture, F_p at the depth d_p, falls with depth, n ≥ 1 such that all of it gives back no more than the tool has put in: F_p d_p/(n + 1) ≤ ∫F dd.
+/// The share q is a stop operator on depth (hysteresis, \cite visintin1994). Of two passes of one depth, the one on the way back has no
+/// larger share, and unloading is never above loading. So every closed path in depth takes energy from the hand, or none. The remainder
+/// of the force at the puncture, F_p at the depth d_p, falls with depth. n ≥ 1 is such that it returns no more than the tool has put in:
+/// F_p d_p/(n + 1) ≤ ∫F dd.
 /// Units      [m], [s]
 /// Invariant  All finite and not negative; checked by `validate`.
 template <RealScalar S>
@@ -26,11 +27,11 @@ struct CurveJoin {
   /// Above this depth a curve fades to zero. The default lets the published liver curves, which read 4 mN at depth 0, be unchanged below 2 mm.
   S fade_depth = S(0.002);
 
-  /// Way back over which the force passes from the loading to the unloading curve, and again on the way down. With the thesis's rule, 0, the
-  /// curve changes at once, by up to 0.3 N for the liver, and a tool that trembles in place chatters between the two.
+  /// Distance over which the force blends from the loading to the unloading curve, and again on the way down. With the thesis's rule, 0,
+  /// the curve changes at once, by up to 0.3 N for the liver, and a tool that trembles in place chatters between the two.
   S reversal_depth = S(0.001);
 
-  /// Time over which the force passes from what it was at the puncture to what it is after it. 0: at once.
+  /// Time over which the force blends from its value at the puncture to that of the parts after it. 0: at once.
   S puncture_time = S(0.005);
 
   void validate() const {

@@ -71,32 +71,30 @@ constexpr bool is_part() noexcept {
 
 }  // namespace detail
 
-/// The force of palpating and cutting on the hand, composed from parts in any order:
+/// The force of palpating and cutting on the hand, a sum of parts in any order:
 ///   force curves      (depth [m]) or (depth [m], Phase) → [N], after the puncture, along the normal
-///   force models      ToolContact → Vector3, in every phase but `no_contact`: `OrganForce`, `TissueReaction`, one's own
+///   force models      ToolContact → Vector3, in every phase but `no_contact`: `OrganForce`, `TissueReaction`, one of your own
 ///   noise             after the puncture, along the sum of all others: `WhiteGaussianNoise`
 ///   contact laws      before the puncture, in place of the default `IndentationSpring`: `IndentationSpring`, `PolynomialContact`,
-///                     `ExponentialContact`, `HuntCrossleyContact`, or one's own with resists_before_puncture = true; several add up
+///                     `ExponentialContact`, `HuntCrossleyContact`, or one of your own with resists_before_puncture = true; several add up
 ///   `CurveJoin`       replaces the default
 ///
 ///   no contact    F = 0
 ///   indenting     F = contact law + Σ models
 ///   moving        F = p F_p g(d) + (1 − p) (Σ fade(d) curve(d) n + Σ models) + Σ noise
-/// F_p is the last force while indenting; p falls from 1 to 0 after the puncture, g with the depth. A curve with hysteresis passes from loading to unloading, the
-/// smaller of the unloading and the loading curve, as the tool comes back, and to loading again as it goes deeper. Every curve fades to
-/// zero at depth 0 and is zero outside. `CurveJoin` states all three rules.
+/// F_p is the last force while indenting; p falls from 1 to 0 after the puncture, g with the depth. A curve with hysteresis blends from
+/// loading to unloading as the tool comes back, and to loading again as it goes deeper. Unloading is never above loading: the smaller of
+/// the two curves. Every curve fades to zero at depth 0 and is zero outside. `CurveJoin` states these rules.
 ///
 ///   CuttingForce force(liver_hysteresis<double>(), OrganForce<double>{.coefficient = 2.0}, WhiteGaussianNoise<double>({.seed = 7}));
 ///
 /// Units      [m], [N]; world frame. The force pushes the hand out of the tissue, along +normal.
 /// Source     \cite zheng2006 eq. 6-7 … 6-13
 /// Invariant  All parts compute in one scalar. Options are checked at set-up by each part's `validate`.
-/// Cost       Two evaluations of each curve with hysteresis, one else; noexcept, no allocation: allowed in
-///            the servo tick.
-/// Limits     A contact with values that are not finite gives zero force. The published curves (0.36 N at 18
-///            mm) and the default spring (3 N there) stem from two experiments; the force falls at the
-///            puncture, by more than tissue would, though not at once. Scale the curve (`scaled`). One object serves one
-///            tool: noise and the joins keep state, `reset()` starts it anew.
+/// Cost       Two evaluations of each curve with hysteresis, one of others; noexcept, no allocation: allowed in the servo tick.
+/// Limits     A contact with values that are not finite gives zero force. The published curves (0.36 N at 18 mm) and the default spring
+///            (3 N there) stem from two experiments, so the force falls at the puncture by more than tissue would, though not at once.
+///            Scale the curve (`scaled`). One object serves one tool: noise and joins keep state, `reset()` restarts them.
 template <class... Parts>
 class CuttingForce {
  public:
@@ -157,11 +155,11 @@ class CuttingForce {
     return force.allFinite() ? force : Vector(Vector::Zero());
   }
 
-  /// What the noise has given the hand since the start or reset() [J]: Σ ΔF·v Δt, v of the tick that the noise is drawn in. It is no energy of the tissue, so whoever looks at
-  /// the passivity of the tissue takes it off; negative where the noise has taken.
+  /// Energy that the noise has given the hand since the start or reset() [J]: Σ ΔF·v Δt, v of the tick in which the noise is drawn;
+  /// negative where it has taken energy. Subtract it when you check the passivity of the tissue.
   Scalar noise_energy() const noexcept { return noise_energy_; }
 
-  /// Starts noise and all other state anew: the same contacts give the same forces again.
+  /// Restarts noise and all other state: the same contacts give the same forces again.
   void reset() noexcept {
     loading_share_ = Scalar(1);
     noise_energy_ = Scalar(0);
@@ -186,7 +184,7 @@ class CuttingForce {
     since_puncture_ = join_.puncture_time;
   }
 
-  /// While the tool indents, remembers the force; after the puncture lets it pass into the present one.
+  /// Stores the force while the tool indents; after the puncture blends it into the present one.
   void join_at_puncture(Vector& force, ToolContact<Scalar> const& contact, bool moving) noexcept {
     if (!force.allFinite()) return;
     if (!moving) {

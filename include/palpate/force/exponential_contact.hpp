@@ -10,10 +10,9 @@
 
 namespace palpate {
 
-/// The tissue's resistance before it is punctured, as Fung found soft tissue to stiffen: the stiffness grows in proportion to the force.
+/// Exponential contact law, Fung's stiffening: the stiffness grows in proportion to the force.
 ///   F = a (e^(b d) − 1) n   while indenting and d > 0, zero otherwise;  dF/dd = b (F + a)
-/// Beyond `largest_depth` it goes on straight, at the slope it has there. Given to `CuttingForce` it takes the place of the default
-/// `IndentationSpring`.
+/// Beyond `largest_depth` it continues linearly with the slope there. In `CuttingForce` it replaces the default `IndentationSpring`.
 /// Units      a [N], b [1/m], d [m]; force [N] on the hand. The stiffness at first touch is a b [N/m].
 /// Source     \cite fung1993 ch. 7: stress over stretch; as force over depth it is an empirical curve.
 /// Invariant  a ≥ 0, b ≥ 0, largest depth > 0, all finite, and finite force at the largest depth; checked by `validate`.

@@ -10,15 +10,16 @@
 
 namespace palpate {
 
-/// The tissue's resistance before it is punctured, with a damping that grows with depth: no step of force at first touch, and none that pulls.
+/// Hunt and Crossley's contact law: a power-law spring with damping that grows with depth, so the force starts without a step and never
+/// pulls.
 ///   F = max(0, k dⁿ (1 + μ ḋ)) n   while indenting and d > 0, zero otherwise;  ḋ = −v·n
-/// Given to `CuttingForce` it takes the place of the default `IndentationSpring`.
+/// In `CuttingForce` it replaces the default `IndentationSpring`.
 /// Units      k [N/mⁿ], μ [s/m], d [m], v [m/s]; force [N] on the hand.
-/// Source     \cite hunt1975: F = k dⁿ + λ dⁿ ḋ with λ = μ k. A mass m that meets it at v₀ comes as deep as
-///            k dⁿ⁺¹/(n + 1) = m (v₀/μ − ln(1 + μ v₀)/μ²), and leaves slower.
-/// Invariant  k ≥ 0, μ ≥ 0, n ≥ 1, all finite; checked by `validate`. Every closed way takes energy from the hand, or none.
+/// Source     \cite hunt1975: F = k dⁿ + λ dⁿ ḋ with λ = μ k. A mass m that meets it at v₀ comes as deep as k dⁿ⁺¹/(n + 1) = m (v₀/μ −
+///            ln(1 + μ v₀)/μ²), and leaves slower.
+/// Invariant  k ≥ 0, μ ≥ 0, n ≥ 1, all finite; checked by `validate`. Every closed path takes energy from the hand, or none.
 /// Cost       One power; noexcept, no allocation: allowed in the servo tick.
-/// Limits     A device adds the delay of a tick to it: the damping that it can render is bounded.
+/// Limits     A device adds the delay of a tick, which bounds the damping that it can render.
 template <RealScalar S>
 struct HuntCrossleyContact {
   using Scalar = S;

@@ -9,14 +9,13 @@
 
 namespace palpate {
 
-/// The tissue's resistance before it is punctured: a linear spring along the normal, pushing the tool out.
+/// Linear contact law: a spring along the normal that pushes the tool out, before the puncture.
 ///   F = k d n   while indenting and d > 0, zero otherwise
 /// Units      k [N/m], d [m]; force [N] on the hand.
 /// Source     \cite zheng2006 eq. 6-8; the default is the liver datum 3 N at 18 mm: 167 N/m.
-/// Invariant  k ≥ 0 and finite, checked by `validate`, which `CuttingForce` calls. k = 0 switches the spring
-///            off.
+/// Invariant  k ≥ 0 and finite, checked by `validate`, which `CuttingForce` calls. k = 0 switches the spring off.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Where it ends is the cutter's decision: the spring knows no puncture depth.
+/// Limits     The cutter decides where it ends: the spring has no puncture depth.
 template <RealScalar S>
 struct IndentationSpring {
   using Scalar = S;

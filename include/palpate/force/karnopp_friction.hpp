@@ -18,19 +18,20 @@ struct KarnoppFrictionOptions {
   double stick_stiffness = 300.0;  ///< k [N/m]
 };
 
-/// Friction along a shaft in its channel, with stick and slip, for each metre that is in the tissue.
+/// Karnopp's stick-slip friction along a shaft in its channel, proportional to the inserted length.
 ///   slides   |F| = (C + b |ḋ|) d          for |ḋ| ≥ 2 v₀
-///   sticks   |F| ≤ max(D, C + b |ḋ|) d, as much as holds it, for |ḋ| ≤ v₀;  between the two speeds the limit passes linearly from one to the other
+///   sticks   |F| ≤ max(D, C + b |ḋ|) d, as much as holds it, for |ḋ| ≤ v₀;  between the two speeds the limit is interpolated linearly
 ///   F = k (d − a) n;  the anchor a follows so that |F| is never above the limit
-/// The model it follows balances the hand's force while it sticks; a servo loop does not know that force, so a spring holds the shaft to the
-/// place where it sticks.
-/// Units      d [m] inserted = depth, ḋ = −v·n [m/s]; force [N] on the hand, along the normal n. Coefficients see `KarnoppFrictionOptions`.
+/// Karnopp's model balances the hand's force while it sticks. A servo loop does not know that force, so a spring holds the shaft to the
+/// anchor.
+/// Units      d [m] inserted = depth, ḋ = −v·n [m/s]; force [N] on the hand, along the normal n. Coefficients see
+///            `KarnoppFrictionOptions`.
 /// Source     \cite karnopp1985; \cite okamura2004 for a needle, by depth.
-/// Invariant  0 ≤ C ≤ D, b ≥ 0, v₀ > 0, k > 0, all finite; checked at set-up. Every closed way takes energy from the hand, or none: the anchor
-///            only ever lets the spring go.
+/// Invariant  0 ≤ C ≤ D, b ≥ 0, v₀ > 0, k > 0, all finite; checked at set-up. Every closed path takes energy from the hand, or none: the
+///            anchor only ever releases the spring.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     A servo of period T adds what its sampling leaks, so k is to be below what the device holds as a wall: 2 × its damping / T. One
-///            object serves one tool: it keeps state, `reset()` starts it anew.
+/// Limits     A servo of period T adds the leak of its sampling, so keep k below the wall that the device can render: 2 × its damping /
+///            T. One object serves one tool: it keeps state, `reset()` restarts it.
 template <RealScalar S>
 class KarnoppFriction {
  public:

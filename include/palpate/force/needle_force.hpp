@@ -15,22 +15,22 @@ struct NeedleForceOptions {
   double linear = 0.0;                   ///< a₁ [N/m]
   double quadratic = 0.0;                ///< a₂ [N/m²]
   double cutting = 0.0;                  ///< f_c [N]
-  double tip_depth = 0.001;              ///< m, way over which the tip's force comes and goes
+  double tip_depth = 0.001;              ///< m, distance over which the tip's force builds up and decays
   KarnoppFrictionOptions friction = {};  ///< of the shaft
 };
 
-/// The force of a needle in its three parts: stiffness of the tissue before the puncture, then friction along the shaft and a constant force at
-/// the tip that cuts.
+/// The force of a needle in three parts: stiffness of the tissue before the puncture, then friction along the shaft and a constant
+/// cutting force at the tip.
 ///   indenting   F = a₁ d + a₂ d²
-///   moving      F = friction(d, ḋ) + f_c c;   c = clamp(1 − (d_max − d)/tip_depth, 0, 1), d_max the deepest so far
-/// So the tip's force is there while the needle goes where none has been, and is gone tip_depth further back: it has no step at a reversal.
+///   moving      F = friction(d, ḋ) + f_c c;   c = clamp(1 − (d_max − d)/tip_depth, 0, 1), d_max the largest depth so far
+/// The cutting force acts while the needle goes deeper than before and vanishes tip_depth further back, so it has no step at a reversal.
 /// Units      d [m]; force [N] on the hand, along the normal. Coefficients see `NeedleForceOptions`.
-/// Source     \cite okamura2004. There the tip has its force while it moves in and none else; here way, not speed, decides.
-/// Invariant  a₁, a₂, f_c ≥ 0, tip_depth > 0, all finite, and those of `KarnoppFriction`; checked at set-up. Every closed way takes energy from
-///            the hand, or none.
+/// Source     \cite okamura2004. There the cutting force depends on the direction of motion; here on the distance.
+/// Invariant  a₁, a₂, f_c ≥ 0, tip_depth > 0, all finite, and those of `KarnoppFriction`; checked at set-up. Every closed path takes
+///            energy from the hand, or none.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     The force is along the normal: for a needle that goes in along it. Bending and the bevel's side force are not in it. One object
-///            serves one needle: it keeps state, `reset()` starts it anew. In `CuttingForce` it takes the place of the default spring.
+/// Limits     The force is along the normal, as for a needle inserted along it, without bending or the side force of a bevel. One object
+///            serves one needle: it keeps state, `reset()` restarts it. In `CuttingForce` it replaces the default spring.
 template <RealScalar S>
 class NeedleForce {
  public:

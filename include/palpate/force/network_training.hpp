@@ -22,7 +22,7 @@
 
 namespace palpate {
 
-/// How far a training is, after an epoch. Mean squared errors in the square of the outputs' unit (N² for forces).
+/// Progress of a training after an epoch. Mean squared errors in the square of the outputs' unit (N² for forces).
 struct TrainingProgress {
   int start = 0;                              ///< which start this is, the first is 0
   int epoch = 0;                              ///< of this start, counted from 1
@@ -30,7 +30,7 @@ struct TrainingProgress {
   double held_out_mean_squared_error = 0.0;   ///< over those held out; 0 where none are
 };
 
-/// What a training does beside its trainer's work.
+/// Options of a training that do not depend on the trainer.
 struct TrainingOptions {
   int starts = 1;          ///< the first from the network's weights, start k from those of Seed{seed + k}; the best network is kept
   double held_out = 0.0;   ///< share of the samples, drawn by the seed, that is not learnt but watched, 0 ≤ share < 1
@@ -48,7 +48,7 @@ struct TrainingOptions {
   }
 };
 
-/// What came of one start.
+/// Result of one start.
 struct TrainingStart {
   Seed seed{};   ///< of its weights; for the first start the weights were the network's own
   double mean_squared_error = 0.0;
@@ -162,15 +162,15 @@ class TrainingWatch {
 
 }  // namespace detail
 
-/// Trains a network on samples, from its present weights on. A network without a scaling (made from a seed)
-/// first gets one that maps the ranges of the samples learnt to −1 … 1; one that has a scaling keeps it, so a training can
-/// be continued. Needs no data set to be shuffled or normalised. Throws `InvalidArgument` and leaves the
-/// network as it was when there is no sample or a value is not finite.
+/// Trains a network on samples, from its present weights, with multiple starts and early stopping. A network without a scaling (made from
+/// a seed) first gets one that maps the ranges of the training samples to −1 … 1. One that has a scaling keeps it, so a training can be
+/// continued. The samples need neither shuffling nor normalising. Throws `InvalidArgument` and leaves the network as it was when there is
+/// no sample or a value is not finite.
 ///   train(network, samples, LevenbergMarquardt{.epochs = 100});
 ///   train(network, samples, LevenbergMarquardt{}, {.starts = 5, .held_out = 0.2, .seed = Seed{7}});
-/// With samples held out, a start gives the network that it had when the error over them was smallest, and the best start is
-/// the one with the smallest such error; without, the one with the smallest error over the samples. Once the goal is reached, or
-/// the callback says so, no other start is made.
+/// With samples held out, a start gives its network of the smallest error over them, and the best start is the one with the smallest such
+/// error. Without, the best start is the one with the smallest error over the samples. Once the goal is reached, or the callback says so,
+/// no other start is made.
 /// Source     \cite zheng2006 ch. 6.3
 /// Invariant  Equal seeds, samples and options give equal bits.
 /// Cost       Offline: allocates, and computes in double whatever the network's scalar.

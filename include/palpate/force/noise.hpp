@@ -45,7 +45,7 @@ class NoiseLevel {
 
 }  // namespace detail
 
-/// White Gaussian noise along the force, as strong as a signal-to-noise ratio says.
+/// White Gaussian noise along the force, of a given signal-to-noise ratio.
 ///   ΔF = R 10^(−snr/20) ξ F/|F|,   ξ normal with mean 0 and variance 1, new in every tick;  R = |F|, or `reference` where it is given
 /// so its standard deviation is R 10^(−snr/20).
 /// Units      snr in dB of power ratio; force [N].

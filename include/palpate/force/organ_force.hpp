@@ -22,16 +22,15 @@ void require_wall_normal(char const* who, Vector3<S> const& normal) {
 
 }  // namespace detail
 
-/// Drag of the organ's inner walls on a tool that cuts: a damper across the wall that grows with depth.
+/// Viscous drag of the organ's inner walls on a tool that cuts: a damper across the wall, proportional to depth.
 ///   F = −β |d| (v·n_v) n_v   after the puncture, zero before;   n_v = wall_normal / |wall_normal|
 /// Units      β [N·s/m²], d [m], v [m/s], max_damping [N·s/m]; force [N] on the hand, world frame.
-/// Source     \cite zheng2006 eq. 6-13 in velocity form. The thesis's −18000 N/cm² at 1 ms would be β = 1.8e5
-///            N·s/m², a damper of 3240 N·s/m at 18 mm: no 1 kHz loop holds that.
-/// Invariant  Never gives energy: F·v ≤ 0. β ≥ 0, max_damping > 0, wall normal not zero; checked by
-///            `validate`, which `CuttingForce` calls.
+/// Source     \cite zheng2006 eq. 6-13 in velocity form. The thesis's −18000 N/cm² at 1 ms would be β = 1.8e5 N·s/m², a damper of 3240
+///            N·s/m at 18 mm: no 1 kHz loop renders that.
+/// Invariant  Dissipative: F·v ≤ 0. β ≥ 0, max_damping > 0, wall normal not zero; checked by `validate`, which `CuttingForce` calls.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     `.max_damping` is what the device holds, about mass / (4 · servo period): by default that of a 45 g stylus at 1 kHz. Without it a
-///            large β makes the hand vibrate. For a force that does not depend on speed see `OrganFriction`.
+/// Limits     `.max_damping` is what the device can render, about mass / (4 · servo period): by default that of a 45 g stylus at 1 kHz.
+///            Without it a large β makes the hand vibrate. For a force that does not depend on speed see `OrganFriction`.
 template <RealScalar S>
 struct OrganForce {
   using Scalar = S;

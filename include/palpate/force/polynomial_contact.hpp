@@ -10,11 +10,11 @@
 
 namespace palpate {
 
-/// The tissue's resistance before it is punctured, growing faster than depth:
+/// Polynomial contact law of third order: the force grows faster than depth.
 ///   F = (k₁ d + k₂ d² + k₃ d³) n   while indenting and d > 0, zero otherwise
-/// Given to `CuttingForce` it takes the place of the default `IndentationSpring`.
+/// In `CuttingForce` it replaces the default `IndentationSpring`.
 /// Units      k₁ [N/m], k₂ [N/m²], k₃ [N/m³], d [m]; force [N] on the hand.
-/// Invariant  No coefficient is negative: then the force grows with depth and a spring without loss is passive. Checked by `validate`.
+/// Invariant  No coefficient is negative: then the force grows with depth, and a spring without loss is passive. Checked by `validate`.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
 /// Limits     The coefficients are yours, or of a fit; none are published for the liver.
 template <RealScalar S>

@@ -22,16 +22,18 @@ struct SpeedRange {
   S high = S(0);
 };
 
-/// A trained network of depth and speed as a force: (depth [m], speed [m/s]) → [N], after the puncture, along the normal.
-///   F = s(d/fade_depth) F(d, v) n,   v = |v·n| clamped to the speeds it was trained on
-/// Inside the depths it was trained on F is the network, not below 0; outside it goes on along the slope at the nearer end, clamped to
-/// 0 … guard.largest_force, or the force at that end where it is larger. s is `CurveJoin`'s smooth step.
+/// A trained network of depth and speed as a force, with clamping and linear extrapolation: (depth [m], speed [m/s]) → [N], after the
+/// puncture, along the normal.
+///   F = s(d/fade_depth) F(d, v) n,   v = |v·n| clamped to the speeds of the training data
+/// Inside the depths of its training data F is the network, not below 0. Outside it continues along the slope at the nearer end, clamped
+/// to 0 … guard.largest_force, or the force at that end where it is larger. s is `CurveJoin`'s smooth step.
 /// Source     \cite zheng2006 ch. 6.6: networks of depth and speed for needles in a heart. Their weights are not published.
-/// Invariant  Both ranges finite, low < high for depths, 0 ≤ low ≤ high for speeds, forces at the ends of the range finite; checked at set-up.
+/// Invariant  Both ranges finite, low < high for depths, 0 ≤ low ≤ high for speeds, forces at the ends of the range finite; checked at
+///            set-up.
 /// Cost       One evaluation of the network, with its derivative outside the range; noexcept, no allocation: allowed in the servo tick.
-/// Limits     It does not know whether the tool comes back: the same force at the same speed both ways, so it takes no energy on a closed way
-///            at one speed, and gives energy to a hand that goes in where its force is small and out where it is large. A slow needle forced
-///            harder than a fast one is such a case: give it to a hand only beside friction that is larger than the difference.
+/// Limits     It does not distinguish loading from unloading. At one speed a closed path takes no energy. A path that goes in where the
+///            force is small and out where it is large gives the hand energy, as a slow needle forced harder than a fast one. Give it to
+///            a hand only beside friction that is larger than the difference.
 template <class Net>
 class SpeedCurve {
   static_assert(Net::outputs == 1 && Net::inputs == 2,

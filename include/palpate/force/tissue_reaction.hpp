@@ -9,15 +9,16 @@
 
 namespace palpate {
 
-/// Tight coupling: the hand feels the reaction of the deformation model itself.
+/// Tight coupling: the hand feels the reaction of the deformation model.
 ///   F = scale · F_tissue   while in contact, zero otherwise
 /// The loose coupling, a measured force curve beside the deformation, is `CuttingForce`.
 /// Units      force [N], world frame.
 /// Source     \cite zheng2006 ch. 2, fig. 2.1 (tightly coupled framework)
 /// Invariant  The scale is finite; checked by `validate`.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Only a tool that indents, or a blade held across its edge, is coupled to the tissue. While it cuts, F is 0: springs hold up a tip that lies on the surface, and
-///            nothing in them resists a blade that is through it; fracture and friction are forces of CuttingForce. The body's step rate is heard in the force unless the body runs at the servo rate.
+/// Limits     Coupled are a tool that indents and a blade held across its edge. While a tool cuts, F is 0: springs hold a tip on the
+///            surface and do not resist a blade that has entered. Fracture and friction are forces of CuttingForce. The body's step rate
+///            is audible in the force unless the body runs at the servo rate.
 struct TissueReaction {
   double scale = 1.0;
 
@@ -33,7 +34,7 @@ struct TissueReaction {
   }
 };
 
-/// The hand feels nothing: for pictures alone, and for tests of the other modules.
+/// No force: for pictures alone, and for tests of other modules.
 struct NoForce {
   template <RealScalar S>
   Vector3<S> operator()(ToolContact<S> const&) const noexcept {
