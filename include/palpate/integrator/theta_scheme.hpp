@@ -9,26 +9,26 @@
 
 namespace palpate {
 
-/// The θ-scheme: forces and velocities of a step are means of its start and its end, θ being the share of the end.
+/// The θ-scheme: forces and velocities of a step are weighted means of its start and its end, θ the weight of the end.
 ///   M Δv = h ((1 − θ) f(x, v) + θ f(x⁺, v + Δv)),   x⁺ = x + h (v + θ Δv),   v⁺ = v + Δv
-/// by Newton's method from the tangent at x; its first iteration is the linearised step of Baraff and Witkin,
+/// Newton's method with the tangent at x. Its first iteration is the linearised step of Baraff and Witkin,
 ///   (M + hθ C + h²θ² K) Δv = h f(x, v) − h²θ K v,
-/// and further ones keep the tangent. Each is solved by conjugate gradients without a matrix, preconditioned with the diagonal, from
-/// the acceleration of the step before as a first guess.
-/// θ = 1 is BackwardEuler, θ = ½ CrankNicolson, θ = 0 the explicit method of Euler.
-/// Order      1; 2 for θ = ½, with two Newton iterations: K is made positive semidefinite and leaves out what dampers do when
-///            they turn, so one iteration alone is of first order.
+/// and further ones keep the tangent (modified Newton). Each is solved by matrix-free conjugate gradients with a diagonal preconditioner;
+/// the first guess is the acceleration of the last step.
+/// θ = 1 is BackwardEuler, θ = ½ CrankNicolson, θ = 0 explicit Euler.
+/// Order      1; 2 for θ = ½, with two Newton iterations: K is made positive semidefinite and leaves out the rotation of dampers, so one
+///            iteration alone is of first order.
 /// Stability  θ ≥ ½: any step of the linearised body, stable_step() is infinite. θ < ½: h ≤ γ/(κ (1 − 2θ)) and hγ ≤ 2/(1 − 2θ).
-///            What still limits a step: the tangent is of its start, so one that moves particles by much of an edge overshoots, and near
-///            θ = ½ fast modes ring on instead of dying out. Measured on a stiff, lightly damped sheet under a sudden force: θ = 1 and 0.6
-///            come to rest at 100 times the explicit limit, θ = ½ at 10 times; at 30 times it does not stay bounded.
-/// Budget     no step takes more than `most_iterations` of conjugate gradients, all Newton iterations together. When they are spent
-///            the step is taken with what is reached: slow and soft motion is right, stiff motion is not yet.
+///            The tangent is that of the start, so a step that moves particles by a large part of an edge overshoots, and near θ = ½ fast
+///            modes ring instead of decaying. Measured on a stiff, lightly damped sheet under a sudden force: θ = 1 and 0.6 come to rest
+///            at 100 times the explicit limit, θ = ½ at 10 times; at 30 times it does not stay bounded.
+/// Budget     a step takes at most `most_iterations` of conjugate gradients, all Newton iterations together. When they are spent the step
+///            is taken with the result so far: slow and soft motion has converged, stiff motion has not.
 /// Units      `tolerance` is relative: |residual| ≤ tolerance · |right-hand side|, both in the norm of the inverse diagonal; so is the
-///            error of momentum. Not below what the digits allow.
+///            error of momentum. It is bounded below by rounding.
 /// Source     \cite baraff1998.
-/// Cost       a step: one evaluation of the forces for each Newton iteration, one tangent, and one product with it for each
-///            iteration of conjugate gradients and two more. Nothing is allocated after the first step.
+/// Cost       a step: one evaluation of the forces for each Newton iteration, one tangent, and one product with it for each iteration of
+///            conjugate gradients and two more. Nothing is allocated after the first step.
 struct ThetaScheme {
   double theta = 1;
   double tolerance = 1e-6;
