@@ -17,10 +17,12 @@ template <class Device>
 inline constexpr char device_tag = 0;   // its address tells the types of devices apart
 }  // namespace detail
 
-/// Any device of a scalar, chosen while the program runs: a simulator of an `AnyDevice` takes whatever the user names.
-/// Every refinement is passed on. What the device lacks does nothing: opening, closing, arming, disarming and calibrating return at once, the
-/// calibration is good, there are no faults, and the description is empty. A clock of its own is `clock()`, null where the host has to keep the time.
-/// Invariant  one that was moved away is false; its reads and writes say `disconnected`, its capabilities are empty, and it can not be opened or armed.
+/// Type-erased device of a scalar, chosen at run time: a simulator of an `AnyDevice` takes whatever the user names.
+/// Every refinement is forwarded. What the device lacks does nothing: opening, closing, arming, disarming and calibrating return at once,
+/// the calibration is good, there are no faults, and the description is empty. `clock()` is the device's own clock, null where the host
+/// keeps the time.
+/// Invariant  one that was moved from is false; its reads and writes say `disconnected`, its capabilities are empty, and it can not be
+///            opened or armed.
 /// Cost       one allocation when it is made; then a virtual call each; `read` and `write` are noexcept and allocate nothing themselves.
 template <RealScalar S = double>
 class AnyDevice {

@@ -27,7 +27,7 @@ constexpr char const* to_string(Provenance provenance) noexcept {
   return "unknown";
 }
 
-/// A number about a device, and where it comes from. Reads and computes as the number.
+/// A number about a device with its provenance. Converts to the number.
 ///   Capabilities{.max_force = datasheet(3.3), .rate = 1000.0, .mass = guessed(0.045)}
 struct DeviceValue {
   double value = 0.0;
@@ -38,7 +38,7 @@ struct DeviceValue {
   constexpr DeviceValue(double number, Provenance from) noexcept : value(number), provenance(from) {}
   constexpr operator double() const noexcept { return value; }
 
-  /// Did anybody say anything? Zero then means zero.
+  /// False where nobody stated it. If true, zero means zero.
   constexpr bool known() const noexcept { return provenance != Provenance::unknown; }
 };
 

@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-/// What one `read` or `write` came to. Anything but `ok` and `stale` means: write no force until the device is opened again.
+/// Status of a `read` or `write`. Anything but `ok` and `stale` means: write no force until the device is opened again.
 enum class DeviceStatus {
   ok,
   stale,         ///< no new sample since the last tick: the state holds the last one
@@ -171,14 +171,15 @@ struct DeviceFault {
   char const* what = "";
 };
 
-/// Refinement: a device that keeps what went wrong until it is asked, oldest first; null when there is nothing. May be called in the servo tick.
+/// Refinement: a device with a queue of faults, taken oldest first; null when there is none. May be called in the servo tick.
 template <class Device>
 concept ReportsFaults = requires(Device& device) {
   { device.pop_fault() } noexcept -> std::same_as<std::optional<DeviceFault>>;
 };
 
-/// Refinement: a device whose driver has the clock: it calls `tick(context)` once a period from its own thread, between `start` and `stop`. `read` and
-/// `write` are then for that thread alone. `stop` returns when no call is under way. Without it the host keeps the time.
+/// Refinement: a device whose driver keeps the time: it calls `tick(context)` once a period from its own thread, between `start` and
+/// `stop`. `read` and `write` are then for that thread alone. `stop` returns when no call is under way. Otherwise the host keeps the
+/// time.
 template <class Device>
 concept SelfClocked = requires(Device& device, void (*tick)(void*) noexcept, void* context) {
   device.start(tick, context);
@@ -195,7 +196,7 @@ class DeviceClock {
   ~DeviceClock() = default;
 };
 
-/// Refinement: a device of which it turns out while the program runs whether it has a clock: `clock()` is that, or null.
+/// Refinement: a device with a clock that is known only at run time: `clock()` is that clock, or null.
 template <class Device>
 concept HasOptionalClock = requires(Device& device) {
   { device.clock() } noexcept -> std::same_as<DeviceClock*>;

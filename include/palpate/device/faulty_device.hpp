@@ -41,14 +41,14 @@ struct PlannedFault {
   Vector3<double> shift = Vector3<double>::Zero();   ///< jump: m
 };
 
-/// A device to which things happen, in the ticks of a plan: to test what a host does then.
+/// Fault injection: a device that fails in the ticks of a plan, to test how a host responds.
 ///   FaultyDevice device(ScriptedDevice<double>(path), {{.kind = FaultKind::stale, .tick = 100, .ticks = 20},
 ///                                                      {.kind = FaultKind::disconnected, .tick = 500, .ticks = 0}});
-/// Ticks count in reads; a write belongs to the read before it. Where several faults meet, a disconnected device is disconnected, a faulty one
-/// faulty, and the others add up. The inner device is read in every tick, whatever is told outside: its time goes on. What begins to fail is in
+/// Ticks count in reads; a write belongs to the read before it. Of several faults at once, disconnected comes before fault, and the
+/// others add up. The inner device is read in every tick, whatever is reported: its time continues. A fault that begins is in
 /// `pop_fault`, with code −1.
-/// Errors     `InvalidArgument` for a size that makes no sense.
-/// Cost       as the device's, and a look at each fault of the plan; noexcept, no allocation.
+/// Errors     `InvalidArgument` for a size without meaning.
+/// Cost       as the device's, and a check of each fault of the plan; noexcept, no allocation.
 template <class Device, RealScalar S = double>
   requires HapticDevice<Device, S>
 class FaultyDevice : public detail::WrappedDevice<Device, S> {
@@ -120,7 +120,7 @@ class FaultyDevice : public detail::WrappedDevice<Device, S> {
     return std::nullopt;
   }
 
-  /// Nothing of the plan happens any more, until `rewind()`.
+  /// Suspends the plan until `rewind()`.
   void heal() noexcept { healed_ = true; }
   /// The plan starts over; the inner device does not.
   void rewind() noexcept {

@@ -12,9 +12,9 @@
 
 namespace palpate {
 
-/// What went in and out of a device in one servo tick, as far as a simulation depends on it: enough to repeat the tick.
-/// Invariant  after a failed read all are as at the start; nobody asks for them.
-/// Units      position [m], velocity [m/s]; the device's frame; in double for every scalar, which loses nothing of a float.
+/// Input and output of a device in one servo tick, as far as a simulation depends on it: enough to replay the tick.
+/// Invariant  after a failed read all are as at the start; they are not used then.
+/// Units      position [m], velocity [m/s]; the device's frame; in double for every scalar, which represents a float exactly.
 struct HandSample {
   Vector3<double> position = Vector3<double>::Zero();
   Vector3<double> velocity = Vector3<double>::Zero();   ///< as the device reported it; zero where it reports none
@@ -24,7 +24,7 @@ struct HandSample {
   DeviceStatus written = DeviceStatus::ok;
 };
 
-/// Refinement: a device that has kept what went in and out of it, one sample a tick; see `RecordedDevice`.
+/// Refinement: a device with a log of its input and output, one sample a tick; see `RecordedDevice`.
 template <class Device>
 concept RecordsSamples = requires(Device const& device) {
   { device.samples() } -> std::convertible_to<std::vector<HandSample> const&>;

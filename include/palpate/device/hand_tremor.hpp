@@ -22,7 +22,7 @@ struct HandTremorOptions {
   std::uint64_t seed = 0;     ///< the same seed gives the same run
 };
 
-/// How a hand trembles: a displacement of the tip, on each axis an independent Gaussian process in a narrow band.
+/// Physiological tremor: a displacement of the tip, on each axis an independent narrow-band Gaussian process (autoregressive of order 2).
 ///   x[k] = 2 r cos θ x[k−1] − r² x[k−2] + g ξ[k],   r = e^(−π bandwidth/rate),   θ = 2π frequency/rate
 /// with g such that x has the stated root mean square. It begins in its stationary state, drawn from the seed.
 /// Units      Hz, m.
@@ -77,10 +77,10 @@ class HandTremor {
   Vector3<double> now_ = Vector3<double>::Zero(), before_ = Vector3<double>::Zero();
 };
 
-/// A device whose hand trembles: what it reads is displaced, what it is written is not touched.
+/// A device with tremor: its positions are displaced, its forces are passed on unchanged.
 ///   TremblingDevice device(ScriptedDevice<double>(path), HandTremor<double>({.amplitude = 1e-4, .seed = 3}));
 /// Cost       As the device's and the tremor's; noexcept, no allocation.
-/// Limits     The tremor does not give way to the force, and rests in ticks in which the device has no new sample.
+/// Limits     The tremor does not yield to the force, and pauses in ticks in which the device has no new sample.
 template <class Device, RealScalar S>
   requires HapticDevice<Device, S>
 class TremblingDevice : public detail::WrappedDevice<Device, S> {

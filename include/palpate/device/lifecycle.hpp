@@ -7,18 +7,18 @@
 
 namespace palpate {
 
-/// Where a device stands between being switched on and being switched off.
+/// Stage of a device between being switched on and being switched off.
 enum class DeviceStage {
   closed,
   open,          ///< positions are read, the motors are off
-  calibrating,   ///< the zero of the device is not where it should be: positions may jump, no force
+  calibrating,   ///< the zero of the device is off: positions may jump, no force
   arming,        ///< motors on, the force comes up along a ramp
   running,
   stale,         ///< the slow data are late: the force fades while the device goes on
   faulted        ///< no force until it is closed and opened again
 };
 
-/// What happens to it. A request can be refused; a fact can not, even in a stage where nothing follows from it: it may be told in every tick.
+/// Events. A request can be refused. A fact can not, even in a stage where it has no effect: it may be reported in every tick.
 enum class DeviceEvent {
   opened,             ///< request: the device was opened
   arm,                ///< request: motors on
@@ -28,7 +28,7 @@ enum class DeviceEvent {
   calibration_lost,   ///< fact: `Calibration` is not `good`
   interrupted,        ///< fact: a gap between ticks or a jump of the position; the ramp begins again
   data_late,          ///< fact: the watchdog of the slow data
-  data_fresh,         ///< fact: they are back
+  data_fresh,         ///< fact: they are fresh again
   fault,              ///< fact: a read or a write failed, or a force that is no number
   close               ///< fact: the device was closed
 };
@@ -85,10 +85,11 @@ inline constexpr auto device_transitions = [] {
 }();
 }  // namespace detail
 
-/// Where `event` leads from `stage`; empty when the request is refused and the stage stays.
+/// Transition of the state machine: the next stage, or empty when the request is refused and the stage stays.
 ///   closed → open → [calibrating → open →] arming → running ⇄ stale;   any → faulted → closed;   any → closed
-/// Nothing leads to `running` but the end of a ramp, or fresh data after a running device had gone stale. Late data while arming begin
-/// the ramp again, in every tick in which they are late. After a calibration the device has to be armed again: the tip may be elsewhere than it was.
+/// `running` is reached only from the end of a ramp, or with fresh data after a running device had gone stale. Late data while arming
+/// restart the ramp, in every tick in which they are late. After a calibration the device has to be armed again, since the tip may have
+/// moved.
 /// Cost       a look-up, constexpr.
 constexpr std::optional<DeviceStage> next(DeviceStage stage, DeviceEvent event) noexcept {
   return detail::device_transitions[static_cast<std::size_t>(stage)][static_cast<std::size_t>(event)];
@@ -102,7 +103,7 @@ constexpr bool may_render(DeviceStage stage) noexcept {
 /// Do positions come in?
 constexpr bool is_open(DeviceStage stage) noexcept { return stage != DeviceStage::closed && stage != DeviceStage::faulted; }
 
-/// A stage that remembers itself: the table above, applied to one event after the other.
+/// State machine: holds the stage and applies the transitions above.
 /// Cost       a look-up, noexcept, no allocation: allowed in the servo tick. For one thread.
 class DeviceLifecycle {
  public:

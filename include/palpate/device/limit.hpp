@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-/// The vector shortened to `maximum`, direction kept; zero when any component or the maximum is not a number that can be felt.
+/// The vector limited to length `maximum`, direction kept; zero when a component or the maximum is not finite.
 ///   |v| ≤ maximum: v,   |v| > maximum: maximum v/|v|,   v not finite or maximum NaN or negative: 0
 /// Cost       noexcept, no allocation: the last stage before a device's `write`.
 template <RealScalar Scalar>

@@ -15,7 +15,7 @@
 
 namespace palpate {
 
-/// What a movement on the screen is in the world: set it again whenever the camera turns.
+/// Mapping from screen to world; set it again whenever the camera turns.
 struct MouseMapping {
   Vector3<double> right = {1, 0, 0};    ///< where the mouse goes to the right; any length but zero
   Vector3<double> up = {0, 1, 0};       ///< where it goes up the screen
@@ -36,7 +36,7 @@ struct MouseOptions {
 
 namespace detail {
 
-/// What goes from the user's interface to the servo and back, each way the newest value.
+/// Shared between user interface and servo: the newest value each way.
 struct MouseChannel {
   struct Input {
     Vector3<double> moved = Vector3<double>::Zero();   // m, in all
@@ -128,14 +128,15 @@ class Mouse {
   std::shared_ptr<detail::MouseChannel> channel_;
 };
 
-/// A mouse and a keyboard as a device: a pose that is smooth in time from input that comes sixty times a second in jumps. Its force is drawn.
-///   ẍ = ω² (r − x) − 2 ω ẋ,   ω = 2π smoothing,   r what mouse, wheel and keys add up to, within the workspace
-/// critically damped, exact for a target that rests for a tick, so that the velocity is continuous and no step of the mouse overshoots. At the
-/// edge of the workspace the target stays: the way back begins at once.
+/// A mouse and a keyboard as a device: a critically damped second-order filter makes a smooth pose of input that arrives sixty times a
+/// second in steps. Its force is displayed.
+///   ẍ = ω² (r − x) − 2 ω ẋ,   ω = 2π smoothing,   r the sum of mouse, wheel and keys, within the workspace
+/// The solution is exact for a target that rests for a tick, so the velocity is continuous and no step of the mouse overshoots. At the
+/// edge of the workspace the target stops, and it returns at once.
 /// Units      SI; the world's frame, or whatever frame the mapping's directions are in.
-/// Invariant  one that was moved away says `disconnected`.
+/// Invariant  one that was moved from says `disconnected`.
 /// Cost       noexcept, no allocation, no lock.
-/// Limits     no orientation. Who sees a force and does not feel it presses far too hard.
+/// Limits     no orientation. A user who sees a force and does not feel it presses far too hard.
 template <RealScalar Scalar>
 class MouseDevice {
  public:

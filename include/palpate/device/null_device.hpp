@@ -7,8 +7,7 @@
 
 namespace palpate {
 
-/// A hand that stays where it is and feels nothing: the device to start with, and a partner for tests.
-/// Every force is accepted, of any size, and forgotten.
+/// A device at rest: a constant position; every force is accepted and ignored. The device to start with, and a partner for tests.
 template <RealScalar Scalar = double>
 class NullDevice {
  public:

@@ -11,15 +11,15 @@
 
 namespace palpate {
 
-/// Any device, with a log of what it said: one `HandSample` a tick. A `Recording` holds where the tip was; what it lacks, and a replay to the
-/// byte needs, is the velocity and orientation that the device reported, and which reads and writes failed.
+/// A device with a log of its input and output: one `HandSample` a tick. A `Recording` holds where the tip was. A replay to the byte also needs the
+/// velocity and orientation that the device reported, and which reads and writes failed.
 ///
 ///   Simulator simulator(RecordedDevice(MyDevice{}, 60 * 1000), std::move(body), cutter, force);
 ///   Recording const recording = simulator.run(60.0);
 ///   ReplayDevice<double> again(simulator.device().samples(), simulator.device().capabilities());
 ///
-/// Invariant  a copy has the log so far and the same room.
-/// Cost       what the device costs, and a copy; noexcept, no allocation: ticks beyond the room asked for are counted, not logged.
+/// Invariant  a copy has the log so far and the same capacity.
+/// Cost       what the device costs, and a copy; noexcept, no allocation: ticks beyond the capacity are counted, not logged.
 /// Limits     the angular velocity is passed on and not logged; no simulation here depends on it.
 template <class Device, RealScalar Scalar = double>
   requires HapticDevice<Device, Scalar>

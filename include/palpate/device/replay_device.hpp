@@ -13,10 +13,10 @@
 
 namespace palpate {
 
-/// A hand that does again, tick by tick, what a hand once did: read n gives sample n as it was, failed reads and writes included; nothing is
-/// interpolated. After the last sample the hand rests there and says `stale`.
-///   A simulator of the same parts, configuration, seeds and scalar then gives the same recording to the byte. `ScriptedDevice` does not: it
-///   reads a `Trajectory` made from recorded points, which differ by rounding, and reports the slope of that path as velocity.
+/// Replays samples tick by tick: read n gives sample n as it was, failed reads and writes included, without interpolation. After the last
+/// sample the hand rests there and says `stale`.
+/// A simulator of the same parts, configuration, seeds and scalar then gives the same recording to the byte. `ScriptedDevice` does not:
+/// it reads a `Trajectory` made from recorded points, which differ by rounding, and reports the slope of that path as velocity.
 /// Errors     `InvalidArgument` when there are no samples, or the capabilities make no sense.
 /// Cost       `read` and `write` are O(1), noexcept, no allocation.
 /// Limits     open loop: the hand does not yield to a force that differs from the recorded one.

@@ -15,11 +15,13 @@ struct SampledMassOptions {
   double rate = 1000.0;     ///< Hz, ticks a second
 };
 
-/// A mass with damper and spring under a force that is held for a tick, as a servo holds it: its motion without an error of integration.
+/// A mass with damper and spring under zero-order hold, a force held for a tick as a servo holds it: exact discretisation by the matrix
+/// exponential.
 ///   m ẍ + b ẋ + k (x − r) = F,   F and r constant within a tick
 ///   (x, v)⁺ = Φ (x − r, v) + (r, 0) + Γ F,   Φ = e^(A T),   Γ = ∫ e^(A s) ds (0, 1/m),   A = (0 1; −k/m −b/m)
-/// Units      SI; each axis alike and by itself.
-/// Source     zero-order hold, \cite franklin1998 ch. 4. Integrated by small steps instead, the stiffness at which a wall becomes unstable is off.
+/// Units      SI; the axes are alike and independent.
+/// Source     zero-order hold, \cite franklin1998 ch. 4. Integration by small steps would shift the stiffness at which a wall becomes
+///            unstable.
 /// Invariant  m > 0, b ≥ 0, k ≥ 0, rate > 0, all finite; checked at set-up. Exact to rounding for every tick length.
 /// Cost       Four products a component; noexcept, no allocation: allowed in the servo tick.
 template <RealScalar S>
@@ -47,7 +49,7 @@ class SampledMass {
   SampledMassOptions const& options() const noexcept { return options_; }
 
  private:
-  /// The exponential of (A B; 0 0) T by its series, of a part of T that is short, squared as often.
+  /// The exponential of (A B; 0 0) T by scaling and squaring of its series.
   void discretise() {
     Matrix<double, 3, 3> step = Matrix<double, 3, 3>::Zero();
     step(0, 1) = 1.0;

@@ -23,12 +23,12 @@ struct ScriptedDeviceOptions {
   std::uint64_t seed = 0;           ///< of jitter and dropouts; the same seed gives the same run
 };
 
-/// A hand that follows a trajectory, whatever it feels; for tests, examples and repeated experiments.
+/// A device that follows a trajectory, whatever force is written; for tests, examples and repeated experiments.
 ///   tick n reads the trajectory at n / rate, n = 0, 1, 2, …; after the end the hand rests at the last point.
-/// What a real device adds to that, quantisation, jitter of the sampling time and dropouts, is off unless asked for.
-/// Invariant  Time counts in reads, not on a clock: the same script gives the same samples on every machine, and a real-time
-///            loop that skips ticks makes the script later, not different. Jitter and dropouts are drawn from sequences of
-///            their own, one number a tick: one does not change the other.
+/// Quantisation, jitter of the sampling time and dropouts, as real devices have them, are off unless asked for.
+/// Invariant  Time counts in reads, not on a clock: the same script gives the same samples on every machine. A real-time loop that skips
+///            ticks delays the script, it does not change it. Jitter and dropouts are drawn from sequences of their own, one number a
+///            tick: one does not change the other.
 /// Errors     `InvalidArgument` for an option outside its range.
 /// Cost       `read` is O(log pieces), `write` O(1); noexcept, no allocation.
 template <RealScalar Scalar>

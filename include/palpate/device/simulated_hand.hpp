@@ -46,18 +46,19 @@ struct SimulatedHandOptions {
   int buttons = 0;
 };
 
-/// A device in a hand, both made of numbers: it moves under the force that is written.
+/// Simulated device in a simulated hand: mass, spring and damper that follow a path and yield to the force that is written.
 ///   (m + m_h) ẍ + b ẋ + f_c ẋ/|ẋ| = F + k_h (p − x) + b_h (ṗ − ẋ),   p the intended path with its tremor
-/// F is held from one write to the next, as motors hold it, p within a tick at its middle; the motion in between is exact, which an instability of a
-/// stiff wall depends on. Friction takes the tip to rest within a tick where it can, and holds it there up to f_c. A hand with a reaction delay pulls
-/// with `reaction_share` of its stiffness to where the path was meant to be from where the tip was. A hand that lets go takes its mass, spring and
-/// damper away.
+/// F is held from one write to the next, as motors hold it, and p within a tick at its middle. The motion in between is exact, since the
+/// instability of a stiff wall depends on it. Friction brings the tip to rest within a tick where it can, and holds it up to f_c. A hand
+/// with a reaction delay applies `reaction_share` of its stiffness between the delayed tip and the intended path of that time. A hand
+/// that lets go removes its mass, spring and damper.
 ///
 ///   SimulatedHand<double> device(Trajectory<double>::start({0, 0, 0.01}).line({0, 0, -0.01}, 1.0), {.hand = firm_hand()});
 ///
 /// Units      SI, the world's frame. Time counts in reads: tick n is at n / rate.
 /// Source     zero-order hold: \cite franklin1998 ch. 4. Hand as mass, spring and damper: \cite hajian1997. Presets: see above.
-/// Invariant  mass > 0, the others ≥ 0, and reaction_share k_h (reaction_delay + 1/rate) < b + b_h, which keeps the hand stable; checked at set-up.
+/// Invariant  mass > 0, the others ≥ 0, and reaction_share k_h (reaction_delay + 1/rate) < b + b_h, which keeps the hand stable; checked
+///            at set-up.
 /// Cost       About 60 ns a tick, 95 with tremor; noexcept, no allocation.
 /// Limits     one impedance for all directions and all postures; no gravity; no rotation. Simulated people do not learn.
 template <RealScalar Scalar>
@@ -194,7 +195,7 @@ class SimulatedHand {
     ++tick_;
   }
 
-  /// Friction, held for the tick, that takes the velocity to zero or, where that needs more than f_c, is f_c against it.
+  /// Friction force, held for the tick: it brings the velocity to zero or, where that needs more than f_c, is f_c against it.
   void rub(Motion<Scalar> const& push, Vector3<Scalar> const& before, bool rested) noexcept {
     Scalar const dx = push.position.x(), dv = push.velocity.x(), speed = velocity_.norm(), limit = static_cast<Scalar>(options_.friction);
     if (speed <= limit * dv) {
@@ -206,7 +207,7 @@ class SimulatedHand {
       velocity_ += force * dv;
     }
   }
-  /// What 1 N does to a mass at rest in a tick.
+  /// Velocity that 1 N gives a mass at rest in a tick.
   static Motion<Scalar> push(SampledMass<Scalar> const& mass) noexcept {
     Motion<Scalar> motion;
     mass.step(motion.position, motion.velocity, Vector3<Scalar>::Ones());

@@ -28,14 +28,14 @@ struct SimulatedTouchOptions {
   double motor_trip = 1.2;         ///< of the temperature that 0.88 N come to: the device fails there, to save the motors
 };
 
-/// A Touch made of numbers, in a hand made of numbers: kinematics, joint stops, inkwell, buttons, limits and warm motors as of the real one.
+/// Simulated Touch in a simulated hand: kinematics, joint stops, inkwell, buttons, force limits and thermal model of the motors.
 ///   force      at most 3.3 N; none while it is not armed, not calibrated or failed
 ///   motors     τ dΘ/dt = (F/0.88 N)² − Θ; at Θ > motor_trip it says `fault` until it is opened again: 3.3 N take 0.9 s to get there
 ///   stops      the tip slides along the end of a joint's range
 ///   calibrate  only at the inkwell, within 5 mm; `calibration()` says `needs_hand` elsewhere
 /// Units      SI, the device's frame. Time counts in reads; a closed or failed device goes on cooling while it is read.
-/// Source     3.3 N, 0.88 N, 0.055 mm, 0.26 N, 45 g, 160 × 120 × 70 mm: the maker's data sheet. Damping, motor time and trip are guesses; that the
-///            workspace is centred is one too.
+/// Source     3.3 N, 0.88 N, 0.055 mm, 0.26 N, 45 g, 160 × 120 × 70 mm: the maker's data sheet. Damping, motor time and trip are guesses;
+///            so is a centred workspace.
 /// Cost       About 0.2 µs a tick; noexcept, no allocation.
 /// Limits     no gimbal and no orientation; one apparent mass and friction in all directions, whatever the arm's posture.
 template <RealScalar Scalar>

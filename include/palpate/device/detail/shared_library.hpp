@@ -12,7 +12,7 @@
 
 namespace palpate::detail {
 
-/// A driver's library as the loader found it, or why it did not.
+/// A shared library of a driver, or the loader's message.
 /// Invariant  Never unloaded: drivers do not stand being loaded twice.
 struct SharedLibrary {
   void* handle = nullptr;   // null: not loaded

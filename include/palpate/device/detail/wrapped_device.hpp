@@ -8,7 +8,7 @@
 
 namespace palpate::detail {
 
-/// The part of a device around another that only passes on: capabilities and every refinement that the inner device has.
+/// Base of devices that wrap another: forwards capabilities and every refinement that the inner device has.
 template <class Device, RealScalar S>
   requires HapticDevice<Device, S>
 class WrappedDevice {
