@@ -10,8 +10,8 @@
 
 namespace palpate {
 
-/// What the servo needs to know of the body between two body steps: the plane of the undisturbed surface at the touched point, the
-/// state of the stroke and the tissue's reaction. It holds no memory of its own: it travels through a TripleBuffer.
+/// Local model of the body for the servo, between two body steps: the plane of the undisturbed surface at the touched point, the phase of
+/// the stroke and the tissue's reaction. It has no memory; it travels through a TripleBuffer.
 ///   depth(p) = r − (p − home point)·n
 /// Units      m, N; world frame.
 template <RealScalar Scalar>

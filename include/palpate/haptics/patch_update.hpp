@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-/// By how much the parameters of a patch change: its point along the normal, the normal itself (a tilt: a vector across it), the curvature.
+/// Change of a patch's parameters: height of its point along the normal, tilt of the normal (a vector across it), curvature.
 template <RealScalar S>
 struct PatchChange {
   S height = S(0);                            ///< m
@@ -27,12 +27,13 @@ struct PatchChange {
   }
 };
 
-/// Lets the parameters θ of a patch follow points of the surface: height, two tilts, curvature.
+/// Damped pseudo-inverse (Levenberg–Marquardt) of a patch's parameters θ: height, two tilts, curvature, from the displacements of surface
+/// points.
 ///   Δθ = J⁺ Δd,   J⁺ = D (Dᵀ JᵀJ D + Λ)⁻¹ Dᵀ Jᵀ,   D = diag(1/|column of J|)
 ///   row of J at q = x − point, with a = q·n, m = n + κ q, s = distance:   ( 1 + κ a,  −q·e₁,  −q·e₂,  −(|q|² − s²)/2 ) / |m|
-/// with Δd how far the surface has gone at each point along its own normal, e₁, e₂ across the normal. Λ is the damping of the curvature, and a
-/// thousandth of it elsewhere: where there are too few points, or they lie badly, the patch moves and tilts and keeps its curvature, and nothing
-/// grows without bound. With Δd the distances of points from the patch it is a step of Gauss and Newton that fits it to them.
+/// Δd are the displacements of the surface along its normal at each point; e₁, e₂ are across the normal. Λ is the damping of the
+/// curvature, and a thousandth of it for the others. With too few or badly placed points the patch moves and tilts and keeps its
+/// curvature, and nothing grows without bound. With Δd the distances of points from the patch it is a Gauss-Newton step of a fit.
 /// Units      m, rad, 1/m.
 /// Source     local models whose parameters follow the body by a pseudo-inverse \cite daulignac2000; the damping \cite marquardt1963.
 /// Cost       `add` about 50 operations, `solve` one system of 4; noexcept, no allocation. In double, whatever the scalar.
@@ -50,7 +51,7 @@ class PatchUpdate {
     across_[1] = n.cross(across_[0]);
   }
 
-  /// At p the surface has gone by so much along its normal [m].
+  /// Displacement of the surface along its normal [m] at p.
   void add(Vector3<S> const& p, S change) noexcept {
     Vector3<double> const q = (p - patch_.point).template cast<double>(), n = patch_.normal.template cast<double>();
     double const k = double(patch_.curvature), height = double(patch_.distance(p)), length = (n + k * q).norm();
@@ -61,12 +62,12 @@ class PatchUpdate {
     right_ += double(change) * row;
     ++count_;
   }
-  /// The point at p has gone this way [m].
+  /// Displacement of the point at p [m].
   void add(Vector3<S> const& p, Vector3<S> const& way) noexcept { add(p, S(patch_.normal_at(p).dot(way))); }
 
   int count() const noexcept { return count_; }
 
-  /// The change that fits all that was added best; none without points.
+  /// Least-squares change of the parameters; none without points.
   PatchChange<S> solve() const noexcept {
     Matrix<double, 4, 1> scale;
     for (Eigen::Index i = 0; i < 4; ++i) scale[i] = square_(i, i) > 0.0 ? 1.0 / std::sqrt(square_(i, i)) : 0.0;

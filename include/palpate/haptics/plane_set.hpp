@@ -23,7 +23,7 @@ struct ContactPlane {
   S distance(Vector3<S> const& point) const noexcept { return normal.dot(point) - offset; }
 };
 
-/// Where the constraints of a `PlaneSet` leave a point: the nearest place in front of all its planes.
+/// Result of a projection on a `PlaneSet`: the nearest point in front of all its planes.
 template <RealScalar S>
 struct PlaneProjection {
   Vector3<S> point = Vector3<S>::Zero();
@@ -32,16 +32,18 @@ struct PlaneProjection {
   int count = 0;                           ///< 0: the point was in front of all planes already
 };
 
-/// A few planes that a tool must not pass, as they are taken from the tissue around the tip: a wall, an edge, a corner, or the convex side of a curve.
+/// A small convex feasible set: up to eight half-spaces from the tissue around the tip, and the projection onto it (active-set quadratic
+/// program by enumeration). A wall, an edge, a corner, or the convex side of a curve.
 ///   project(p):  minimise ½|x − p|² subject to nᵢ·x ≥ dᵢ
-/// At the minimum at most three planes push, λ ≥ 0, x = p + Σ λᵢ nᵢ: all sets of one, two and three planes are solved, (N Nᵀ) λ = d − N p, and the one
-/// is taken that neither pulls nor leaves another plane behind. The residual x − p is 1-Lipschitz in p, so a spring from p to x has no step,
-/// also where the active planes change.
-/// Source     \cite zilles1995, with the conditions of Karush, Kuhn and Tucker checked for all sets at once, instead of one constraint a tick.
+/// At the minimum at most three planes push: λ ≥ 0, x = p + Σ λᵢ nᵢ. All sets of one, two and three planes are solved, (N Nᵀ) λ = d − N
+/// p; the one without negative λ and without a violated plane is taken. The residual x − p is 1-Lipschitz in p, so a spring from p to x
+/// has no step, also where the active planes change.
+/// Source     \cite zilles1995, with the conditions of Karush, Kuhn and Tucker checked for all sets at once, instead of one constraint a
+///            tick.
 /// Invariant  Normals have length one, offsets are finite; checked by `add`.
 /// Cost       At most 7 small systems for 3 planes, 92 for 8; noexcept, no allocation: allowed in the servo tick.
-/// Limits     Planes that are nearly parallel (their 2 × 2 or 3 × 3 system below 1e-9) count one by one. Where no point is in front
-///            of all planes, it is of the sets' points the one that is least behind: finite, but with steps.
+/// Limits     Nearly parallel planes (determinant of their 2 × 2 or 3 × 3 system below 1e-9) count one by one. Where no point is in front
+///            of all planes, the result is the candidate that violates them least: finite, but with steps.
 template <RealScalar S>
 class PlaneSet {
  public:
@@ -55,7 +57,7 @@ class PlaneSet {
       throw InvalidArgument(detail::message("PlaneSet: the normal is (", plane.normal.x(), ", ", plane.normal.y(), ", ", plane.normal.z(), "); give one of length one"));
     throw InvalidArgument(detail::message("PlaneSet: the offset is ", plane.offset, " m; give a finite number"));
   }
-  /// The same without a word: false, and nothing added, where `add` would throw. For the servo tick.
+  /// The same without an exception, for the servo tick: returns false and adds nothing where `add` would throw.
   bool try_add(ContactPlane<S> const& plane) noexcept {
     bool const unit = plane.normal.allFinite() && std::abs(plane.normal.norm() - S(1)) < S(1e-4);
     if (count_ == capacity || !unit || !std::isfinite(plane.offset)) return false;
@@ -89,7 +91,7 @@ class PlaneSet {
  private:
   static constexpr S tolerance = std::numeric_limits<S>::epsilon() * S(64);
 
-  /// How far p is behind the plane that it is farthest behind.
+  /// The largest violation: by how far p is behind the plane that it is farthest behind.
   S worst(Vector3<S> const& p) const noexcept {
     S most = S(0);
     for (int k = 0; k < count_; ++k) most = std::max(most, -(*this)[k].distance(p));

@@ -44,8 +44,8 @@ constexpr char const* to_string(SafetyEvent event) noexcept {
   return "unknown";
 }
 
-/// What has to come before the hand feels anything; where several are missing, the first of them in this order. While all is there, but not for
-/// `SafetyOptions::arm_ticks` in a row yet, it is what was missing last.
+/// What arming waits for: of several missing conditions, the first in this order. While all hold, but not yet for
+/// `SafetyOptions::arm_ticks` in a row, it is the last one that was missing.
 enum class ArmingWaitsFor {
   nothing,         ///< it is armed
   new_session,     ///< after a fault
@@ -81,7 +81,7 @@ constexpr char const* to_string(ArmingWaitsFor what) noexcept {
   return "unknown";
 }
 
-/// How often a stage of the chain had something to do.
+/// How often each stage of the chain acted.
 struct SafetyCounts {
   std::uint64_t not_finite = 0;   ///< forces that were not finite and became zero
   std::uint64_t damped = 0;       ///< forces that the passivity controller added to
@@ -92,7 +92,8 @@ struct SafetyCounts {
   std::uint64_t disarmed = 0;     ///< ticks in which a force was wanted and none was written
 };
 
-/// How far the limit of force cut off what was wanted in a session. Forces in the device's frame [N]; `to_text` says it in words.
+/// Saturation of a session: how far the limit of force shortened what was wanted. Forces in the device's frame [N]; `to_text` puts it in
+/// words.
 struct ForceSaturation {
   double max_force = std::numeric_limits<double>::infinity();          ///< the most that is written, `SafetyLimits::max_force`
   double device_max_force = std::numeric_limits<double>::infinity();   ///< the most that the device can

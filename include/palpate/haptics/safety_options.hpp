@@ -13,8 +13,8 @@
 
 namespace palpate {
 
-/// What a host may ask of the safety chain. What is left out depends on the device: one that moves a hand gets the careful values, a simulated one
-/// none of these limits, so that an experiment shows the force model as it is.
+/// Options of the safety chain. Defaults depend on the device: one that moves a hand gets careful values, a simulated one has none of
+/// these limits, so that an experiment shows the force model as it is.
 ///
 ///                    moves a hand                                                        simulated
 ///   max_force        the smaller of its continuous force and 1 N                         the device's maximum
@@ -27,7 +27,7 @@ namespace palpate {
 ///   stale_after      100 ms, or three of the body's ticks, up to 150 ms                  never
 ///   dead_man         any button, where there are buttons                                 none
 ///   most_not_finite  10 in a row, 20 within 1 s                                          any number
-///   damping          about a quarter of its mass over a period, 11 N·s/m for 45 g at 1 kHz, not above its largest     none: the energy is observed alone
+///   damping          a quarter of its mass over a period, 11 N·s/m for 45 g at 1 kHz, not above its largest   none: observed alone
 struct SafetyOptions {
   std::optional<bool> protects_a_hand{};     ///< none: as the device says, `Capabilities::moves_a_hand`
   std::optional<double> max_force{};         ///< N; never above the device's own maximum
@@ -83,7 +83,7 @@ struct SafetyOptions {
   }
 };
 
-/// What the chain does for one device: the options, with what the device says in the place of what they leave out. Infinity: no limit.
+/// Resolved limits for one device: the options, completed from its capabilities. Infinity: no limit.
 struct SafetyLimits {
   double period, max_force, max_stiffness, slew, continuous_force, thermal_time, arm_force, ramp, overspeed, jump, gap, long_gap, stale_after, fade, recover, damping, reservoir, device_damping,
       not_finite_window, tell_waiting;

@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// How a force that answers to the surface wants it between two steps of the body.
+/// Which local surface model a surface force asks for.
 enum class SurfaceKind {
   none,    ///< it does not ask
   plane,   ///< one plane, fitted to the vertices around the touched point
@@ -16,8 +16,9 @@ enum class SurfaceKind {
   facets   ///< up to three planes, the touched facet and those that fold towards the tool: for edges and corners
 };
 
-/// The tissue's surface near the tool, as it is now, for a servo that is faster than the body: part of the local model. Already moved out by the tool's radius.
-///   Sent from the approach on, before the first contact; a stiffness of 0 says that nothing is there.
+/// The present surface near the tool, for a servo that is faster than the body: part of the local model. Already offset by the tool's
+/// radius.
+///   Sent from the approach on, before the first contact; a stiffness of 0 means no surface.
 /// Units      m, N/m; world frame.
 template <RealScalar Scalar>
 struct SurfaceModel {

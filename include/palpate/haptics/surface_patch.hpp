@@ -12,14 +12,15 @@
 
 namespace palpate {
 
-/// A piece of a surface around a point, as a plane or a ball: what the servo needs of the tissue between two steps of the body.
+/// Second-order local model of a surface: a plane or a ball around a point, which the servo uses between two steps of the body.
 ///   distance(p) = (|n + κ q| − 1) / κ = (2 q·n + κ |q|²) / (1 + |n + κ q|),   q = p − point;   the second form holds for κ = 0 too
 ///   normal(p) = (n + κ q) / |n + κ q|,   force(p) = −K min(0, distance) normal
 /// The tissue is behind the surface. κ > 0 is a ball of tissue of radius 1/κ, κ < 0 a hollow one, 0 a plane.
 /// Units      m, 1/m, N/m, m/s, rad/s; world frame.
-/// Invariant  of a valid one: all finite, the normal has length one, K ≥ 0 (0: nothing is there), reach ≥ 0.
+/// Invariant  of a valid one: all finite, the normal has length one, K ≥ 0 (0: no surface), reach ≥ 0.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     At the centre of the ball there is no direction: the normal is that at `point`. Behind the centre the surface is its far side.
+/// Limits     At the centre of the ball there is no direction: the normal is that at `point`. Behind the centre the surface is its far
+///            side.
 template <RealScalar S>
 struct SurfacePatch {
   Vector3<S> point = Vector3<S>::Zero();              ///< on the surface

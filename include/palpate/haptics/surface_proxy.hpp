@@ -19,14 +19,15 @@ struct SurfaceProxyOptions {
   double restick = 0.6;             ///< h: a proxy that slides sticks again where it lags by less than h times what it lags while sliding
 };
 
-/// Where the tool would be if the tissue could not be entered, and the force that pulls the hand there: a god-object with a friction cone.
-///   x_f = the tip p projected on the planes,   d = |p − x_f|,   t = how far the proxy, on the surface, lies from x_f
+/// God-object with a friction cone: the tool as it would be if the tissue could not be entered, and the force that pulls the hand there.
+///   x_f = the tip p projected on the planes,   d = |p − x_f|,   t = offset of the proxy, on the surface, from x_f
 ///   sticks   while |t| ≤ μ_s d: the proxy stays where it is on the surface
 ///   slides   |t| = μ_d d, behind the motion;   sticks again below h μ_d d
 ///   F = K (proxy − p), so |F_t| ≤ μ_s |F_n|
 /// Units      m, N; force on the hand, world frame.
 /// Source     \cite zilles1995; the cone \cite ruspini1997.
-/// Invariant  K > 0, 0 < μ_d ≤ μ_s or both 0, 0 < h ≤ 1, all finite; checked at set-up. While it sticks on planes that rest the proxy does not move by a bit.
+/// Invariant  K > 0, 0 < μ_d ≤ μ_s or both 0, 0 < h ≤ 1, all finite; checked at set-up. While it sticks on planes at rest the proxy does
+///            not move by a bit.
 /// Cost       One projection, two with friction; noexcept, no allocation: allowed in the servo tick.
 /// Limits     A spring rendered from samples: it leaks K |Δx|²/2 a tick. Moving tissue carries the proxy by `carry`.
 template <RealScalar S>

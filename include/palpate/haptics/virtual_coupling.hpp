@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-/// What is known of a device along one axis, or about one: kg, N·s/m, N/m, or kg·m², N·m·s/rad, N·m/rad.
+/// Properties of a device along one axis, or about one: kg, N·s/m, N/m, or kg·m², N·m·s/rad, N·m/rad.
 struct CouplingLimits {
   double mass = 0.0;            ///< m, apparent at the tip; 0: not known
   double damping = 0.0;         ///< b, of the mechanics, for certain; 0: not known
@@ -27,7 +27,7 @@ struct CouplingLimits {
   double quantum = 0.0;         ///< Δ [m or rad], step of the position that the device reports; 0: not known
 };
 
-/// What a device says of itself along an axis at its tip; zero, for what it can not do or nobody knows, counts as not known.
+/// Limits from a device's capabilities, along an axis at its tip. Zero counts as not known.
 inline CouplingLimits coupling_limits(Capabilities const& device) {
   auto const known = [](DeviceValue const& value, double otherwise) { return value.known() && value.value != 0.0 ? value.value : otherwise; };
   CouplingLimits const none{};
@@ -51,10 +51,10 @@ struct CouplingLaw {
 /// `coupling_for(coupling_limits(device.capabilities()))`.
 ///   b known      B_c = min(b/10, B_max, m/(4 T)),   K_c = min(K_max, 0.9 · 2 (b − B_c)/T)
 ///   not known    B_c = min(B_max, m/(4 T)),         K_c = K_max: the driver's word is all there is
-///   f_c and Δ known    K_c ≤ 2 f_c/Δ as well: a step of the force, K_c Δ, that friction does not hold is felt, and may give energy
+///   f_c and Δ known    K_c ≤ 2 f_c/Δ as well: a force step K_c Δ that friction does not hold is felt, and may give energy
 ///   m_t = B_c²/(4 K_c)
-/// Source     \cite adams1999; the bounds \cite colgate1997, \cite abbott2005. A damper above m/(4 T) that is held for a tick throws the mass about.
-/// Errors     InvalidArgument for what is negative or no number, and where neither damping nor largest stiffness is known.
+/// Source     \cite adams1999; the bounds \cite colgate1997, \cite abbott2005. A held damper above m/(4 T) makes the mass oscillate.
+/// Errors     InvalidArgument for what is negative or not finite, and where neither damping nor largest stiffness is known.
 inline CouplingLaw coupling_for(CouplingLimits const& limits) {
   detail::OptionCheck const require{"coupling_for"};
   double const unknown = std::numeric_limits<double>::infinity();
@@ -80,10 +80,10 @@ inline CouplingLaw coupling_for(CouplingLimits const& limits) {
   return {.stiffness = stiffness, .damping = damping, .mass = damping * damping / (4.0 * stiffness)};
 }
 
-/// What pushes the tool: a wrench at its present pose, and how fast that falls off as the tool yields.
+/// Linearised load on the tool: a wrench at its present pose, and by how much it falls as the tool yields.
 ///   F(x) ≈ force − stiffness (x − x_t),   torque likewise over the rotation vector
 /// Units      N, N/m; N·m, N·m/rad; world frame. The wrench is about the tool's tip.
-/// Invariant  Both stiffnesses are symmetric and have no negative eigenvalue; 0 where not known.
+/// Invariant  Both stiffnesses are symmetric positive semidefinite; 0 where not known.
 template <RealScalar S>
 struct ToolLoad {
   Wrench<S> wrench{};
@@ -113,21 +113,22 @@ struct VirtualCouplingOptions {
   double period = 0.001;                    ///< T [s], of the servo
 };
 
-/// A tool of its own between device and tissue, held to the device by a spring and a damper: what the tool touches never reaches the motors but by
-/// these, so their stiffness alone decides what the device has to stand.
+/// Virtual coupling: a simulated tool between device and tissue, held to the device by a spring and a damper. The tissue acts on the
+/// motors through these alone, so their stiffness decides what the device has to stand.
 ///   F = K_c (x_t − x_d) + B_c (v_t − v_d)                  on the hand, −F on the tool
 ///   τ = K_θ log(q_t q_d⁻¹) + B_θ (ω_t − ω_d)              the rotation vector of the shortest arc
 ///   m_t (v_t⁺ − v_t)/T = −F⁺ + F_e − k_e T v_t⁺,   x_t⁺ = x_t + T v_t⁺        F_e, k_e the load on the tool
-/// The tool's step is implicit, so it stands any load and any mass, none too; the force on the hand is that of its end. A device with
-/// b > K_c T/2 + |B_c| is passive with any passive load that is given with its stiffness.
+/// The step of the tool is implicit, so it is stable for any load and any mass, zero too; the force on the hand is that of its end. A
+/// device with b > K_c T/2 + |B_c| is passive with any passive load that is given with its stiffness.
 /// Units      SI, world frame; force [N] and torque [N·m] on the hand.
 /// Source     \cite colgate1995; the passive choice \cite adams1999.
-/// Invariant  K_c > 0, all else ≥ 0 and finite, T > 0; checked at set-up. The first tick, and the one after a state that is no number, place the
-///            tool at the device: no force. What the hand gets is taken from the tool; of torques, up to how far axes turn in a tick.
+/// Invariant  K_c > 0, all else ≥ 0 and finite, T > 0; checked at set-up. The first tick, and the one after a state that is not finite,
+///            place the tool at the device: no force. What the hand gets is taken from the tool; of torques, up to the rotation of axes
+///            in a tick.
 /// Cost       Two solutions of three equations; noexcept, no allocation: allowed in the servo tick.
-/// Limits     The hand feels at most K_c, however hard what the tool touches. The load is that of the tick before: a tool enters by one tick's way
-///            before it is held. Given without its stiffness k, a load is stable for k T² < m_t + T B_c + T² K_c only. Implicit steps damp what is
-///            faster than a tick. Rotations within a tick are small; at half a turn between tool and device the torque turns around.
+/// Limits     The hand feels at most K_c, however stiff the tissue. The load is that of the last tick: a tool enters by one tick's way
+///            before it is held. A load without its stiffness k is stable for k T² < m_t + T B_c + T² K_c only. Implicit steps damp what
+///            is faster than a tick. Rotations within a tick are small; at half a turn between tool and device the torque reverses.
 template <RealScalar S>
 class VirtualCoupling {
  public:
@@ -144,7 +145,7 @@ class VirtualCoupling {
     require(options.period > 0.0, ".period", options.period, " s", "give that of the servo, 0.001 for most");
   }
 
-  /// What the hand feels of a tool at this pose, by the spring and the damper alone.
+  /// The wrench of spring and damper alone, for a tool at this pose.
   Wrench<S> between(DeviceState<S> const& device, DeviceState<S> const& tool) const noexcept {
     Wrench<S> wrench;
     wrench.force = S(options_.position.stiffness) * (tool.position - device.position) +
@@ -155,7 +156,7 @@ class VirtualCoupling {
     return wrench;
   }
 
-  /// One servo tick: moves the tool under its load and the coupling, and says what the hand feels. The load is that at `tool()`.
+  /// One servo tick: moves the tool under its load and the coupling, and returns the wrench on the hand. The load is that at `tool()`.
   Wrench<S> operator()(DeviceState<S> const& device, ToolLoad<S> const& load = {}) noexcept {
     if (!is_number(device)) {
       attached_ = false;
