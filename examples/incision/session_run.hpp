@@ -38,7 +38,7 @@ template <class Simulator>
 Frame frame_of(Simulator const& simulator, palpate::Tick const& tick) {
   Frame frame{.time = tick.time, .mesh = simulator.body().mesh(), .displacement = {}, .tip = tick.tip, .phase = tick.phase, .depth = tick.depth};
   frame.displacement = frame.mesh.points;
-  for (int i = 0; i < simulator.body().size(); ++i) frame.displacement.col(i) -= simulator.body().home_position(i);
+  for (int i = 0; i < simulator.body().size(); ++i) frame.displacement.col(i) -= simulator.body().reference_position(i);
   return frame;
 }
 

@@ -107,8 +107,8 @@ TEST_CASE("an index or a zone that is none is answered in a sentence") {
   SoftBody const body(tissue);
   for (int const i : {-1, 9, 100000}) {
     CHECK_THROWS_AS(body.is_held(i), OutOfRange);
-    CHECK_THROWS_AS(body.home_position(i), OutOfRange);
-    CHECK_THROWS_AS(body.home_normal(i), OutOfRange);
+    CHECK_THROWS_AS(body.reference_position(i), OutOfRange);
+    CHECK_THROWS_AS(body.reference_normal(i), OutOfRange);
   }
   CHECK_FALSE(body.is_held(8));
   for (ZoneOfInfluence const& zone : {ZoneOfInfluence{.rings = -3}, ZoneOfInfluence{.rings = 2, .relaxation = std::nan("")},

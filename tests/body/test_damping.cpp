@@ -177,7 +177,7 @@ TEST_CASE("a body damped critically at least does not swing") {
   set_damping(tissue, damping_for(tissue, 1.0, DampingGoal::at_least));
   SoftBody body(tissue, LeapfrogVerlet{}, WholeBody{});
   CHECK(modal_view(body).slowest.damping_ratio > 1 - 1e-3);
-  body.drag(7, body.home_position(7) + Vector3<double>(0, 0, 1e-4));
+  body.drag(7, body.reference_position(7) + Vector3<double>(0, 0, 1e-4));
   body.release(7);
   double least = 0;
   while (body.time() < 3) {

@@ -63,7 +63,7 @@ TEST_CASE("edits of a moving body keep its momentum and put no energy of motion 
         auto const [p, copy] = palpate_test::random_split(body, surface, random);
         CHECK(body.positions().col(copy) == body.positions().col(p));
         CHECK(body.velocities().col(copy) == body.velocities().col(p));
-        CHECK(body.home_position(copy) == body.home_position(p));
+        CHECK(body.reference_position(copy) == body.reference_position(p));
         CHECK(body.kinetic_energy() == Approx(motion).epsilon(1e-12));
       } else {
         palpate_test::random_insertion(body, surface, random);
@@ -89,8 +89,8 @@ TEST_CASE("a particle is inserted where the surface is, not where it was") {
   int const n = body.insert_in_triangle(7, {0.2, 0.3, 0.5});
   CHECK((body.positions().col(n) - expected).norm() < 1e-15);
   CHECK((body.velocities().col(n) - speed).norm() < 1e-15);
-  Vector3<double> const home = 0.2 * body.home_position(c[0]) + 0.3 * body.home_position(c[1]) + 0.5 * body.home_position(c[2]);
-  CHECK((body.home_position(n) - home).norm() < 1e-15);
+  Vector3<double> const home = 0.2 * body.reference_position(c[0]) + 0.3 * body.reference_position(c[1]) + 0.5 * body.reference_position(c[2]);
+  CHECK((body.reference_position(n) - home).norm() < 1e-15);
 }
 
 TEST_CASE("merging a split keeps momentum, mass and the force applied") {
@@ -155,8 +155,8 @@ TEST_CASE("a slit in a stretched sheet opens by itself, in a zone too, and far f
     std::vector<int> above;
     for (int const t : palpate_test::ordered_fan(body.tissue().surface(), 40)) {
       Vector3<double> centre = Vector3<double>::Zero();
-      for (int const corner : body.tissue().surface().corners(t)) centre += body.home_position(corner) / 3;
-      if (centre.y() > body.home_position(40).y()) above.push_back(t);
+      for (int const corner : body.tissue().surface().corners(t)) centre += body.reference_position(corner) / 3;
+      if (centre.y() > body.reference_position(40).y()) above.push_back(t);
     }
     int const copy = body.split_particle(40, above);
     int last = -1;

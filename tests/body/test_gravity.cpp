@@ -60,8 +60,8 @@ TEMPLATE_TEST_CASE("a free uniform body sags by g m/k on its home springs, settl
     CHECK(double(settled.displacement(i).z()) == Approx(-sag).epsilon(tolerance));
     CHECK(double(stepped.displacement(i).z()) == Approx(-sag).epsilon(tolerance));
     CHECK(double(zone.displacement(i).z()) == Approx(-sag).epsilon(3 * tolerance));
-    CHECK(double(settled.home_position(i).z()) == Approx(-sag).epsilon(tolerance));
-    CHECK(double(stepped.home_position(i).z()) == 0.0);   // only settle() moves the home shape
+    CHECK(double(settled.reference_position(i).z()) == Approx(-sag).epsilon(tolerance));
+    CHECK(double(stepped.reference_position(i).z()) == 0.0);   // only settle() moves the home shape
   }
 }
 

@@ -104,7 +104,7 @@ TEST_CASE("tissue with pre-tension starts where a plain loop finds no force") {
   palpate_test::Points const residual = plain.accelerations(body.positions(), body.velocities()) * plain.mass[0];
   CHECK(residual.cwiseAbs().maxCoeff() < 1e-7 * scene.link * scene.spacing);
   CHECK((body.positions() - plain.home).cwiseAbs().maxCoeff() > 1e-4);   // it did move
-  for (int k = 0; k < 42; ++k) CHECK(body.home_position(k) == body.positions().col(k));
+  for (int k = 0; k < 42; ++k) CHECK(body.reference_position(k) == body.positions().col(k));
   auto const start = body.positions().eval();
   for (int k = 0; k < 1000; ++k) body.step(1e-4);
   CHECK((body.positions() - start).cwiseAbs().maxCoeff() < 1e-6 * scene.spacing);

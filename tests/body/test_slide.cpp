@@ -40,7 +40,7 @@ TEST_CASE("a particle slides to another point of the same surface, now, at home 
     w[body.tissue().surface().corner_of(t, p)] = 0.6;
     auto const mean = [&](auto const& at) { return Vector3<double>(w[0] * at(c[0]) + w[1] * at(c[1]) + w[2] * at(c[2])); };
     Vector3<double> const now = mean([&](int i) { return Vector3<double>(body.positions().col(i)); });
-    Vector3<double> const home = mean([&](int i) { return body.home_position(i); });
+    Vector3<double> const home = mean([&](int i) { return body.reference_position(i); });
     Vector3<double> const rest = mean([&](int i) { return body.tissue().rest_position(i); });
     Vector3<double> const momentum = body.momentum();
     double const motion = body.kinetic_energy(), mass = body.total_mass();
@@ -48,9 +48,9 @@ TEST_CASE("a particle slides to another point of the same surface, now, at home 
     if (k % 2 == 0) body.nearest_vertex(now);   // the tree is fitted, or not
     body.slide_particle(p, t, w);
     CHECK((body.positions().col(p) - now).norm() < 1e-15);
-    CHECK((body.home_position(p) - home).norm() < 1e-15);
+    CHECK((body.reference_position(p) - home).norm() < 1e-15);
     CHECK((body.tissue().rest_position(p) - rest).norm() < 1e-15);
-    CHECK(body.home_normal(p).norm() == Approx(1.0));
+    CHECK(body.reference_normal(p).norm() == Approx(1.0));
     CHECK(body.topology_revision() != revision);
     CHECK(body.momentum() == momentum);
     CHECK(body.kinetic_energy() == motion);

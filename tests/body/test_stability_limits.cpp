@@ -76,7 +76,7 @@ double reach(Body body, double edge, double h, int steps) {
   for (int i = 0; i < body.size(); ++i)
     if (!body.tissue().nailed(i)) {
       double const kick = 1e-6 * edge * (i % 2 == 0 ? 1 : -1);
-      body.drag(i, body.home_position(i) + kick * Vector3<double>(1.0, 0.3 + 0.1 * (i % 5), 0.7));
+      body.drag(i, body.reference_position(i) + kick * Vector3<double>(1.0, 0.3 + 0.1 * (i % 5), 0.7));
     }
   for (int i = 0; i < body.size(); ++i) body.release(i);
   Points const rest = body.rest_mesh().points;

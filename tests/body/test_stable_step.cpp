@@ -63,7 +63,7 @@ double reach(GridScene const& scene, I const& integrator, double h, int steps) {
   for (int i = 0; i < body.size(); ++i)
     if (!body.tissue().nailed(i)) {
       double const kick = 1e-6 * scene.spacing * (i % 2 == 0 ? 1 : -1);
-      body.drag(i, body.home_position(i) + kick * Vector3<double>(1.0, 0.3 + 0.1 * (i % 5), 0.7));
+      body.drag(i, body.reference_position(i) + kick * Vector3<double>(1.0, 0.3 + 0.1 * (i % 5), 0.7));
     }
   for (int i = 0; i < body.size(); ++i) body.release(i);
   for (int k = 0; k < steps; ++k) {
@@ -213,7 +213,7 @@ TEST_CASE("a body that stiffens as it is stretched says that its stable step has
   // Squares turned into lozenges: edges and diagonals come to point the same way, and their stiffnesses add up.
   for (int step = 1; step <= 60 && asked == 0; ++step) {
     for (int i = 0; i < body.size(); ++i) {
-      Vector3<double> x = body.home_position(i);
+      Vector3<double> x = body.reference_position(i);
       x.x() += 0.01 * step * x.y();
       body.drag(i, x);
       body.release(i);

@@ -104,8 +104,8 @@ std::string unlike_the_hit(Body const& body, SurfaceContact<S> const& contact, V
     int const i = mesh.triangles(k, contact.triangle);
     auto const w = static_cast<long double>(contact.barycentric[k]);
     recomposed += w * wide<S>(mesh.points.col(i));
-    home += w * wide<S>(body.home_position(i));
-    normal += w * wide<S>(body.home_normal(i));
+    home += w * wide<S>(body.reference_position(i));
+    normal += w * wide<S>(body.reference_normal(i));
   }
   auto const close = static_cast<long double>(20 * rounding<S>);
   if ((recomposed - wide<S>(contact.point)).norm() > close) return "the weights do not give the point";
@@ -133,7 +133,7 @@ template <class Body>
 void wave(Body& body, double amplitude, double phase) {
   using S = typename Body::Scalar;
   for (int i = 0; i < body.size(); ++i) {
-    Vector3<double> const home = body.home_position(i).template cast<double>();
+    Vector3<double> const home = body.reference_position(i).template cast<double>();
     double const z = std::sin(70 * home.x() + phase) * std::cos(55 * home.y() - 0.7 * phase);
     double const aside = std::sin(45 * home.x() + 60 * home.y() + 2 * phase);
     body.drag(i, at<S>(home.x() + 0.3 * amplitude * aside, home.y() - 0.2 * amplitude * aside, amplitude * z));
@@ -180,7 +180,7 @@ TEMPLATE_TEST_CASE("contact begins only from outside", "[body][touch]", PALPATE_
     CHECK_FALSE(touches(0.0312, -0.002));
   }
   SECTION("the surface that counts is the one of now") {
-    for (int i = 0; i < body.size(); ++i) body.drag(i, body.home_position(i) - at<S>(0, 0, 0.004));
+    for (int i = 0; i < body.size(); ++i) body.drag(i, body.reference_position(i) - at<S>(0, 0, 0.004));
     CHECK_FALSE(touches(0.0312, 0.001));
     CHECK_FALSE(touches(0.0312, -0.0039));   // below the undisturbed surface, not yet on the tissue
     CHECK(touches(0.0312, -0.0041));
@@ -188,7 +188,7 @@ TEMPLATE_TEST_CASE("contact begins only from outside", "[body][touch]", PALPATE_
     CHECK(touches(0.0312, -0.0039));         // it ends only above both
     CHECK(touches(0.0312, -0.0001));
     CHECK_FALSE(touches(0.0312, 0.0001));
-    for (int i = 0; i < body.size(); ++i) body.drag(i, body.home_position(i) + at<S>(0, 0, 0.004));
+    for (int i = 0; i < body.size(); ++i) body.drag(i, body.reference_position(i) + at<S>(0, 0, 0.004));
     CHECK_FALSE(touches(0.0312, 0.0041));
     CHECK(touches(0.0312, 0.0039));
     CHECK(touch.contact().depth == Approx(-0.0039));
@@ -298,7 +298,7 @@ TEMPLATE_TEST_CASE("contact begins where the tip's ball meets the surface", "[bo
   CHECK_FALSE(touch.update(body, at<S>(0.042, 0.051, 0.00301)).touching);
   // Beside the crest of a ridge the ball meets the flank before its centre is over it by the radius.
   for (int i = 0; i < body.size(); ++i) {
-    Vector3<S> x = body.home_position(i);
+    Vector3<S> x = body.reference_position(i);
     x.z() = std::max(S(0), S(0.01) - std::abs(x.x() - S(0.05)));   // two planes at 45°
     body.drag(i, x);
   }
@@ -505,7 +505,7 @@ TEMPLATE_TEST_CASE("tissue turned over under the tip does not hand the contact t
     touch.update(body, at<S>(0.0512, 0.0533, 0.001));
     REQUIRE(touch.update(body, at<S>(0.0512, 0.0533, -0.0005)).touching);
     for (int i = 0; i < body.size(); ++i) {
-      Vector3<S> const home = body.home_position(i);
+      Vector3<S> const home = body.reference_position(i);
       body.drag(i, Vector3<S>(S(0.1024) - home.x(), home.y(), S(-0.002) - home.z()));
     }
     for (int tick = 0; tick < 20; ++tick) {
@@ -515,7 +515,7 @@ TEMPLATE_TEST_CASE("tissue turned over under the tip does not hand the contact t
       REQUIRE(contact.home_point.z() > -rounding<S>);
       REQUIRE(contact.depth == Approx(0.0005).margin(double(10 * rounding<S>)));
     }
-    for (int i = 0; i < body.size(); ++i) body.drag(i, body.home_position(i));
+    for (int i = 0; i < body.size(); ++i) body.drag(i, body.reference_position(i));
     CHECK_FALSE(touch.update(body, at<S>(0.0512, 0.0533, 0.0001)).touching);
   }
   SECTION("a sheet whose far end is folded over the touched place, which looks down") {
@@ -524,7 +524,7 @@ TEMPLATE_TEST_CASE("tissue turned over under the tip does not hand the contact t
     touch.update(body, at<S>(0.0212, 0.0533, 0.001));
     REQUIRE(touch.update(body, at<S>(0.0212, 0.0533, -0.001)).touching);
     for (int i = 0; i < body.size(); ++i) {
-      Vector3<S> x = body.home_position(i);
+      Vector3<S> x = body.reference_position(i);
       if (x.x() < S(0.046))
         x = at<S>(0.0424 - double(x.x()), double(x.y()), -0.002);   // turned about the tip's line
       else

@@ -187,7 +187,7 @@ TEST_CASE("settled tissue with pre-tension sleeps in its zone and comes back to 
   for (int k = 0; k < 100000 && moving > 0; ++k) moving = body.step(1e-4).moving;
   CHECK(moving == 0);
   double most = 0;
-  for (int i = 0; i < body.size(); ++i) most = std::max(most, (body.positions().col(i) - body.home_position(i)).norm());
+  for (int i = 0; i < body.size(); ++i) most = std::max(most, (body.positions().col(i) - body.reference_position(i)).norm());
   CHECK(most < 3e-5 * scene.spacing);
 }
 

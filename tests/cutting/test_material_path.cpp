@@ -45,7 +45,7 @@ Place place_of(Body const& body, Vector const& point) {
     if (!(off < best_off)) continue;
     best_off = off;
     best.now = w[0] * body.positions().col(c[0]) + w[1] * body.positions().col(c[1]) + w[2] * body.positions().col(c[2]);
-    best.normal = (w[0] * body.home_normal(c[0]) + w[1] * body.home_normal(c[1]) + w[2] * body.home_normal(c[2])).normalized();
+    best.normal = (w[0] * body.reference_normal(c[0]) + w[1] * body.reference_normal(c[1]) + w[2] * body.reference_normal(c[2])).normalized();
   }
   return best;
 }

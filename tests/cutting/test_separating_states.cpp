@@ -301,7 +301,7 @@ std::array<Vector3<double>, 2> place_of(Body const& body, Vector3<double> const&
   for (int k = 0; k < 3; ++k) {
     int const i = rest.triangles(k, on.triangle);
     at[0] += on.barycentric[k] * body.positions().col(i);
-    at[1] += on.barycentric[k] * body.home_normal(i);
+    at[1] += on.barycentric[k] * body.reference_normal(i);
   }
   at[1].normalize();
   return at;

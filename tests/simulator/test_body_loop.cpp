@@ -184,7 +184,7 @@ TEST_CASE("a stiff organ under pre-tension is cut without diverging", "[simulato
   for (int k = 1; k <= 1200; ++k) {
     loop.tick({.position = in + k / 3000.0 * (end - in)}, 1e-3);
     for (int i = 0; i < loop.body().size(); ++i)
-      farthest = std::max(farthest, (loop.body().positions().col(i) - loop.body().home_position(i)).norm());
+      farthest = std::max(farthest, (loop.body().positions().col(i) - loop.body().reference_position(i)).norm());
   }
   CHECK(loop.cutter().state() == CuttingPhase::moving);
   CHECK(loop.cutter().report().particles_added > 5);
@@ -273,7 +273,7 @@ TEST_CASE("a tool that was placed anew touches and cuts nothing on its way, and 
   CHECK(loop.cutter().state() == CuttingPhase::moving);
   move(beside, beside - Vector3<double>(0.01, 0, 0), 100, 1);
   CHECK(loop.body().size() > ended + 2);
-  for (int i = ended; i < loop.body().size(); ++i) CHECK(loop.body().home_position(i).y() > 0.0533 + 0.02 - 0.005);   // and cuts there
+  for (int i = ended; i < loop.body().size(); ++i) CHECK(loop.body().reference_position(i).y() > 0.0533 + 0.02 - 0.005);   // and cuts there
 }
 
 namespace {

@@ -188,7 +188,7 @@ TEMPLATE_TEST_CASE("a jump on two threads cuts nothing on the way", "[simulator]
     simulator.run_realtime(0.98);
     int beside = 0;
     for (int i = whole; i < simulator.body().size(); ++i)
-      if (std::abs(simulator.body().home_position(i).y() - S(0.0533)) > S(0.005)) ++beside;
+      if (std::abs(simulator.body().reference_position(i).y() - S(0.0533)) > S(0.005)) ++beside;
     CHECK(simulator.body().size() > whole);
     CHECK((beside == 0) == jumps);
     CHECK((simulator.cutter().state() == CuttingPhase::no_contact) == jumps);

@@ -120,7 +120,7 @@ TEST_CASE("C9-X11: a jump of the position cuts nothing on the way and ends the s
     } cut{simulator.cutter().state()};
     for (int i = whole; i < simulator.body().size(); ++i) {
       ++cut.particles;
-      if (std::abs(simulator.body().home_position(i).y() - 0.0533) > 0.005) ++cut.beside;
+      if (std::abs(simulator.body().reference_position(i).y() - 0.0533) > 0.005) ++cut.beside;
     }
     return cut;
   };

@@ -61,7 +61,7 @@ TEMPLATE_TEST_CASE("every solver finds where stepping comes to rest", "", PALPAT
     CHECK(body.time() == 0);
     // The forces count as those of a step: they are felt at nail and hand, and are gone.
     for (int const i : {0, 40}) CHECK(double((body.reaction(i) - stepped.reaction(i)).norm()) < (std::same_as<S, float> ? 2e-3 : 1e-5));
-    CHECK(body.home_position(27) == body.tissue().rest_position(27));
+    CHECK(body.reference_position(27) == body.tissue().rest_position(27));
   });
 }
 
@@ -91,7 +91,7 @@ TEST_CASE("settle takes any solver and makes the balance its home, without the a
     plain.settle(1e-10);
     CHECK(body.settle(solver, 1e-10).converged);
     CHECK((body.positions() - plain.positions()).cwiseAbs().maxCoeff() < 1e-10);
-    CHECK(body.home_position(27) == body.positions().col(27));
+    CHECK(body.reference_position(27) == body.positions().col(27));
   });
 }
 

@@ -62,12 +62,12 @@ class BodyShape {
     return mesh;
   }
   /// Where a particle is in the undisturbed body: undeformed, or in equilibrium after settle(). Depth is counted from there.
-  Vector home_position(int i) const {
+  Vector reference_position(int i) const {
     check(i);
     return state_.home[i];
   }
   /// The smooth outward unit normal there.
-  Vector home_normal(int i) const {
+  Vector reference_normal(int i) const {
     check(i);
     return state_.normal[i];
   }

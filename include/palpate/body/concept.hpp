@@ -21,8 +21,8 @@ concept TouchableBody = requires(B& body, B const& seen, typename B::Vector cons
   { seen.tissue().surface() } -> std::same_as<SurfaceTopology const&>;
   { seen.positions().col(i) } -> std::convertible_to<typename B::Vector>;
   { seen.velocities().col(i) } -> std::convertible_to<typename B::Vector>;
-  { seen.home_position(i) } -> std::convertible_to<typename B::Vector>;
-  { seen.home_normal(i) } -> std::convertible_to<typename B::Vector>;
+  { seen.reference_position(i) } -> std::convertible_to<typename B::Vector>;
+  { seen.reference_normal(i) } -> std::convertible_to<typename B::Vector>;
   { body.home_diagonal() } -> std::convertible_to<typename B::Scalar>;
   { body.nearest_point(point, i) } -> std::same_as<SurfacePoint<typename B::Scalar>>;
   { seen.topology_revision() } -> std::same_as<std::size_t>;

@@ -113,8 +113,8 @@ class Touch {
     if (contact_.triangle >= body.tissue().surface().triangle_count()) return false;
     auto const c = body.tissue().surface().corners(contact_.triangle);
     Scalar longest = 0;   // squared
-    for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (body.home_position(c[k]) - body.home_position(c[(k + 1) % 3])).squaredNorm());
-    return (body.home_position(c[0]) - contact_.home_point).squaredNorm() <= longest;
+    for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (body.reference_position(c[k]) - body.reference_position(c[(k + 1) % 3])).squaredNorm());
+    return (body.reference_position(c[0]) - contact_.home_point).squaredNorm() <= longest;
   }
 
   /// The triangle that was touched is gone, one that another tool's temporary particle had made: the contact is where the last touched point was.
@@ -286,7 +286,7 @@ class Touch {
   bool looks_as_before(Body const& body, int t, Vector const& w) const {
     auto const c = body.tissue().surface().corners(t);
     Vector normal = Vector::Zero();
-    for (std::size_t k = 0; k < 3; ++k) normal += w[static_cast<int>(k)] * body.home_normal(c[k]);
+    for (std::size_t k = 0; k < 3; ++k) normal += w[static_cast<int>(k)] * body.reference_normal(c[k]);
     return normal.dot(contact_.normal) > 0;
   }
 
@@ -298,9 +298,9 @@ class Touch {
     Vector home = Vector::Zero();
     Scalar edge = 0, edge_before = 0;   // squared
     for (std::size_t k = 0; k < 3; ++k) {
-      home += w[static_cast<int>(k)] * body.home_position(c[k]);
-      edge = std::max(edge, (body.home_position(c[k]) - body.home_position(c[(k + 1) % 3])).squaredNorm());
-      edge_before = std::max(edge_before, (body.home_position(last[k]) - body.home_position(last[(k + 1) % 3])).squaredNorm());
+      home += w[static_cast<int>(k)] * body.reference_position(c[k]);
+      edge = std::max(edge, (body.reference_position(c[k]) - body.reference_position(c[(k + 1) % 3])).squaredNorm());
+      edge_before = std::max(edge_before, (body.reference_position(last[k]) - body.reference_position(last[(k + 1) % 3])).squaredNorm());
     }
     return (home - contact_.home_point).norm() <= 2 * (tip - tip_on_surface_).norm() + std::sqrt(edge) + std::sqrt(edge_before);
   }
@@ -353,8 +353,8 @@ class Touch {
     for (std::size_t k = 0; k < 3; ++k) {
       Scalar const w = barycentric[static_cast<int>(k)];
       contact_.point += w * body.positions().col(c[k]);
-      contact_.home_point += w * body.home_position(c[k]);
-      normal += w * body.home_normal(c[k]);
+      contact_.home_point += w * body.reference_position(c[k]);
+      normal += w * body.reference_normal(c[k]);
     }
     if (normal.squaredNorm() > 0) contact_.normal = normal.normalized();
     contact_.depth = radius_ - (tip - contact_.home_point).dot(contact_.normal);

@@ -147,7 +147,7 @@ class CutFront {
     if (host_ < 0 && is_kept_ && (to.point - body.tissue().rest_position(anchor_.left())).norm() < body.mean_edge() / 10) return;
     is_kept_ = false;
     Vector from = host_ >= 0 ? blade_ : body.tissue().rest_position(anchor_.left());
-    Vector from_normal = host_ >= 0 || goes_on ? blade_normal_ : Vector(body.home_normal(anchor_.left()));
+    Vector from_normal = host_ >= 0 || goes_on ? blade_normal_ : Vector(body.reference_normal(anchor_.left()));
     bool arrived = false;
     for (int crossed = 0; !arrived; ++crossed) {
       if (crossed == most_crossings_) {
@@ -163,7 +163,7 @@ class CutFront {
       if (host_ < 0) {
         if (++moves_ > most_moves || !(step_over_wound(body, way) || enter_beyond_wound(body, way, to.triangle, to.point))) return;   // the front waits
         from = body.tissue().rest_position(anchor_.left());
-        from_normal = body.home_normal(anchor_.left());
+        from_normal = body.reference_normal(anchor_.left());
         continue;
       }
       Exit exit;
@@ -186,7 +186,7 @@ class CutFront {
       if (is_at_lip) {
         if (++moves_ > most_moves || !enter_beyond_wound(body, way, to.triangle, to.point)) break;   // the blade waits in the host
         from = body.tissue().rest_position(anchor_.left());
-        from_normal = body.home_normal(anchor_.left());
+        from_normal = body.reference_normal(anchor_.left());
         continue;
       }
       if (arrived) break;
@@ -227,7 +227,7 @@ class CutFront {
   template <class Body>
   Vector exit_normal(Body const& body, Exit const& exit) const {
     auto const [a, b] = ends(body, exit);
-    return ((1 - exit.s) * body.home_normal(a) + exit.s * body.home_normal(b)).normalized();
+    return ((1 - exit.s) * body.reference_normal(a) + exit.s * body.reference_normal(b)).normalized();
   }
 
   /// Of the triangles at a new particle, the one that holds a point: the old triangle was divided.

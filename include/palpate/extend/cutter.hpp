@@ -22,7 +22,7 @@
 ///   void even_masses()                       once a tick, after all edits
 ///   touch.restart_from(body, t, tip)         after an edit: goes on from a triangle near the contact
 ///   body.tissue().surface()                  corners(t), triangles_at(p), triangle_with_edge(a, b), triangle_count()
-///   body.tissue().rest_position(p)           m, undeformed; positions() and home_position(p): now, undisturbed
+///   body.tissue().rest_position(p)           m, undeformed; positions() and reference_position(p): now, undisturbed
 /// Battery
 ///   testing::to_text(testing::check_cutter(cutter, body, {.way = {above, in, along, out}})) == ""
 

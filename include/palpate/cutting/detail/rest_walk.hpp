@@ -27,7 +27,7 @@ VectorOf<Body> rest_point(Body const& body, int t, VectorOf<Body> const& w) {
 template <class Body>
 VectorOf<Body> rest_normal(Body const& body, int t, VectorOf<Body> const& w) {
   auto const c = body.tissue().surface().corners(t);
-  return (w[0] * body.home_normal(c[0]) + w[1] * body.home_normal(c[1]) + w[2] * body.home_normal(c[2])).normalized();
+  return (w[0] * body.reference_normal(c[0]) + w[1] * body.reference_normal(c[1]) + w[2] * body.reference_normal(c[2])).normalized();
 }
 
 /// The weights of a point, seen along the triangle's normal.
