@@ -25,7 +25,7 @@ class CountingSystem {
   decltype(auto) positions() { return system_.positions(); }
   decltype(auto) velocities() { return system_.velocities(); }
   decltype(auto) scratch(int k) { return system_.scratch(k); }
-  decltype(auto) remembered_acceleration() { return system_.remembered_acceleration(); }
+  decltype(auto) previous_acceleration() { return system_.previous_acceleration(); }
   bool remembers() const { return system_.remembers(); }
   template <class X, class V>
   decltype(auto) acceleration(X const& x, V const& v) {

@@ -37,7 +37,7 @@ struct GivesUp {
   void step(S& system, typename S::Scalar h) const {
     system.positions() += h * system.velocities();
     system.velocities().setOnes();
-    system.remembered_acceleration().setOnes();
+    system.previous_acceleration().setOnes();
     if (h > 1e-3) throw std::runtime_error("too long a step for me");
   }
   template <RealScalar Scalar>

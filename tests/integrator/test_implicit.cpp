@@ -61,7 +61,7 @@ TEST_CASE("a linearised step solves the equation it states") {
     CHECK(system.positions()(0) == Approx(1 + h * theta * from_x));
     CHECK(system.velocities()(1) == Approx(1 + from_v));
     CHECK(system.positions()(1) == Approx(h * (1 + theta * from_v)));
-    CHECK(system.remembered_acceleration()(1) == Approx(from_v / h));
+    CHECK(system.previous_acceleration()(1) == Approx(from_v / h));
   }
 }
 

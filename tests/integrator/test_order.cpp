@@ -56,7 +56,7 @@ struct PlainStoermer {   // damping by the velocity of the step before, v = (x �
     else
       system.velocities() += h / 2 * a;   // (x₁ − x₀)/h
     system.positions() += h * system.velocities();
-    system.remembered_acceleration() = a;
+    system.previous_acceleration() = a;
   }
 };
 
@@ -123,7 +123,7 @@ struct HomeSprings {
     multiply_tangent(m, c, k, Matrix::Ones(3, 5), out);
   }
   Matrix& scratch(int k) { return unused[k]; }
-  Matrix& remembered_acceleration() { return memory; }
+  Matrix& previous_acceleration() { return memory; }
   bool remembers() const { return any_step; }
 
   Matrix x, v, memory;

@@ -305,10 +305,10 @@ class BodyMotion : public BodyShape<TissueType> {
   }
 
   /// What comes before and after an integrator's step, see SoftBody::take_step. False where nothing moves.
-  bool begin_step(Scalar h, bool by_parts) {
+  bool begin_step(Scalar h, bool fused_step) {
     choose_moving();
     if (moving_.is_empty() || !(h > 0)) return false;
-    system_.begin(state_, forces_.forced(), gravity_, remembers_, bound_ + offset_, by_parts);
+    system_.begin(state_, forces_.forced(), gravity_, remembers_, bound_ + offset_, fused_step);
     return true;
   }
   void undo_step() {

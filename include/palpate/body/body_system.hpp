@@ -40,7 +40,7 @@ class BodySystem {
 
   NarrowView<Scalar> positions() noexcept { return now(x_, &State::position).view(moving_); }
   NarrowView<Scalar> velocities() noexcept { return now(v_, &State::velocity).view(moving_); }
-  NarrowView<Scalar> remembered_acceleration() noexcept { return now(memory_, &State::remembered).view(moving_); }
+  NarrowView<Scalar> previous_acceleration() noexcept { return now(memory_, &State::remembered).view(moving_); }
   bool remembers() const noexcept { return remembers_; }
 
   NarrowView<Scalar> scratch(int k) noexcept {   // sized on demand: most integrators use few
@@ -70,7 +70,7 @@ class BodySystem {
     accelerate(at, speed, std::array<Scalar const*, 2>{at.data(), speed.data()}, [](int, int) {}, [&](int) { return store; });
   }
 
-  /// A whole step of an integrator that StepsByParts: see palpate::step_by_parts. In a body of more than one block no copy is kept: a
+  /// A whole step of an integrator that FusedStep: see palpate::step_by_parts. In a body of more than one block no copy is kept: a
   /// particle that would leave the bound stays, and where there is one, the step is undone.
   template <class Parts>
   void step_by_parts(Parts const& parts) {
@@ -191,19 +191,19 @@ class BodySystem {
   /// What is gathered is void: the state was changed from outside.
   void forget() noexcept { is_gathered_ = false; }
 
-  /// Makes ready for a step that stays within `bound` [m] of the origin, with the forces [N] on the particles in `forced`. `by_parts`: the step
+  /// Makes ready for a step that stays within `bound` [m] of the origin, with the forces [N] on the particles in `forced`. `fused_step`: the step
   /// will be one step_by_parts.
-  void begin(State& state, std::span<int const> forced, Vector3<Scalar> const& gravity, bool remembers, Scalar bound, bool by_parts) {
+  void begin(State& state, std::span<int const> forced, Vector3<Scalar> const& gravity, bool remembers, Scalar bound, bool fused_step) {
     remembers_ = remembers;
     gravity_ = gravity;
     bound_ = bound;
-    by_parts_ = by_parts;
+    fused_step_ = fused_step;
     diverged_one_ = {};
     direct_ = is_whole_ ? &state : nullptr;
-    keeps_ = direct_ != nullptr && (!by_parts || blocks() == 1);
+    keeps_ = direct_ != nullptr && (!fused_step || blocks() == 1);
     if (direct_ == nullptr)
       gather(state);
-    else if (!by_parts)
+    else if (!fused_step)
       x_.wide() = state.position.wide(), v_.wide() = state.velocity.wide(), memory_.wide() = state.remembered.wide();
     pushes_.clear();
     for (int const p : forced)
@@ -239,7 +239,7 @@ class BodySystem {
 
   /// The first particle [of the body] that the step has taken, or would have, out of the bound or to a velocity that is not finite.
   Divergence<Scalar> find_diverged() noexcept {
-    Divergence<Scalar> found = by_parts_ ? diverged_one_ : palpate::find_diverged<Scalar>(positions(), velocities(), bound_);
+    Divergence<Scalar> found = fused_step_ ? diverged_one_ : palpate::find_diverged<Scalar>(positions(), velocities(), bound_);
     if (found.particle >= 0) found.particle = assembly_.particles()[static_cast<std::size_t>(found.particle)];
     return found;
   }
@@ -359,7 +359,7 @@ class BodySystem {
   bool remembers_ = false;
   bool is_gathered_ = false;
   bool is_whole_ = false;          // the moving set is all particles in the body's order
-  bool by_parts_ = false;
+  bool fused_step_ = false;
   bool keeps_ = false;             // a copy of the state before the step
   State* direct_ = nullptr;        // during a step of the whole body: its state
   Vector3<Scalar> gravity_ = Vector3<Scalar>::Zero();

@@ -72,7 +72,7 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
     this->check(i);
     if (!this->is_free(i)) return Vector::Zero();
     Scalar drift = 0;
-    if constexpr (StatesWhereForcesAct<IntegratorType>) drift = static_cast<Scalar>(IntegratorType::forces_at) * h;
+    if constexpr (HasForceTime<IntegratorType>) drift = static_cast<Scalar>(IntegratorType::force_time) * h;
     return this->acceleration_after(i, drift);
   }
 
@@ -121,7 +121,7 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
   /// One step; the forces applied stay.
   StepReport<Scalar> take_step(Scalar h) {
     FlushDenormals const flush;
-    bool const moves = this->begin_step(h, StepsByParts<IntegratorType>);
+    bool const moves = this->begin_step(h, FusedStep<IntegratorType>);
     StepReport<Scalar> report;
     report.moving = static_cast<int>(this->moving_count());
     report.stable_step = known_stable_step_;

@@ -9,8 +9,8 @@
 /// Optional; static_assert(StatesOrder<MyRule>) finds a misspelt one
 ///   static constexpr int order                                    the error shrinks as h^order                      StatesOrder
 ///   template <RealScalar S> S stable_step(ModalBounds<S> const& modes) const   [s], infinity: none is needed        StatesStableStep
-///   static constexpr double forces_at                             forces are asked for at x + forces_at · h v       StatesWhereForcesAct
-///   static constexpr bool by_parts = true                         a step is one call of step_by_parts               StepsByParts
+///   static constexpr double force_time                             forces are asked for at x + force_time · h v       HasForceTime
+///   static constexpr bool fused_step = true                         a step is one call of step_by_parts               FusedStep
 ///   a step that calls linearise(), multiply_tangent(): it takes a LinearisedSystem alone                            ImplicitIntegrator
 /// Battery
 ///   testing::to_text(testing::check_integrator(MyRule{})) == ""   and static_assert(Integrator<MyRule, float>)

@@ -14,7 +14,7 @@ namespace palpate {
 ///   acceleration(x, v)            M⁻¹ f(x, v) [m/s²], a value: two results can live together
 ///   acceleration(x, v, out)       the same into a matrix of the caller's, without allocation
 ///   scratch(k), k < 12            an assignable 3 × n of undefined contents, so that a step need not allocate
-///   remembered_acceleration()     assignable 3 × n: what the integrator left there at its last step; it travels with its
+///   previous_acceleration()     assignable 3 × n: what the integrator left there at its last step; it travels with its
 ///                                 particle through cuts and is zero for a particle that has just begun to move
 ///   remembers()                   false before the first step, after reset() and when the integrator left nothing
 /// `out` may be the columns given as v. Applied forces are constant during the step. What a body hands out may have zeros between its columns: wide() computes through them.
@@ -26,7 +26,7 @@ concept System = requires(S& system, typename S::Matrix& columns, int k) {
   { system.acceleration(columns, columns) } -> std::convertible_to<typename S::Matrix>;
   system.acceleration(columns, columns, columns);
   system.scratch(k) = columns;
-  system.remembered_acceleration() = columns;
+  system.previous_acceleration() = columns;
   { system.remembers() } -> std::same_as<bool>;
 };
 
@@ -59,7 +59,7 @@ struct SystemArchetype {
   template <class X, class V>
   void acceleration(X const&, V const&, Matrix&) {}
   Matrix& scratch(int) { return columns; }
-  Matrix& remembered_acceleration() { return columns; }
+  Matrix& previous_acceleration() { return columns; }
   bool remembers() const { return false; }
 
   Matrix columns;
@@ -119,7 +119,7 @@ struct IntegratorSentences {
   static_assert(std::copyable<I>, "palpate: an integrator is copied with its body; give it a copy constructor and a copy assignment.");
   static_assert(StepsSystems<I const, Scalar> || !is_not_const,
                 "palpate: the integrator's step is not const; declare: template <class System> void step(System& system, typename System::Scalar h) const; what it has to "
-                "remember is in system.remembered_acceleration().");
+                "remember is in system.previous_acceleration().");
   static_assert(StepsSystems<I const, Scalar> || is_not_const || !is_other,
                 "palpate: the integrator's step takes another scalar than the body's; declare: template <class System> void step(System& system, typename System::Scalar h) "
                 "const, not double h or float h, and compute in System::Scalar.");
@@ -132,7 +132,7 @@ struct IntegratorSentences {
 
 /// An integrator whose step is one call of step_by_parts and touches the state in no other way, and says so.
 template <class I>
-concept StepsByParts = Integrator<I> && requires { requires I::by_parts; };
+concept FusedStep = Integrator<I> && requires { requires I::fused_step; };
 
 /// A System that does a step by parts at once, while what it needs is near the processor.
 template <class S>
@@ -152,7 +152,7 @@ void step_by_parts(S& system, Parts const& parts) {
   } else {
     auto&& x = system.positions();
     auto&& v = system.velocities();
-    auto&& m = system.remembered_acceleration();
+    auto&& m = system.previous_acceleration();
     auto const each = [&](auto const& change) {
       for (int i = 0; i < x.cols(); ++i) {
         Vector3<typename S::Scalar> x_i = x.col(i), v_i = v.col(i), m_i = m.col(i);
@@ -186,11 +186,11 @@ concept StatesStableStep = Integrator<I> && requires(I const& integrator, ModalB
   { integrator.stable_step(modes) } -> std::convertible_to<double>;
 };
 
-/// An integrator that evaluates forces at x + forces_at · h v, and says so; the others are taken to do it at x. A stiff contact
+/// An integrator that evaluates forces at x + force_time · h v, and says so; the others are taken to do it at x. A stiff contact
 /// predicts the step's forces there.
 template <class I>
-concept StatesWhereForcesAct = Integrator<I> && requires {
-  { I::forces_at } -> std::convertible_to<double>;
+concept HasForceTime = Integrator<I> && requires {
+  { I::force_time } -> std::convertible_to<double>;
 };
 
 }  // namespace palpate

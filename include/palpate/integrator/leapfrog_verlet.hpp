@@ -17,8 +17,8 @@ namespace palpate {
 /// Source     \cite zheng2006. Errata: the thesis calls it implicit, and its table says h³; it is explicit and global h².
 struct LeapfrogVerlet {
   static constexpr int order = 2;
-  static constexpr double forces_at = 0.5;   // of the step: see StatesWhereForcesAct
-  static constexpr bool by_parts = true;
+  static constexpr double force_time = 0.5;   // of the step: see HasForceTime
+  static constexpr bool fused_step = true;
 
   /// What happens to one particle; see step_by_parts.
   template <RealScalar Scalar>
@@ -49,7 +49,7 @@ struct LeapfrogVerlet {
       auto&& v = wide(system.velocities());
       auto&& middle_x = wide(system.scratch(0));
       middle_x = x + h / 2 * v;
-      system.acceleration(middle_x, v, wide(system.remembered_acceleration()));
+      system.acceleration(middle_x, v, wide(system.previous_acceleration()));
     }
     step_by_parts(system, Parts<typename S::Scalar>{h});
   }

@@ -49,7 +49,7 @@ class OscillatorSystem {
     scratch_[k].resize(3, 1);
     return scratch_[k];
   }
-  Matrix& remembered_acceleration() { return memory_; }
+  Matrix& previous_acceleration() { return memory_; }
   bool remembers() const { return true; }
 
   /// Column j: what basis state j = (x, v, a₋) became.

@@ -27,7 +27,7 @@ struct StoermerVerlet {
     auto&& x = wide(system.positions());
     auto&& v = wide(system.velocities());
     auto&& a = wide(system.scratch(0));
-    auto&& last_a = wide(system.remembered_acceleration());
+    auto&& last_a = wide(system.previous_acceleration());
     system.acceleration(x, v, a);
     if (!system.remembers()) last_a = a;
     x += h * v + h * h * (a - last_a / 2);

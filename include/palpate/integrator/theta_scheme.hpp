@@ -42,7 +42,7 @@ struct ThetaScheme {
     Scalar const share = static_cast<Scalar>(theta), damping = h * share, stiffness = damping * damping;
     auto&& x = wide(system.positions());
     auto&& v = wide(system.velocities());
-    auto&& memory = wide(system.remembered_acceleration());
+    auto&& memory = wide(system.previous_acceleration());
     auto&& change = wide(system.scratch(change_at));   // Δv
     auto&& residual = wide(system.scratch(residual_at));
     auto&& inverse = wide(system.scratch(inverse_at));   // of the diagonal

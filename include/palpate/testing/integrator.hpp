@@ -52,7 +52,7 @@ class TwoParticles {
     for (int i = 0; i < 2; ++i) out.col(i).setConstant(m + 1.1 * c + k * own_stiffness(i));
   }
   Matrix& scratch(int k) { return scratch_[k]; }
-  Matrix& remembered_acceleration() { return memory_; }
+  Matrix& previous_acceleration() { return memory_; }
   bool remembers() const { return remembers_; }
 
   template <Integrator I>
