@@ -162,7 +162,7 @@ class BodyMotion : public BodyShape<TissueType> {
     if (!modes_are_known_) return true;
     ModalBounds<Scalar> const now = modal_estimate_.follow(tissue_, positions(), [&](int i) { return is_free(i); });
     Scalar const most = HasStiffnessProduct<Tissue> ? Scalar(1.025 / 1.05) : Scalar(1);
-    return now.stiffness > most * known_modes_.stiffness || now.damping > most * known_modes_.damping;
+    return now.squared_frequency > most * known_modes_.squared_frequency || now.decay_rate > most * known_modes_.decay_rate;
   }
   /// Above its modes for certain, from Gershgorin's row sums; see row_bounds.
   ModalBounds<Scalar> guaranteed_modal_bounds() const {

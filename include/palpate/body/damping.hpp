@@ -56,7 +56,7 @@ DampingProposal<Scalar> damping_for(Tissue const& tissue, std::type_identity_t<S
   proposal.link.assign(static_cast<std::size_t>(tissue.links().size()), Scalar(0));
   proposal.least_ratio = proposal.most_ratio = ratio;
   ModalEstimate<Tissue> estimate;
-  Scalar const fastest = std::sqrt(estimate(tissue, rest, [&](int i) { return !tissue.nailed(i); }).stiffness);
+  Scalar const fastest = std::sqrt(estimate(tissue, rest, [&](int i) { return !tissue.nailed(i); }).squared_frequency);
   if (!(fastest > 0) || ratio == 0) return proposal;
 
   Scalar per_mass = 0, per_stiffness = 0;   // α and β

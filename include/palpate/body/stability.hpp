@@ -26,7 +26,7 @@ template <TissueModel Tissue, class X, class Moves>
 ModalBounds<typename Tissue::Scalar> row_bounds(Tissue const& tissue, X const& x, Moves moves) {
   using Scalar = typename Tissue::Scalar;
   ModalBounds<Scalar> modes;
-  modes.least_damping = std::numeric_limits<Scalar>::infinity();
+  modes.min_decay_rate = std::numeric_limits<Scalar>::infinity();
   bool any = false;
   for (int i = 0; i < tissue.size(); ++i) {
     if (!moves(i)) continue;
@@ -36,14 +36,14 @@ ModalBounds<typename Tissue::Scalar> row_bounds(Tissue const& tissue, X const& x
       stiffness = tissue.stiffness_bound(i, x);
     else
       stiffness = tissue.stiffness_bound(i);
-    modes.stiffness = std::max(modes.stiffness, stiffness / tissue.mass(i));
-    modes.damping = std::max(modes.damping, tissue.damping_bound(i) / tissue.mass(i));
+    modes.squared_frequency = std::max(modes.squared_frequency, stiffness / tissue.mass(i));
+    modes.decay_rate = std::max(modes.decay_rate, tissue.damping_bound(i) / tissue.mass(i));
     if constexpr (HasHomeSprings<Tissue>)
-      modes.least_damping = std::min(modes.least_damping, tissue.home(i).damping / tissue.mass(i));
+      modes.min_decay_rate = std::min(modes.min_decay_rate, tissue.home(i).damping / tissue.mass(i));
     else
-      modes.least_damping = 0;
+      modes.min_decay_rate = 0;
   }
-  if (!any) modes.least_damping = 0;
+  if (!any) modes.min_decay_rate = 0;
   return modes;
 }
 
@@ -64,10 +64,10 @@ class ModalEstimate {
     ModalBounds<Scalar> modes = row_bounds(tissue, x, moves);
     products_ = 0;
     if constexpr (HasStiffnessProduct<Tissue>) {
-      if (modes.stiffness > 0 || modes.damping > 0) {
-        modes.stiffness = largest(tissue, moves, stiffest_,
+      if (modes.squared_frequency > 0 || modes.decay_rate > 0) {
+        modes.squared_frequency = largest(tissue, moves, stiffest_,
                                   [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
-        modes.damping = largest(tissue, moves, most_damped_,
+        modes.decay_rate = largest(tissue, moves, most_damped_,
                                 [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
       }
     }
@@ -80,8 +80,8 @@ class ModalEstimate {
   ModalBounds<Scalar> follow(Tissue const& tissue, X const& x, Moves moves) {
     if constexpr (HasStiffnessProduct<Tissue>) {
       ModalBounds<Scalar> modes;
-      modes.stiffness = followed(tissue, moves, stiffest_, [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
-      modes.damping = followed(tissue, moves, most_damped_, [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
+      modes.squared_frequency = followed(tissue, moves, stiffest_, [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
+      modes.decay_rate = followed(tissue, moves, most_damped_, [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
       return modes;
     } else {
       return row_bounds(tissue, x, moves);
@@ -186,7 +186,7 @@ Scalar stable_step(I const& integrator, ModalBounds<Scalar> const& modes) {
     return integrator.stable_step(modes);
   else
     return static_cast<Scalar>(
-        measured_stable_step(integrator, ModalBounds<double>{modes.stiffness, modes.damping, modes.least_damping}));
+        measured_stable_step(integrator, ModalBounds<double>{modes.squared_frequency, modes.decay_rate, modes.min_decay_rate}));
 }
 
 /// The stiffest link [N/m] that n particles of a total mass [kg] stand in steps of h [s], by the estimate of the thesis:

@@ -169,9 +169,9 @@ void step_by_parts(S& system, Parts const& parts) {
 /// The extremes of a linearised body's modes x″ = −κ x − γ x′, from which a stable step follows.
 template <RealScalar Scalar>
 struct ModalBounds {
-  Scalar stiffness = 0;            ///< largest κ = ω² [1/s²]
-  Scalar damping = 0;              ///< largest γ [1/s]
-  Scalar least_damping = 0;        ///< smallest γ of any mode [1/s]
+  Scalar squared_frequency = 0;   ///< largest κ = ω² [1/s²]
+  Scalar decay_rate = 0;          ///< largest γ [1/s]
+  Scalar min_decay_rate = 0;      ///< smallest γ of any mode [1/s]
 };
 
 /// An integrator that states its order: its error shrinks as h^order.

@@ -29,9 +29,9 @@ struct ExplicitEuler {
   /// The amplification polynomial λ² − (2 − hγ)λ + 1 − hγ + h²κ has its roots in the unit disc iff h κ ≤ γ and 4 − 2hγ + h²κ ≥ 0.
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {
-    if (!(modes.stiffness > 0)) return modes.damping > 0 ? 2 / modes.damping : std::numeric_limits<Scalar>::infinity();
-    Scalar const oscillating = modes.least_damping / modes.stiffness;
-    Scalar const overdamped = modes.damping > 0 ? 2 / modes.damping : std::numeric_limits<Scalar>::infinity();
+    if (!(modes.squared_frequency > 0)) return modes.decay_rate > 0 ? 2 / modes.decay_rate : std::numeric_limits<Scalar>::infinity();
+    Scalar const oscillating = modes.min_decay_rate / modes.squared_frequency;
+    Scalar const overdamped = modes.decay_rate > 0 ? 2 / modes.decay_rate : std::numeric_limits<Scalar>::infinity();
     return std::min(oscillating, overdamped);
   }
 };

@@ -38,10 +38,10 @@ struct ExplicitMidpoint {
   /// u³ − 2u² + 2u = 4κ/γ², u = hκ/γ. The left side grows with u, and is above the right at u = 1 + ∛(4κ/γ²).
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {
-    Scalar const overdamped = modes.damping > 0 ? 2 / modes.damping : std::numeric_limits<Scalar>::infinity();
-    if (!(modes.stiffness > 0)) return overdamped;
-    if (!(modes.least_damping > 0)) return 0;
-    double const stiffness = static_cast<double>(modes.stiffness), damping = static_cast<double>(modes.least_damping);
+    Scalar const overdamped = modes.decay_rate > 0 ? 2 / modes.decay_rate : std::numeric_limits<Scalar>::infinity();
+    if (!(modes.squared_frequency > 0)) return overdamped;
+    if (!(modes.min_decay_rate > 0)) return 0;
+    double const stiffness = static_cast<double>(modes.squared_frequency), damping = static_cast<double>(modes.min_decay_rate);
     double const right = 4 * stiffness / (damping * damping);
     double u = 1 + std::cbrt(right);
     for (int k = 0; k < 60; ++k) {   // Newton's method, from above

@@ -56,7 +56,7 @@ struct LeapfrogVerlet {
 
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {
-    Scalar const sum = modes.damping + std::sqrt(modes.damping * modes.damping + modes.stiffness);
+    Scalar const sum = modes.decay_rate + std::sqrt(modes.decay_rate * modes.decay_rate + modes.squared_frequency);
     return sum > 0 ? 2 / sum : std::numeric_limits<Scalar>::infinity();
   }
 };

@@ -94,12 +94,12 @@ double amplification(I const& integrator, double stiffness, double damping, doub
 /// 0 where no step above a thousandth of the fastest mode's time is stable.
 template <Integrator I>
 double measured_stable_step(I const& integrator, ModalBounds<double> const& modes) {
-  double const fastest = std::max(std::sqrt(modes.stiffness), modes.damping);
+  double const fastest = std::max(std::sqrt(modes.squared_frequency), modes.decay_rate);
   if (!(fastest > 0)) return std::numeric_limits<double>::infinity();
   auto const stable = [&](double h) {
     for (double const share : {1.0, 0.5, 0.2, 0.05, 1e-2, 1e-4})
-      for (double const damping : {modes.least_damping, std::sqrt(modes.least_damping * modes.damping), modes.damping})
-        if (amplification(integrator, share * modes.stiffness, damping, h) > 1.0 + 1e-9) return false;
+      for (double const damping : {modes.min_decay_rate, std::sqrt(modes.min_decay_rate * modes.decay_rate), modes.decay_rate})
+        if (amplification(integrator, share * modes.squared_frequency, damping, h) > 1.0 + 1e-9) return false;
     return true;
   };
   double low = 0.0, high = 8.0 / fastest;

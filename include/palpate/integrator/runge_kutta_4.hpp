@@ -55,7 +55,7 @@ struct RungeKutta4 {
   /// |λ| ≤ max(√κ, γ) for the roots of λ² + γλ + κ.
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {
-    Scalar const radius = std::max(std::sqrt(modes.stiffness), modes.damping);
+    Scalar const radius = std::max(std::sqrt(modes.squared_frequency), modes.decay_rate);
     return radius > 0 ? Scalar(2.6) / radius : std::numeric_limits<Scalar>::infinity();
   }
 };

@@ -37,7 +37,7 @@ struct StoermerVerlet {
 
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {
-    Scalar const sum = modes.damping + std::sqrt(modes.damping * modes.damping + modes.stiffness);
+    Scalar const sum = modes.decay_rate + std::sqrt(modes.decay_rate * modes.decay_rate + modes.squared_frequency);
     return sum > 0 ? 2 / sum : std::numeric_limits<Scalar>::infinity();
   }
 };

@@ -96,8 +96,8 @@ struct ThetaScheme {
     Scalar const explicit_share = static_cast<Scalar>(1 - 2 * theta);
     constexpr Scalar any = std::numeric_limits<Scalar>::infinity();
     if (!(explicit_share > 0)) return any;
-    Scalar const slow = modes.stiffness > 0 ? modes.least_damping / (modes.stiffness * explicit_share) : any;
-    Scalar const fast = modes.damping > 0 ? 2 / (modes.damping * explicit_share) : any;
+    Scalar const slow = modes.squared_frequency > 0 ? modes.min_decay_rate / (modes.squared_frequency * explicit_share) : any;
+    Scalar const fast = modes.decay_rate > 0 ? 2 / (modes.decay_rate * explicit_share) : any;
     return std::min(slow, fast);
   }
 

@@ -32,7 +32,7 @@ struct VelocityVerlet {
 
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {
-    Scalar const sum = modes.damping + std::sqrt(modes.damping * modes.damping + 4 * modes.stiffness);
+    Scalar const sum = modes.decay_rate + std::sqrt(modes.decay_rate * modes.decay_rate + 4 * modes.squared_frequency);
     return sum > 0 ? 4 / sum : std::numeric_limits<Scalar>::infinity();
   }
 };
