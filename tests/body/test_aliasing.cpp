@@ -27,11 +27,11 @@ struct Apart {
 struct InPlace {   // the velocities' memory takes the accelerations
   template <class System>
   void step(System& system, typename System::Scalar h) const {
-    auto&& a = wide(system.scratch(0));
-    a = wide(system.velocities());
-    system.acceleration(wide(system.positions()), a, a);
-    wide(system.velocities()) += h * a;
-    wide(system.positions()) += h * wide(system.velocities());
+    auto&& a = padded_view(system.scratch(0));
+    a = padded_view(system.velocities());
+    system.acceleration(padded_view(system.positions()), a, a);
+    padded_view(system.velocities()) += h * a;
+    padded_view(system.positions()) += h * padded_view(system.velocities());
   }
 };
 

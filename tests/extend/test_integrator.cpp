@@ -17,10 +17,10 @@ struct Heun {
 
   template <class System>
   void step(System& system, typename System::Scalar h) const {
-    auto&& x = palpate::wide(system.positions());   // wide: in a body the columns are padded, and these compute through
-    auto&& v = palpate::wide(system.velocities());
-    auto&& a = palpate::wide(system.scratch(0));
-    auto&& b = palpate::wide(system.scratch(1));
+    auto&& x = palpate::padded_view(system.positions());   // wide: in a body the columns are padded, and these compute through
+    auto&& v = palpate::padded_view(system.velocities());
+    auto&& a = palpate::padded_view(system.scratch(0));
+    auto&& b = palpate::padded_view(system.scratch(1));
     system.acceleration(x, v, a);
     x += h * v;
     v += h * a;

@@ -6,8 +6,8 @@
 #include <palpate/body/temporary_particles.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
-#include <palpate/core/large_vector.hpp>
-#include <palpate/core/room.hpp>
+#include <palpate/core/huge_page_vector.hpp>
+#include <palpate/core/reserve_and_prefault.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
@@ -358,8 +358,8 @@ class BodyShape {
     changes_.reserve(triangles);
     reserved_triangles_ = std::max(reserved_triangles_, triangles);
     auto const more = static_cast<std::size_t>(std::max(0, particles - size()));
-    make_room(disturbed_, 4 * static_cast<std::size_t>(particles), 4 * more);
-    make_room(last_look_, static_cast<std::size_t>(particles));
+    reserve_and_prefault(disturbed_, 4 * static_cast<std::size_t>(particles), 4 * more);
+    reserve_and_prefault(last_look_, static_cast<std::size_t>(particles));
     temporaries_.reserve(8);
     if constexpr (ReservesMemory<Tissue>) tissue_.reserve(particles, triangles);
   }
@@ -418,7 +418,7 @@ class BodyShape {
   std::size_t stands_ = 0;   // how often a cut has come to stand on a particle
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
-  LargeVector<unsigned> last_look_;   // which of its calls looked at each particle last
+  HugePageVector<unsigned> last_look_;   // which of its calls looked at each particle last
   unsigned look_ = 0;
   std::size_t topology_revision_ = 0;
   std::size_t restorations_ = 0;

@@ -27,7 +27,7 @@ namespace palpate {
 /// border of the moving set behind them.
 /// Where all of the body moves, the columns are the body's own; else they are gathered, stay from step to step, and are handed back
 /// after each.
-/// Layout     a fourth row of zeros stands under each column, so that it is one or two registers; wide() shows it.
+/// Layout     a fourth row of zeros stands under each column, so that it is one or two registers; padded_view() shows it.
 /// Cost       acceleration is O(elements of the moving set); nothing is allocated once the largest set has been seen. What this class
 ///            handed out is used where it is; another x or v is copied first.
 /// Threads    one; with an Execution other than Serial, as that says, where a body has more than one block.
@@ -38,12 +38,12 @@ class BodySystem {
   using Matrix = Matrix3X<Scalar>;
   using State = ParticleState<Scalar>;
 
-  NarrowView<Scalar> positions() noexcept { return now(x_, &State::position).view(moving_); }
-  NarrowView<Scalar> velocities() noexcept { return now(v_, &State::velocity).view(moving_); }
-  NarrowView<Scalar> previous_acceleration() noexcept { return now(memory_, &State::remembered).view(moving_); }
+  StridedView<Scalar> positions() noexcept { return now(x_, &State::position).view(moving_); }
+  StridedView<Scalar> velocities() noexcept { return now(v_, &State::velocity).view(moving_); }
+  StridedView<Scalar> previous_acceleration() noexcept { return now(memory_, &State::remembered).view(moving_); }
   bool remembers() const noexcept { return remembers_; }
 
-  NarrowView<Scalar> scratch(int k) noexcept {   // sized on demand: most integrators use few
+  StridedView<Scalar> scratch(int k) noexcept {   // sized on demand: most integrators use few
     auto& columns = scratch_[static_cast<std::size_t>(k)];
     if (columns.size() != moving_) columns.resize(moving_);
     return columns.view();
@@ -58,8 +58,8 @@ class BodySystem {
 
   template <class X, class V, class Out>
   void acceleration(Eigen::MatrixBase<X> const& x, Eigen::MatrixBase<V> const& v, Out&& out) {
-    WideView<Scalar> const at = with_border(x.derived(), border_x_), speed = with_border(v.derived(), border_v_);
-    auto&& result = wide(out);
+    PaddedView<Scalar> const at = with_border(x.derived(), border_x_), speed = with_border(v.derived(), border_v_);
+    auto&& result = padded_view(out);
     auto const store = [&result](int i, auto const& a) {
       if constexpr (int{std::remove_cvref_t<decltype(result)>::RowsAtCompileTime} == 4)
         detail::store(result.data() + 4 * static_cast<std::ptrdiff_t>(i), a);
@@ -74,13 +74,13 @@ class BodySystem {
   /// particle that would leave the bound stays, and where there is one, the step is undone.
   template <class Parts>
   void step_by_parts(Parts const& parts) {
-    Scalar* const x = now(x_, &State::position).wide().data();
-    Scalar* const v = now(v_, &State::velocity).wide().data();
-    Scalar* const m = now(memory_, &State::remembered).wide().data();
-    Scalar *const kept_x = x_.wide().data(), *const kept_v = v_.wide().data(), *const kept_m = memory_.wide().data();
+    Scalar* const x = now(x_, &State::position).padded_view().data();
+    Scalar* const v = now(v_, &State::velocity).padded_view().data();
+    Scalar* const m = now(memory_, &State::remembered).padded_view().data();
+    Scalar *const kept_x = x_.padded_view().data(), *const kept_v = v_.padded_view().data(), *const kept_m = memory_.padded_view().data();
     diverged_.assign(static_cast<std::size_t>(blocks()), {});
     accelerate(
-        WideView<Scalar>(x, 4, all_), WideView<Scalar>(m, 4, all_), std::array<Scalar const*, 3>{x, v, m},
+        PaddedView<Scalar>(x, 4, all_), PaddedView<Scalar>(m, 4, all_), std::array<Scalar const*, 3>{x, v, m},
         [=, keeps = keeps_](int first, int end) {
           std::ptrdiff_t k = 4 * static_cast<std::ptrdiff_t>(first);
           std::ptrdiff_t const last = 4 * static_cast<std::ptrdiff_t>(end);
@@ -122,7 +122,7 @@ class BodySystem {
   void linearise()
     requires HasTangentOperator<Tissue>
   {
-    assembly_.linearise(now(x_, &State::position).wide(), inverse_mass_.data());
+    assembly_.linearise(now(x_, &State::position).padded_view(), inverse_mass_.data());
     if (all_ == moving_) return;
     direction_.resize(all_), product_.resize(all_);
     direction_.set_zero();   // the border does not move
@@ -135,10 +135,10 @@ class BodySystem {
       if (all_ == moving_) return assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
     if (all_ == moving_) direction_.resize(moving_), product_.resize(moving_);
     if constexpr (int{D::RowsAtCompileTime} == 4)
-      direction_.wide().leftCols(moving_) = d;
+      direction_.padded_view().leftCols(moving_) = d;
     else
       direction_.view(moving_) = d;
-    assembly_.multiply_tangent(mass, damping, stiffness, direction_.wide().data(), product_.wide().data());
+    assembly_.multiply_tangent(mass, damping, stiffness, direction_.padded_view().data(), product_.padded_view().data());
     hand_out(out);
   }
   template <class Out>
@@ -146,7 +146,7 @@ class BodySystem {
     requires HasTangentOperator<Tissue>
   {
     product_.resize(all_);
-    assembly_.tangent_diagonal(mass, damping, stiffness, product_.wide().data());
+    assembly_.tangent_diagonal(mass, damping, stiffness, product_.padded_view().data());
     hand_out(out);
   }
 
@@ -204,7 +204,7 @@ class BodySystem {
     if (direct_ == nullptr)
       gather(state);
     else if (!fused_step)
-      x_.wide() = state.position.wide(), v_.wide() = state.velocity.wide(), memory_.wide() = state.remembered.wide();
+      x_.padded_view() = state.position.padded_view(), v_.padded_view() = state.velocity.padded_view(), memory_.padded_view() = state.remembered.padded_view();
     pushes_.clear();
     for (int const p : forced)
       if (int const k = place_[static_cast<std::size_t>(p)]; k >= 0) pushes_.push_back({k, state.applied[p]});
@@ -229,7 +229,7 @@ class BodySystem {
   bool roll_back(State& state) noexcept {
     is_gathered_ = false;
     if (keeps_) {
-      state.position.wide() = x_.wide(), state.velocity.wide() = v_.wide(), state.remembered.wide() = memory_.wide();
+      state.position.padded_view() = x_.padded_view(), state.velocity.padded_view() = v_.padded_view(), state.remembered.padded_view() = memory_.padded_view();
     } else if (direct_ != nullptr) {
       state.remembered.set_zero();
       return false;
@@ -247,7 +247,7 @@ class BodySystem {
  private:
   using Four = detail::Four<Scalar>;
   using Narrow = typename PaddedColumns<Scalar>::ConstView;
-  static Narrow narrow(WideView<Scalar> const& columns) noexcept { return Narrow(columns.data(), 3, columns.cols()); }
+  static Narrow narrow(PaddedView<Scalar> const& columns) noexcept { return Narrow(columns.data(), 3, columns.cols()); }
 
   /// What an integrator does to a particle after the forces; one that it would take out of the bound moves on without acceleration, and is noted.
   template <class Parts>
@@ -266,11 +266,11 @@ class BodySystem {
   }
 
   static void copy(PaddedColumns<Scalar> const& from, int first, int count, PaddedColumns<Scalar>& to, int place) noexcept {
-    std::copy_n(from.wide().data() + 4 * static_cast<std::ptrdiff_t>(first), 4 * count, to.wide().data() + 4 * static_cast<std::ptrdiff_t>(place));
+    std::copy_n(from.padded_view().data() + 4 * static_cast<std::ptrdiff_t>(first), 4 * count, to.padded_view().data() + 4 * static_cast<std::ptrdiff_t>(place));
   }
 
   template <class D>
-  static constexpr bool is_padded = std::same_as<std::remove_cvref_t<D>, NarrowView<Scalar>> || std::same_as<std::remove_cvref_t<D>, WideView<Scalar>>;
+  static constexpr bool is_padded = std::same_as<std::remove_cvref_t<D>, StridedView<Scalar>> || std::same_as<std::remove_cvref_t<D>, PaddedView<Scalar>>;
 
   PaddedColumns<Scalar>& now(PaddedColumns<Scalar>& gathered, PaddedColumns<Scalar> State::*own) noexcept {
     return direct_ != nullptr ? direct_->*own : gathered;
@@ -302,7 +302,7 @@ class BodySystem {
   }
 
   template <std::size_t Count, class Before, class AfterOf>
-  void accelerate(WideView<Scalar> const& x, WideView<Scalar> const& v, std::array<Scalar const*, Count> const& columns, Before const& before,
+  void accelerate(PaddedView<Scalar> const& x, PaddedView<Scalar> const& v, std::array<Scalar const*, Count> const& columns, Before const& before,
                   AfterOf const& after_of) {
     if constexpr (HasFusedForces<Tissue>) {
       auto const run = [this](int n, auto const& walk) {
@@ -311,7 +311,7 @@ class BodySystem {
           walk(k);
         });
       };
-      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), force_.wide().data(), run, columns, before, after_of);
+      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), force_.padded_view().data(), run, columns, before, after_of);
     } else {
       before(0, moving_);
       auto force = force_.view();
@@ -335,22 +335,22 @@ class BodySystem {
   template <class Out>
   void hand_out(Out&& out) {
     if constexpr (int{std::remove_cvref_t<Out>::RowsAtCompileTime} == 4)
-      out = product_.wide().leftCols(moving_);
+      out = product_.padded_view().leftCols(moving_);
     else
       out = product_.view(moving_);
   }
 
   /// x and behind it the border: where both lie so in memory already, or copied into `buffer`, which holds the border.
   template <class X>
-  WideView<Scalar> with_border(X const& x, PaddedColumns<Scalar>& buffer) noexcept {
+  PaddedView<Scalar> with_border(X const& x, PaddedColumns<Scalar>& buffer) noexcept {
     if constexpr (is_padded<X>)
-      if (all_ == moving_ || x.data() == x_.wide().data() || x.data() == v_.wide().data() || x.data() == memory_.wide().data())
-        return WideView<Scalar>(const_cast<Scalar*>(x.data()), 4, all_);
+      if (all_ == moving_ || x.data() == x_.padded_view().data() || x.data() == v_.padded_view().data() || x.data() == memory_.padded_view().data())
+        return PaddedView<Scalar>(const_cast<Scalar*>(x.data()), 4, all_);
     if constexpr (int{X::RowsAtCompileTime} == 4)
-      buffer.wide().leftCols(moving_) = x;
+      buffer.padded_view().leftCols(moving_) = x;
     else
       buffer.view(moving_) = x;
-    return buffer.wide();
+    return buffer.padded_view();
   }
 
   typename Tissue::Assembly assembly_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/wide.hpp>
+#include <palpate/core/padded_view.hpp>
 
 #include <cmath>
 #include <limits>
@@ -27,8 +27,8 @@ Scalar diverged_value(X const& x, V const& v, Scalar bound) noexcept {
 
 /// The first column that is farther than `bound` [m] from the origin or has a velocity that is not finite.
 template <RealScalar Scalar>
-Divergence<Scalar> find_diverged(NarrowView<Scalar> const& x, NarrowView<Scalar> const& v, Scalar bound) noexcept {
-  if (wide(x).squaredNorm() < bound * bound && wide(v).squaredNorm() <= std::numeric_limits<Scalar>::max()) return {};   // no NaN passes
+Divergence<Scalar> find_diverged(StridedView<Scalar> const& x, StridedView<Scalar> const& v, Scalar bound) noexcept {
+  if (padded_view(x).squaredNorm() < bound * bound && padded_view(v).squaredNorm() <= std::numeric_limits<Scalar>::max()) return {};   // no NaN passes
   for (int i = 0; i < x.cols(); ++i)
     if (!(x.col(i).cwiseAbs().maxCoeff() < bound) || !x.col(i).allFinite() || !v.col(i).allFinite())
       return {i, diverged_value<Scalar>(x.col(i), v.col(i), bound)};

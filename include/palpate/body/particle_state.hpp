@@ -34,8 +34,8 @@ struct ParticleState {
   }
 
   void reserve(int particles) {
-    for (auto* columns : all()) columns->make_room(particles);
-    make_room(held, static_cast<std::size_t>(particles));
+    for (auto* columns : all()) columns->reserve_and_prefault(particles);
+    reserve_and_prefault(held, static_cast<std::size_t>(particles));
   }
 
   /// Adds a particle between its parents: every field is their weighted mean; it carries no force.

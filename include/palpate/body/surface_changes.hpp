@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/large_vector.hpp>
+#include <palpate/core/huge_page_vector.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -72,7 +72,7 @@ class ChangeRecord {
 
  private:
   std::vector<int> listed_;
-  LargeVector<char> is_listed_;   // by triangle
+  HugePageVector<char> is_listed_;   // by triangle
   int first_particle_ = 0, first_triangle_ = 0;
 };
 

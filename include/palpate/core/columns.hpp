@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/large_vector.hpp>
+#include <palpate/core/huge_page_vector.hpp>
 #include <palpate/core/matrix.hpp>
-#include <palpate/core/room.hpp>
+#include <palpate/core/reserve_and_prefault.hpp>
 
 #include <array>
 #include <cstddef>
@@ -48,8 +48,8 @@ class Columns {
   void pop_back() noexcept { data_.pop_back(); }
   void resize(int columns) { data_.resize(static_cast<std::size_t>(columns)); }   // new columns are zero
   void reserve(int columns) { data_.reserve(static_cast<std::size_t>(columns)); }
-  /// Reserves, and touches what it will grow into; see palpate::make_room.
-  void make_room(int columns) { palpate::make_room(data_, static_cast<std::size_t>(columns)); }
+  /// Reserves, and touches what it will grow into; see palpate::reserve_and_prefault.
+  void reserve_and_prefault(int columns) { palpate::reserve_and_prefault(data_, static_cast<std::size_t>(columns)); }
 
  private:
   using Numbers = std::array<T, Rows>;   // of a column
@@ -57,7 +57,7 @@ class Columns {
   T* numbers() noexcept { return reinterpret_cast<T*>(data_.data()); }
   T const* numbers() const noexcept { return reinterpret_cast<T const*>(data_.data()); }
 
-  LargeVector<Numbers> data_;
+  HugePageVector<Numbers> data_;
 };
 
 }  // namespace palpate

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/large_vector.hpp>
-#include <palpate/core/room.hpp>
+#include <palpate/core/huge_page_vector.hpp>
+#include <palpate/core/reserve_and_prefault.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -84,11 +84,11 @@ class IndexLists {
     last[0] = index, last[l.capacity] = key;
   }
 
-  /// Room for so many lists with this many entries in all; what new lists grow into is touched, see make_room.
+  /// Room for so many lists with this many entries in all; what new lists grow into is touched, see reserve_and_prefault.
   void reserve(int lists, int entries) {
     std::size_t const added = static_cast<std::size_t>(lists) - std::min(lists_.size(), static_cast<std::size_t>(lists));
-    make_room(lists_, static_cast<std::size_t>(lists));
-    make_room(pool_, heads + 2 * static_cast<std::size_t>(entries), heads + 3 * 2 * least_capacity * added);   // new ones, and old that outgrow theirs
+    reserve_and_prefault(lists_, static_cast<std::size_t>(lists));
+    reserve_and_prefault(pool_, heads + 2 * static_cast<std::size_t>(entries), heads + 3 * 2 * least_capacity * added);   // new ones, and old that outgrow theirs
   }
 
  private:
@@ -142,8 +142,8 @@ class IndexLists {
     return 2 * static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(capacity / least_capacity)));
   }
 
-  LargeVector<List> lists_;
-  LargeVector<int> pool_;   // begins, for each capacity, with the place that was left last, which begins with the one before it; 0: none
+  HugePageVector<List> lists_;
+  HugePageVector<int> pool_;   // begins, for each capacity, with the place that was left last, which begins with the one before it; 0: none
 };
 
 }  // namespace palpate

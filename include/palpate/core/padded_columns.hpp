@@ -2,13 +2,13 @@
 #pragma once
 
 #include <palpate/core/columns.hpp>
-#include <palpate/core/wide.hpp>
+#include <palpate/core/padded_view.hpp>
 
 namespace palpate {
 
 /// 3 × n columns that grow and shrink like Columns, each with a zero behind it in memory: a column is then one or two registers, and
 /// arithmetic on all of them runs without gaps.
-/// Invariant  the zeros stay zero: what writes through wide() sees to that.
+/// Invariant  the zeros stay zero: what writes through padded_view() sees to that.
 /// Limits     a view is void after the next push_back, resize or reserve.
 template <RealScalar Scalar>
 class PaddedColumns {
@@ -19,11 +19,11 @@ class PaddedColumns {
 
   int size() const noexcept { return columns_.size(); }
 
-  NarrowView<Scalar> view() noexcept { return view(size()); }
+  StridedView<Scalar> view() noexcept { return view(size()); }
   ConstView view() const noexcept { return ConstView(columns_.view().data(), 3, size()); }
-  NarrowView<Scalar> view(int first_columns) noexcept { return NarrowView<Scalar>(columns_.view().data(), 3, first_columns); }
-  WideView<Scalar> wide() noexcept { return columns_.view(); }
-  typename Columns<Scalar, 4>::ConstView wide() const noexcept { return columns_.view(); }
+  StridedView<Scalar> view(int first_columns) noexcept { return StridedView<Scalar>(columns_.view().data(), 3, first_columns); }
+  PaddedView<Scalar> padded_view() noexcept { return columns_.view(); }
+  typename Columns<Scalar, 4>::ConstView padded_view() const noexcept { return columns_.view(); }
 
   Column operator[](int column) noexcept { return Column(columns_[column].data()); }
   ConstColumn operator[](int column) const noexcept { return ConstColumn(columns_[column].data()); }
@@ -36,7 +36,7 @@ class PaddedColumns {
   void pop_back() noexcept { columns_.pop_back(); }
   void resize(int columns) { columns_.resize(columns); }   // new columns are zero
   void reserve(int columns) { columns_.reserve(columns); }
-  void make_room(int columns) { columns_.make_room(columns); }
+  void reserve_and_prefault(int columns) { columns_.reserve_and_prefault(columns); }
   void set_zero() noexcept { columns_.view().setZero(); }
 
  private:

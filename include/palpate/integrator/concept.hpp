@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
-#include <palpate/core/wide.hpp>
+#include <palpate/core/padded_view.hpp>
 
 #include <concepts>
 #include <type_traits>
@@ -17,7 +17,7 @@ namespace palpate {
 ///   previous_acceleration()     assignable 3 × n: what the integrator left there at its last step; it travels with its
 ///                                 particle through cuts and is zero for a particle that has just begun to move
 ///   remembers()                   false before the first step, after reset() and when the integrator left nothing
-/// `out` may be the columns given as v. Applied forces are constant during the step. What a body hands out may have zeros between its columns: wide() computes through them.
+/// `out` may be the columns given as v. Applied forces are constant during the step. What a body hands out may have zeros between its columns: padded_view() computes through them.
 template <class S>
 concept System = requires(S& system, typename S::Matrix& columns, int k) {
   typename S::Scalar;

@@ -64,13 +64,13 @@ struct DormandPrince {
     constexpr auto const& table = detail::dormand_prince;
     constexpr double least_share = std::same_as<Scalar, float> ? 1e-5 : 1e-10;
     if (h == 0) return;
-    auto&& x = wide(system.scratch(7));   // at the start of the inner step; scratch 0 … 6 are the stages' accelerations
-    auto&& v = wide(system.scratch(8));
-    auto&& change_x = wide(system.scratch(9));
-    auto&& change_v = wide(system.scratch(10));
-    auto&& first_a = wide(system.scratch(0));
-    x = wide(system.positions());
-    v = wide(system.velocities());
+    auto&& x = padded_view(system.scratch(7));   // at the start of the inner step; scratch 0 … 6 are the stages' accelerations
+    auto&& v = padded_view(system.scratch(8));
+    auto&& change_x = padded_view(system.scratch(9));
+    auto&& change_v = padded_view(system.scratch(10));
+    auto&& first_a = padded_view(system.scratch(0));
+    x = padded_view(system.positions());
+    v = padded_view(system.velocities());
     system.acceleration(x, v, first_a);
     Scalar const digits = 16 * std::numeric_limits<Scalar>::epsilon() * largest(x);
     double done = 0, share = 1;   // of h
@@ -82,25 +82,25 @@ struct DormandPrince {
         change_v.setZero();
         add(system, table.squared_a[i], i, t * t, change_x);
         add(system, table.a[i], i, t, change_v);
-        wide(system.positions()) = x + change_x;
-        wide(system.velocities()) = v + change_v;
-        auto&& a = wide(system.scratch(i));
-        system.acceleration(wide(system.positions()), wide(system.velocities()), a);
+        padded_view(system.positions()) = x + change_x;
+        padded_view(system.velocities()) = v + change_v;
+        auto&& a = padded_view(system.scratch(i));
+        system.acceleration(padded_view(system.positions()), padded_view(system.velocities()), a);
       }
       change_x.setZero();   // from here on the errors
       change_v.setZero();
       add(system, table.squared_e, table.stages, t * t, change_x);
       add(system, table.e, table.stages, t, change_v);
-      Scalar const speed = std::max(largest(v), largest(wide(system.velocities())));
+      Scalar const speed = std::max(largest(v), largest(padded_view(system.velocities())));
       Scalar const allowed = static_cast<Scalar>(absolute) + static_cast<Scalar>(relative) * std::abs(t) * speed + digits;
       Scalar const found = std::max(largest(change_x), std::abs(t) * largest(change_v));
       double const excess = allowed > 0 ? static_cast<double>(found / allowed) : static_cast<double>(found) > 0 ? 1e9 : 0.0;
       bool const accepted = excess <= 1 && std::isfinite(speed);
       if (accepted) {
         done = share == 1 - done ? 1.0 : done + share;
-        x = wide(system.positions());
-        v = wide(system.velocities());
-        first_a = wide(system.scratch(table.stages - 1));
+        x = padded_view(system.positions());
+        v = padded_view(system.velocities());
+        first_a = padded_view(system.scratch(table.stages - 1));
       }
       double const factor = std::isfinite(excess) && std::isfinite(speed) ? 0.9 * std::pow(std::max(excess, 1e-9), -0.2) : 0.1;
       share *= std::clamp(factor, 0.1, accepted ? 5.0 : 0.9);
@@ -108,8 +108,8 @@ struct DormandPrince {
         Eigen::Index worst = 0;
         for (Eigen::Index i = 1; i < x.cols(); ++i)
           if (!(largest(change_x.col(i)) <= largest(change_x.col(worst)))) worst = i;
-        wide(system.positions()) = x;
-        wide(system.velocities()) = v;
+        padded_view(system.positions()) = x;
+        padded_view(system.velocities()) = v;
         system.positions().col(worst).setConstant(std::numeric_limits<Scalar>::quiet_NaN());
         return;
       }
@@ -126,7 +126,7 @@ struct DormandPrince {
   template <class S, class Columns, class Scalar = typename S::Scalar>
   static void add(S& system, double const (&weights)[detail::DormandPrinceTableau::stages], int stages, Scalar factor, Columns& sum) {
     for (int j = 0; j < stages; ++j)
-      if (weights[j] != 0) sum += static_cast<Scalar>(weights[j]) * factor * wide(system.scratch(j));
+      if (weights[j] != 0) sum += static_cast<Scalar>(weights[j]) * factor * padded_view(system.scratch(j));
   }
 
   /// The largest absolute value; a value that is not a number makes it infinite.

@@ -21,17 +21,17 @@ struct ExplicitMidpoint {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& a = wide(system.scratch(0));
-    auto&& v = wide(system.scratch(1));         // at the start of the step
-    auto&& middle_v = wide(system.scratch(2));
-    auto&& middle_x = wide(system.scratch(3));
-    v = wide(system.velocities());
-    system.acceleration(wide(system.positions()), v, a);
+    auto&& a = padded_view(system.scratch(0));
+    auto&& v = padded_view(system.scratch(1));         // at the start of the step
+    auto&& middle_v = padded_view(system.scratch(2));
+    auto&& middle_x = padded_view(system.scratch(3));
+    v = padded_view(system.velocities());
+    system.acceleration(padded_view(system.positions()), v, a);
     middle_v = v + h / 2 * a;
-    middle_x = wide(system.positions()) + h / 2 * v;
+    middle_x = padded_view(system.positions()) + h / 2 * v;
     system.acceleration(middle_x, middle_v, a);
-    wide(system.positions()) += h * middle_v;
-    wide(system.velocities()) = v + h * a;
+    padded_view(system.positions()) += h * middle_v;
+    padded_view(system.velocities()) = v + h * a;
   }
 
   /// Where hγ ≤ 2 every mode with less stiffness or more damping is stable as well, so the stiffest with the least damping decides:

@@ -45,11 +45,11 @@ struct LeapfrogVerlet {
   template <System S>
   void step(S& system, typename S::Scalar h) const {
     if (!system.remembers()) {
-      auto&& x = wide(system.positions());
-      auto&& v = wide(system.velocities());
-      auto&& middle_x = wide(system.scratch(0));
+      auto&& x = padded_view(system.positions());
+      auto&& v = padded_view(system.velocities());
+      auto&& middle_x = padded_view(system.scratch(0));
       middle_x = x + h / 2 * v;
-      system.acceleration(middle_x, v, wide(system.previous_acceleration()));
+      system.acceleration(middle_x, v, padded_view(system.previous_acceleration()));
     }
     step_by_parts(system, Parts<typename S::Scalar>{h});
   }

@@ -18,38 +18,38 @@ struct RungeKutta4 {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& x = wide(system.scratch(0));       // at the start of the step
-    auto&& v = wide(system.scratch(1));
-    auto&& stage_v = wide(system.scratch(2));
-    auto&& a = wide(system.scratch(3));
-    auto&& sum_v = wide(system.scratch(4));   // k₁ + 2k₂ + 2k₃ + k₄ of the positions
-    auto&& sum_a = wide(system.scratch(5));   // the same of the velocities
-    x = wide(system.positions());
-    v = wide(system.velocities());
+    auto&& x = padded_view(system.scratch(0));       // at the start of the step
+    auto&& v = padded_view(system.scratch(1));
+    auto&& stage_v = padded_view(system.scratch(2));
+    auto&& a = padded_view(system.scratch(3));
+    auto&& sum_v = padded_view(system.scratch(4));   // k₁ + 2k₂ + 2k₃ + k₄ of the positions
+    auto&& sum_a = padded_view(system.scratch(5));   // the same of the velocities
+    x = padded_view(system.positions());
+    v = padded_view(system.velocities());
 
     system.acceleration(x, v, a);
     sum_v = v;
     sum_a = a;
     stage_v = v + h / 2 * a;
-    wide(system.positions()) = x + h / 2 * v;
+    padded_view(system.positions()) = x + h / 2 * v;
 
-    system.acceleration(wide(system.positions()), stage_v, a);
+    system.acceleration(padded_view(system.positions()), stage_v, a);
     sum_v += 2 * stage_v;
     sum_a += 2 * a;
-    wide(system.positions()) = x + h / 2 * stage_v;
+    padded_view(system.positions()) = x + h / 2 * stage_v;
     stage_v = v + h / 2 * a;
 
-    system.acceleration(wide(system.positions()), stage_v, a);
+    system.acceleration(padded_view(system.positions()), stage_v, a);
     sum_v += 2 * stage_v;
     sum_a += 2 * a;
-    wide(system.positions()) = x + h * stage_v;
+    padded_view(system.positions()) = x + h * stage_v;
     stage_v = v + h * a;
 
-    system.acceleration(wide(system.positions()), stage_v, a);
+    system.acceleration(padded_view(system.positions()), stage_v, a);
     sum_v += stage_v;
     sum_a += a;
-    wide(system.positions()) = x + h / 6 * sum_v;
-    wide(system.velocities()) = v + h / 6 * sum_a;
+    padded_view(system.positions()) = x + h / 6 * sum_v;
+    padded_view(system.velocities()) = v + h / 6 * sum_a;
   }
 
   /// |λ| ≤ max(√κ, γ) for the roots of λ² + γλ + κ.

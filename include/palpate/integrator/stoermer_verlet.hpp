@@ -24,10 +24,10 @@ struct StoermerVerlet {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& x = wide(system.positions());
-    auto&& v = wide(system.velocities());
-    auto&& a = wide(system.scratch(0));
-    auto&& last_a = wide(system.previous_acceleration());
+    auto&& x = padded_view(system.positions());
+    auto&& v = padded_view(system.velocities());
+    auto&& a = padded_view(system.scratch(0));
+    auto&& last_a = padded_view(system.previous_acceleration());
     system.acceleration(x, v, a);
     if (!system.remembers()) last_a = a;
     x += h * v + h * h * (a - last_a / 2);

@@ -17,9 +17,9 @@ struct SymplecticEuler {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& x = wide(system.positions());
-    auto&& v = wide(system.velocities());
-    auto&& a = wide(system.scratch(0));
+    auto&& x = padded_view(system.positions());
+    auto&& v = padded_view(system.velocities());
+    auto&& a = padded_view(system.scratch(0));
     system.acceleration(x, v, a);
     v += h * a;
     x += h * v;

@@ -40,14 +40,14 @@ struct ThetaScheme {
     using Scalar = typename S::Scalar;
     if (h == 0) return;
     Scalar const share = static_cast<Scalar>(theta), damping = h * share, stiffness = damping * damping;
-    auto&& x = wide(system.positions());
-    auto&& v = wide(system.velocities());
-    auto&& memory = wide(system.previous_acceleration());
-    auto&& change = wide(system.scratch(change_at));   // Δv
-    auto&& residual = wide(system.scratch(residual_at));
-    auto&& inverse = wide(system.scratch(inverse_at));   // of the diagonal
-    auto&& product = wide(system.scratch(product_at));
-    auto&& a = wide(system.scratch(5));
+    auto&& x = padded_view(system.positions());
+    auto&& v = padded_view(system.velocities());
+    auto&& memory = padded_view(system.previous_acceleration());
+    auto&& change = padded_view(system.scratch(change_at));   // Δv
+    auto&& residual = padded_view(system.scratch(residual_at));
+    auto&& inverse = padded_view(system.scratch(inverse_at));   // of the diagonal
+    auto&& product = padded_view(system.scratch(product_at));
+    auto&& a = padded_view(system.scratch(5));
     auto const norm = [&](auto const& r) { return r.cwiseProduct(r).cwiseProduct(inverse).sum(); };
 
     system.acceleration(x, v, a);
@@ -62,7 +62,7 @@ struct ThetaScheme {
     if (!std::isfinite(size)) {
       change = h * a;   // so that the body sees it
     } else if (size > 0 && system.remembers()) {
-      auto&& better = wide(system.scratch(direction_at));
+      auto&& better = padded_view(system.scratch(direction_at));
       change = h * memory;
       system.multiply_tangent(Scalar(1), damping, stiffness, change, product);
       better = residual - product;
@@ -75,8 +75,8 @@ struct ThetaScheme {
     int left = std::isfinite(size) ? most_iterations : 0;
     for (int k = 0; k < newton_iterations && left > 0; ++k) {
       if (k > 0) {
-        auto&& later_x = wide(system.scratch(6));
-        auto&& later_v = wide(system.scratch(7));
+        auto&& later_x = padded_view(system.scratch(6));
+        auto&& later_v = padded_view(system.scratch(7));
         later_x = x + h * v + damping * change;
         later_v = v + change;
         system.acceleration(later_x, later_v, product);
@@ -108,12 +108,12 @@ struct ThetaScheme {
   /// Conjugate gradients on the residual, into the change, until its squared norm is not above `enough` or none are `left`.
   template <class S, class Scalar = typename S::Scalar>
   static void solve(S& system, Scalar damping, Scalar stiffness, Scalar enough, int& left) {
-    auto&& change = wide(system.scratch(change_at));
-    auto&& residual = wide(system.scratch(residual_at));
-    auto&& inverse = wide(system.scratch(inverse_at));
-    auto&& product = wide(system.scratch(product_at));
-    auto&& direction = wide(system.scratch(direction_at));
-    auto&& scaled = wide(system.scratch(scaled_at));
+    auto&& change = padded_view(system.scratch(change_at));
+    auto&& residual = padded_view(system.scratch(residual_at));
+    auto&& inverse = padded_view(system.scratch(inverse_at));
+    auto&& product = padded_view(system.scratch(product_at));
+    auto&& direction = padded_view(system.scratch(direction_at));
+    auto&& scaled = padded_view(system.scratch(scaled_at));
     direction = inverse.cwiseProduct(residual);
     Scalar size = direction.cwiseProduct(residual).sum();
     for (; left > 0 && size > enough; --left) {

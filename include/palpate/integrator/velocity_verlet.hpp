@@ -18,11 +18,11 @@ struct VelocityVerlet {
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
-    auto&& x = wide(system.positions());
-    auto&& v = wide(system.velocities());
-    auto&& a = wide(system.scratch(0));
-    auto&& later_a = wide(system.scratch(1));
-    auto&& later_v = wide(system.scratch(2));
+    auto&& x = padded_view(system.positions());
+    auto&& v = padded_view(system.velocities());
+    auto&& a = padded_view(system.scratch(0));
+    auto&& later_a = padded_view(system.scratch(1));
+    auto&& later_v = padded_view(system.scratch(2));
     system.acceleration(x, v, a);
     x += h * v + h * h / 2 * a;
     later_v = v + h * a;

@@ -105,7 +105,7 @@ class SurfaceTopology {
   }
 
   void reserve(int vertices, int triangles) {
-    triangles_.make_room(triangles);
+    triangles_.reserve_and_prefault(triangles);
     at_.reserve(vertices, std::max(16 * vertices, 12 * triangles));
   }
 

@@ -3,7 +3,7 @@
 
 #include <palpate/core/columns.hpp>
 #include <palpate/core/index_lists.hpp>
-#include <palpate/core/large_vector.hpp>
+#include <palpate/core/huge_page_vector.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 
 #include <algorithm>
@@ -253,10 +253,10 @@ class TetrahedralAdjacency {
   }
 
   Columns<int, 4> corners_;
-  LargeVector<Beyond> beyond_;
+  HugePageVector<Beyond> beyond_;
   IndexLists at_;            // of each vertex: tetrahedra, each with which of its corners the vertex is
   SurfaceTopology border_;
-  LargeVector<int> place_;   // of each border triangle: 4 · tetrahedron + face
+  HugePageVector<int> place_;   // of each border triangle: 4 · tetrahedron + face
 };
 
 }  // namespace palpate

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
-#include <palpate/core/room.hpp>
+#include <palpate/core/reserve_and_prefault.hpp>
 #include <palpate/mesh/tetrahedral_adjacency.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/topology_edit.hpp>
@@ -153,7 +153,7 @@ class TetrahedralTopology : public TetrahedralAdjacency {
   /// Room for so many vertices, tetrahedra and border triangles, so that edits up to there do not allocate. The lists at vertices get four times the
   /// room that they need at once, since they grow by doubling.
   void reserve(int vertices, int tetrahedra, int triangles) {
-    corners_.make_room(tetrahedra), make_room(beyond_, static_cast<std::size_t>(tetrahedra)), make_room(place_, static_cast<std::size_t>(triangles));
+    corners_.reserve_and_prefault(tetrahedra), reserve_and_prefault(beyond_, static_cast<std::size_t>(tetrahedra)), reserve_and_prefault(place_, static_cast<std::size_t>(triangles));
     at_.reserve(vertices, 8 * vertices + 16 * tetrahedra);
     border_.reserve(vertices, triangles);
     group_.reserve(static_cast<std::size_t>(tetrahedra));

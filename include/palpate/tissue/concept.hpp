@@ -24,7 +24,7 @@ struct AnyColumns {
 
 /// The columns that a body and a solver of statics compute in; what passes for both works with either.
 template <RealScalar Scalar>
-using BodyColumns = NarrowView<Scalar>;
+using BodyColumns = StridedView<Scalar>;
 template <RealScalar Scalar>
 using ConstBodyColumns = typename PaddedColumns<Scalar>::ConstView;
 
@@ -224,7 +224,7 @@ concept HasStiffnessBlocks = requires(T const& tissue, Matrix3X<typename T::Scal
 /// the diagonal of that matrix, K and C symmetric and positive semidefinite at x. d and out are 4 × particles().size(), contiguous, the fourth row
 /// 0, d zero in the border's columns; what comes out there is not used.
 template <class T>
-concept HasTangentOperator = HasSubsetForces<T> && requires(typename T::Assembly& assembly, WideView<typename T::Scalar> const& x,
+concept HasTangentOperator = HasSubsetForces<T> && requires(typename T::Assembly& assembly, PaddedView<typename T::Scalar> const& x,
                                                             typename T::Scalar const* in, typename T::Scalar* out, typename T::Scalar factor) {
   assembly.linearise(x, in);
   assembly.multiply_tangent(factor, factor, factor, in, out);

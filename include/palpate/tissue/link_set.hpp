@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpate/core/index_lists.hpp>
-#include <palpate/core/large_vector.hpp>
+#include <palpate/core/huge_page_vector.hpp>
 #include <palpate/tissue/spring_law.hpp>
 
 #include <algorithm>
@@ -77,15 +77,15 @@ class LinkSet {
   void add_particle() { at_.add_list(); }
   void pop_particle() noexcept { at_.pop_list(); }
 
-  /// Room for so many; what a cut grows into is touched, see make_room: some five links for each particle more.
+  /// Room for so many; what a cut grows into is touched, see reserve_and_prefault: some five links for each particle more.
   void reserve(int particles, int links) {
     std::size_t const links_growth = static_cast<std::size_t>(5 * std::max(0, particles - at_.size()));
-    make_room(links_, static_cast<std::size_t>(links), links_growth);
+    reserve_and_prefault(links_, static_cast<std::size_t>(links), links_growth);
     at_.reserve(particles, 16 * particles);
   }
 
  private:
-  LargeVector<LinkType> links_;
+  HugePageVector<LinkType> links_;
   IndexLists at_;   // links, each with its other end
 };
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/large_vector.hpp>
+#include <palpate/core/huge_page_vector.hpp>
 #include <palpate/core/matrix.hpp>
-#include <palpate/core/room.hpp>
+#include <palpate/core/reserve_and_prefault.hpp>
 
 #include <algorithm>
 #include <array>
@@ -43,7 +43,7 @@ class MassExchange {
   }
   /// The copies of a particle form a ring: the one after i, or i where there is no other.
   int next_copy(int i) const noexcept { return at(i).next_copy; }
-  void reserve(int particles) { make_room(origins_, static_cast<std::size_t>(particles)); }
+  void reserve(int particles) { reserve_and_prefault(origins_, static_cast<std::size_t>(particles)); }
 
   /// Of the particles listed, in their order; `now` says where each particle of the whole is in that list, −1 for none. A relation to one that
   /// stays behind is lost, unless a copy of that one comes along.
@@ -160,7 +160,7 @@ class MassExchange {
       if (origin.weights[k] > 0) move(child, origin.parents[k], origin.weights[k] * amount);
   }
 
-  LargeVector<Origin> origins_;
+  HugePageVector<Origin> origins_;
 };
 
 }  // namespace palpate

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpate/core/four.hpp>
-#include <palpate/core/wide.hpp>
+#include <palpate/core/padded_view.hpp>
 #include <palpate/tissue/mass_spring_layout.hpp>
 #include <palpate/tissue/mass_spring_tangent.hpp>
 #include <palpate/tissue/column_force.hpp>

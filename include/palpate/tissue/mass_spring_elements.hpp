@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpate/core/columns.hpp>
-#include <palpate/core/large_vector.hpp>
+#include <palpate/core/huge_page_vector.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 #include <palpate/mesh/tetrahedral_topology.hpp>
 #include <palpate/tissue/link_set.hpp>
@@ -217,8 +217,8 @@ class MassSpringElements {
   /// Room for this many particles and triangles, so that edits up to there do not allocate.
   void reserve(int particles, int triangles) {
     auto const n = at(particles);
-    rest_.make_room(particles), make_room(mass_, n), make_room(home_, n), make_room(nailed_, n), exchange_.reserve(particles);
-    make_room(elements_, at(triangles));
+    rest_.reserve_and_prefault(particles), reserve_and_prefault(mass_, n), reserve_and_prefault(home_, n), reserve_and_prefault(nailed_, n), exchange_.reserve(particles);
+    reserve_and_prefault(elements_, at(triangles));
     surface_.reserve(particles, triangles);
     links_.reserve(particles, 3 * triangles);
   }
@@ -419,12 +419,12 @@ class MassSpringElements {
   }
 
   Columns<Scalar, 3> rest_;
-  LargeVector<Scalar> mass_;
-  LargeVector<HomeSpring<Scalar>> home_;
-  LargeVector<char> nailed_;
+  HugePageVector<Scalar> mass_;
+  HugePageVector<HomeSpring<Scalar>> home_;
+  HugePageVector<char> nailed_;
   SurfaceTopology surface_;         // of a surface-built body
   TetrahedralTopology solid_;       // of a body built from a volume
-  LargeVector<Element> elements_;   // of each triangle
+  HugePageVector<Element> elements_;   // of each triangle
   LinkSet<Scalar, Law> links_;
   MassExchange<Scalar> exchange_;
   Scalar prestrain_ = 0;

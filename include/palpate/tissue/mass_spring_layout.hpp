@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpate/core/four.hpp>
-#include <palpate/core/large_vector.hpp>
+#include <palpate/core/huge_page_vector.hpp>
 #include <palpate/tissue/mass_spring_options.hpp>
 
 #include <algorithm>
@@ -262,14 +262,14 @@ class MassSpringLayout {
   bool has_one_law_ = false, weights_are_one_ = false, has_one_coefficients_ = false;
   std::vector<int> particles_;
   std::vector<int> local_;   // particle of the body → local particle, −1 outside
-  LargeVector<std::array<Scalar, 4>> rest_;
-  LargeVector<Coefficients> coefficients_;   // of each moving particle
+  HugePageVector<std::array<Scalar, 4>> rest_;
+  HugePageVector<Coefficients> coefficients_;   // of each moving particle
   std::vector<Block> blocks_;
   std::vector<Part> parts_;
-  LargeVector<Group> groups_;
-  LargeVector<Row> rows_;
-  LargeVector<Laws> laws_;         // of each row, or one for all
-  LargeVector<Weights> weights_;   // the same
+  HugePageVector<Group> groups_;
+  HugePageVector<Row> rows_;
+  HugePageVector<Laws> laws_;         // of each row, or one for all
+  HugePageVector<Weights> weights_;   // the same
   Own inside_, leaving_;     // links within a block, and those from it to a later one or to the border
 };
 

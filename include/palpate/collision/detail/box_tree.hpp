@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/large_vector.hpp>
+#include <palpate/core/huge_page_vector.hpp>
 #include <palpate/core/matrix.hpp>
-#include <palpate/core/room.hpp>
+#include <palpate/core/reserve_and_prefault.hpp>
 
 #include <algorithm>
 #include <array>
@@ -77,9 +77,9 @@ class BoxTree {
   void reserve(int triangles) {
     std::size_t const count = std::size_t(std::max(triangles, 1));
     std::size_t const growth = count - std::min(count, places_.size());
-    make_room(places_, count);
-    make_room(leaves_, count, growth / 2);
-    make_room(nodes_, count, growth / 4);
+    reserve_and_prefault(places_, count);
+    reserve_and_prefault(leaves_, count, growth / 2);
+    reserve_and_prefault(nodes_, count, growth / 4);
     items_.reserve(std::max<std::size_t>(count, capacity + 1));
   }
 
@@ -90,7 +90,7 @@ class BoxTree {
 
   int add(Points const& points, Corners const& corners, int sibling) {
     if (nodes_.empty()) *this = BoxTree();   // moved from
-    make_room_for_one(points, sibling);
+    reserve_one(points, sibling);
     int const triangle = size();
     places_.push_back({});
     int leaf = 0;
@@ -278,8 +278,8 @@ class BoxTree {
 
   /// Records that are taken and given back.
   template <class T>
-  struct Pool : LargeVector<T> {
-    using LargeVector<T>::LargeVector;
+  struct Pool : HugePageVector<T> {
+    using HugePageVector<T>::HugePageVector;
 
     T& operator[](int i) noexcept { return this->begin()[i]; }
     T const& operator[](int i) const noexcept { return this->begin()[i]; }
@@ -294,7 +294,7 @@ class BoxTree {
     }
     void give_back(int i) noexcept { (*this)[i].link.node = std::exchange(free, i); }
     void clear() noexcept {
-      LargeVector<T>::clear();
+      HugePageVector<T>::clear();
       free = -1;
     }
 
@@ -394,7 +394,7 @@ class BoxTree {
   // ---- edits
 
   /// Memory for one more triangle beside another, whatever it takes, and depth where it goes.
-  void make_room_for_one(Points const& points, int sibling) {
+  void reserve_one(Points const& points, int sibling) {
     auto const one_more = [](auto& list) {
       if (list.size() == list.capacity()) list.reserve(2 * list.size() + 1);
     };
@@ -471,7 +471,7 @@ class BoxTree {
 
   Pool<Node> nodes_ = Pool<Node>(1);
   Pool<Leaf> leaves_;
-  LargeVector<Place> places_;   // of each triangle
+  HugePageVector<Place> places_;   // of each triangle
   std::vector<Item> items_;     // while they are built into leaves
 };
 

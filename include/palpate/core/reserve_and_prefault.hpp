@@ -10,7 +10,7 @@ namespace palpate {
 /// Room for `count` elements in a list, of which the next `growth` are touched now: a system hands out memory page by page at the first touch,
 /// a microsecond or so for each 4 KiB, and clears it, which the tick that grows the list would pay for.
 template <class T, class Allocator>
-void make_room(std::vector<T, Allocator>& list, std::size_t count, std::size_t growth) {
+void reserve_and_prefault(std::vector<T, Allocator>& list, std::size_t count, std::size_t growth) {
   list.reserve(count);
   std::size_t const size = list.size();
   list.resize(std::min(list.capacity(), size + growth));
@@ -18,8 +18,8 @@ void make_room(std::vector<T, Allocator>& list, std::size_t count, std::size_t g
 }
 /// The same where the list is to grow up to `count`.
 template <class T, class Allocator>
-void make_room(std::vector<T, Allocator>& list, std::size_t count) {
-  make_room(list, count, count - std::min(count, list.size()));
+void reserve_and_prefault(std::vector<T, Allocator>& list, std::size_t count) {
+  reserve_and_prefault(list, count, count - std::min(count, list.size()));
 }
 
 }  // namespace palpate

@@ -45,6 +45,6 @@ struct LargePages {
 
 /// A vector that may become as large as a body: one element for each particle, triangle or spring.
 template <class T>
-using LargeVector = std::vector<T, detail::LargePages<T>>;
+using HugePageVector = std::vector<T, detail::LargePages<T>>;
 
 }  // namespace palpate
