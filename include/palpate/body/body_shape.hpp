@@ -125,7 +125,7 @@ class BodyShape {
   int insert_on_edge(int a, int b, Scalar s)
     requires CuttableTissue<Tissue>
   {
-    while (Temporary const* const temporary = temporaries_.at_edge(a, b)) keep_temporary(temporary->id);
+    while (Temporary const* const temporary = temporaries_.at_edge(a, b)) make_permanent(temporary->id);
     return edit_below_temporaries([&] {
       int const left = tissue_.surface().triangle_with_edge(a, b);
       int const right = tissue_.surface().triangle_with_edge(b, a);
@@ -299,7 +299,7 @@ class BodyShape {
 
   /// Makes a temporary particle one that stays: the edit that insert_in_triangle would have been, not too near an edge. Its blade learns
   /// of it from take_kept().
-  void keep_temporary(TemporaryId id)
+  void make_permanent(TemporaryId id)
     requires CuttableTissue<Tissue>
   {
     std::size_t const k = place_of(id), first = withdraw(0);
@@ -324,28 +324,28 @@ class BodyShape {
   {
     bool kept = false;
     while (Temporary const* const temporary = temporaries_.following(particle)) {
-      keep_temporary(temporary->id);
+      make_permanent(temporary->id);
       kept = true;
     }
     return kept;
   }
   /// The same for the one that divides triangle t, if there is one. Returns the particle, or −1.
-  int keep_temporary_in(int t)
+  int make_permanent_in(int t)
     requires CuttableTissue<Tissue>
   {
     Temporary const* const temporary = temporaries_.in_triangle(t);
     if (temporary == nullptr) return -1;
-    keep_temporary(temporary->id);
+    make_permanent(temporary->id);
     return temporaries_.last_kept();
   }
   void keep_temporaries()
     requires CuttableTissue<Tissue>
   {
-    while (!temporaries_.empty()) keep_temporary(temporaries_[0].id);
+    while (!temporaries_.empty()) make_permanent(temporaries_[0].id);
   }
   /// A cut that is being made ends a tick on a particle that may have been there before: whoever has parted that one no longer joins it again.
-  void stand_on_particle() noexcept { ++stands_; }
-  std::size_t stands() const noexcept { return stands_; }
+  void advance_cut_epoch() noexcept { ++cut_epoch_; }
+  std::size_t stands() const noexcept { return cut_epoch_; }
   /// The particle that a temporary one has become, or −1; told once.
   int take_kept(TemporaryId id) noexcept { return temporaries_.take_kept(id); }
 
@@ -415,7 +415,7 @@ class BodyShape {
   SurfaceTree<Scalar> tree_;
   bool tree_is_fitted_ = false;
   TemporaryParticles<Scalar> temporaries_;
-  std::size_t stands_ = 0;   // how often a cut has come to stand on a particle
+  std::size_t cut_epoch_ = 0;   // how often a cut has come to stand on a particle
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
   HugePageVector<unsigned> last_look_;   // which of its calls looked at each particle last

@@ -70,7 +70,7 @@ class CutFront {
     Vector const point = detail::rest_point(body, triangle, barycentric);
     triangle = without_temporary(body, triangle, point);
     anchor_.place(put(body, triangle, detail::rest_weights(body, triangle, point)));
-    body.stand_on_particle();
+    body.advance_cut_epoch();
   }
 
   /// The blade moves to a point of a triangle of the body as it is. Not for a front that is behind.
@@ -86,7 +86,7 @@ class CutFront {
     }
     moves_ = 0;
     go_to(body, target);
-    if (host_ < 0) body.stand_on_particle();
+    if (host_ < 0) body.advance_cut_epoch();
   }
 
   /// A front that is behind goes on to where the blade was.
@@ -94,7 +94,7 @@ class CutFront {
   void catch_up(Body& body) {
     target_.triangle = detail::triangle_near(body, target_.triangle, target_.point);   // others may have divided it
     go_to(body, target_);
-    if (host_ < 0) body.stand_on_particle();
+    if (host_ < 0) body.advance_cut_epoch();
   }
 
   /// The blade is lifted: its last point becomes permanent. It snaps to the corners and edges of the host like the start. A cut that is behind
@@ -159,7 +159,7 @@ class CutFront {
       detail::RestWay<Scalar> const way(from, from_normal, to.point, to.normal);
       if (!(way.length2 > 0)) break;
       if (host_ < 0) host_ = detail::triangle_towards(body, anchor_.left(), way, to.triangle);
-      if (host_ >= 0 && body.keep_temporary_in(host_) >= 0) host_ = detail::triangle_towards(body, anchor_.left(), way, to.triangle);
+      if (host_ >= 0 && body.make_permanent_in(host_) >= 0) host_ = detail::triangle_towards(body, anchor_.left(), way, to.triangle);
       if (host_ < 0) {
         if (++moves_ > most_moves || !(step_over_wound(body, way) || enter_beyond_wound(body, way, to.triangle, to.point))) return;   // the front waits
         from = body.tissue().rest_position(anchor_.left());
@@ -289,7 +289,7 @@ class CutFront {
     auto const [t, place] = detail::border_on_the_way(body, triangle, way.reversed(), is_at_anchor);
     if (t < 0) return false;
     if (body.is_temporary(place.a) || body.is_temporary(place.b)) {   // the wound behind another blade
-      body.keep_temporary_in(t);
+      body.make_permanent_in(t);
       return enter_beyond_wound(body, way, triangle, target);
     }
     if (host_ >= 0 && !anchor_.can_close(body))
@@ -327,11 +327,11 @@ class CutFront {
     int const copy = to_the_left ? anchor_.left() : anchor_.right();
     auto const beside = [&] { return to_the_left ? surface.triangle_with_edge(copy, corner) : surface.triangle_with_edge(corner, copy); };
     if (beside() < 0) return false;
-    body.keep_temporary_in(beside());
+    body.make_permanent_in(beside());
     int const next = beside();
-    if (to_the_left) anchor_.hang(body, host_, anchor_.right());
+    if (to_the_left) anchor_.attach_triangle(body, host_, anchor_.right());
     host_ = next;
-    anchor_.hang(body, host_, anchor_.left());
+    anchor_.attach_triangle(body, host_, anchor_.left());
     return true;
   }
 
@@ -345,7 +345,7 @@ class CutFront {
 
   template <class Body>
   void put_temporary(Body& body) {
-    body.keep_temporary_in(host_);
+    body.make_permanent_in(host_);
     host_corners_ = body.tissue().surface().corners(host_);
     anchor_.divide(body, host_, inside(body), [&](Vector const& w) {
       temporary_ = body.insert_temporary(host_, w);
@@ -376,7 +376,7 @@ class CutFront {
   template <class Body>
   int without_temporary(Body& body, int t, Vector const& point) {
     if (body.divides(temporary_, t)) return t;
-    int const kept = body.keep_temporary_in(t);
+    int const kept = body.make_permanent_in(t);
     return kept >= 0 ? holder(body, kept, point, t) : t;
   }
 

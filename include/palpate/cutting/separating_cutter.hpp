@@ -120,13 +120,13 @@ class SeparatingCutter {
     auto const start = [&](Front& front, Contact const& contact) {
       is_away_ = false;
       front.start(body, contact.triangle, contact.barycentric, edges_per_tick_);
-      body.stand_on_particle();
+      body.advance_cut_epoch();
       return -1;
     };
     auto const go_on = [&](Front& front, Contact const& contact) {
-      body.keep_temporary_in(contact.triangle);   // another blade's
+      body.make_permanent_in(contact.triangle);   // another blade's
       bool const changed = move(body, front, contact, tool.position);
-      body.stand_on_particle();
+      body.advance_cut_epoch();
       return changed ? contact.triangle : -1;
     };
     bool const was_behind = blade_.is_behind();

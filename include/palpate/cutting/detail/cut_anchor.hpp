@@ -93,13 +93,13 @@ class CutAnchor {
   template <class Body>
   int insert_facing(Body& body, int b, int c, typename Body::Scalar s) {
     int const n = insert_on_edge(body, b, c, s);
-    if (is_open()) hang(body, body.tissue().surface().triangle_with_edge(b, n), right_);
+    if (is_open()) attach_triangle(body, body.tissue().surface().triangle_with_edge(b, n), right_);
     return n;
   }
 
   /// Hangs a triangle on one copy of the anchor.
   template <class Body>
-  void hang(Body& body, int t, int copy) {
+  void attach_triangle(Body& body, int t, int copy) {
     int const other = copy == left_ ? right_ : left_;
     if (other != copy && body.tissue().surface().corner_of(t, other) >= 0) body.change_corner(t, other, copy);
   }
@@ -113,7 +113,7 @@ class CutAnchor {
     if (opens && body.keep_temporaries_at(left_)) fan_to_the_right(body, host);   // their triangles have other numbers now
     if (opens) {
       right_ = body.split_particle(left_, {});
-      stands_ = body.stands();
+      cut_epoch_ = body.stands();
       lips_.push_back({left_, right_});
       report.particles_added += 1;
     }
@@ -121,8 +121,8 @@ class CutAnchor {
     if (!is_open()) return;
     if (opens)
       for (int const t : fan_) body.change_corner(t, left_, right_);
-    hang(body, std::max(surface.triangle_with_edge(end, left_), surface.triangle_with_edge(end, right_)), right_);
-    hang(body, std::max(surface.triangle_with_edge(left_, end), surface.triangle_with_edge(right_, end)), left_);
+    attach_triangle(body, std::max(surface.triangle_with_edge(end, left_), surface.triangle_with_edge(end, right_)), right_);
+    attach_triangle(body, std::max(surface.triangle_with_edge(left_, end), surface.triangle_with_edge(right_, end)), left_);
     if (opens) body.balance_copies(left_, right_), open_behind(body);
   }
 
@@ -156,7 +156,7 @@ class CutAnchor {
   bool cut_to(Body& body, int host, int corner) {
     bool const cuts = can_cut_to(body, host, corner);
     if (is_open()) {   // the host hangs on the left copy; if it lies to the right of the edge, it changes sides
-      if (body.tissue().surface().triangle_with_edge(corner, left_) == host) hang(body, host, right_);
+      if (body.tissue().surface().triangle_with_edge(corner, left_) == host) attach_triangle(body, host, right_);
       if (!cuts) close(body);
     }
     join(body, corner);
@@ -181,21 +181,21 @@ class CutAnchor {
     int const copy = is_right ? right_ : left_;
     if (is_open()) {
       bool const is_lip_there = is_lip(body, host, corner);
-      hang(body, host, copy);
+      attach_triangle(body, host, copy);
       if (is_lip_there) {
         close(body);
         return;
       }
     }
     int const n = is_right ? insert_on_edge(body, copy, corner, s) : insert_on_edge(body, corner, copy, s);
-    if (is_open()) hang(body, is_right ? surface.triangle_with_edge(copy, n) : surface.triangle_with_edge(n, copy), is_right ? left_ : right_);
+    if (is_open()) attach_triangle(body, is_right ? surface.triangle_with_edge(copy, n) : surface.triangle_with_edge(n, copy), is_right ? left_ : right_);
     join(body, n);
   }
 
   /// Whether the anchor's copies can become one again: another blade has added nothing since they were parted, and none has come to stand on one.
   template <class Body>
   bool can_close(Body const& body) const noexcept {
-    return !is_open() || (stands_ == body.stands() && std::max(left_, right_) == body.size() - body.temporary_count() - 1);
+    return !is_open() || (cut_epoch_ == body.stands() && std::max(left_, right_) == body.size() - body.temporary_count() - 1);
   }
 
   /// Nothing is cut at the anchor after all: its copies become one again.
@@ -279,7 +279,7 @@ class CutAnchor {
   int left_end_ = -1;    // while it is open: where its fan of triangles ends
   int right_end_ = -1;
   int came_from_ = -1;   // the other end of the last cut edge, if that edge is still closed
-  std::size_t stands_ = 0;   // of the body, when the copies were parted
+  std::size_t cut_epoch_ = 0;   // of the body, when the copies were parted
 };
 
 }  // namespace palpate::detail

@@ -79,7 +79,7 @@ class SeparatingFront {
   void catch_up(Body& body) {
     target_.triangle = triangle_near(body, target_.triangle, target_.blade.point);   // others may have divided it
     go_to(body, target_);
-    body.stand_on_particle();
+    body.advance_cut_epoch();
   }
 
   /// The blade has left the surface over an edge of this triangle: the cut goes on to the border, and then along it without cutting.
@@ -222,7 +222,7 @@ class SeparatingFront {
       nearest_ = stage.nearest;
       goal = goal_along(body, straight);
     } else {
-      if (body.keep_temporary_in(to.triangle) >= 0) to.triangle = triangle_near(body, to.triangle, to.blade.point);
+      if (body.make_permanent_in(to.triangle) >= 0) to.triangle = triangle_near(body, to.triangle, to.blade.point);
       goal = nearest_ = to.leaves ? nearest_corner(body, to) : nearest_vertex(body, to.triangle, to.blade.point);
     }
     if (goal == goal_ && !is_outside_) return false;
