@@ -120,7 +120,7 @@ class WholeTick {
   std::vector<Vector3<S>> path_ = hand_path<S>();
   std::vector<PlaneSet<S>> sets_;
   TripleBuffer<ToldPlanes<S>> told_;
-  TripleBuffer<LocalModel<S>> models_{LocalModel<S>{.known = false}};
+  TripleBuffer<LocalModel<S>> models_{LocalModel<S>{.valid = false}};
   ServoLoop<RoundHand<S>, Overlaid<decltype(liver_force<S>()), ProxyOverlay<S>>, S> servo_;
   Tick written_;
   std::uint64_t tick_ = 0;

@@ -269,11 +269,11 @@ TEST_CASE("a jump of the position is no work", "[haptics][safety]") {
 
 TEST_CASE("without a model of the tissue nothing arms", "[haptics][safety]") {
   Bench bench;
-  bench.wanted.known = false;
+  bench.wanted.valid = false;
   bench.begin();
   bench.ticks(100);
   CHECK(bench.chain.stage() == DeviceStage::open);
-  bench.wanted.known = true;
+  bench.wanted.valid = true;
   bench.ticks(4);
   CHECK(bench.chain.stage() == DeviceStage::running);
 }
@@ -493,8 +493,8 @@ WaitCase const wait_cases[] = {
     {ArmingWaitsFor::calibration, [](Bench& b) { b.reading.calibration = Calibration::needs_hand; }, [](Bench& b) { b.reading.calibration = Calibration::good; }},
     {ArmingWaitsFor::steady_ticks, [](Bench& b) { b.reading.seconds = 0.0051; }, [](Bench& b) { b.reading.seconds = 0.001; }},
     {ArmingWaitsFor::slower_hand, [](Bench& b) { b.reading.position.x() += 0.002; }, [](Bench&) {}},
-    {ArmingWaitsFor::sound_body, [](Bench& b) { b.wanted.sound = false; }, [](Bench& b) { b.wanted.sound = true; }},
-    {ArmingWaitsFor::answer_of_body, [](Bench& b) { b.wanted.known = false; }, [](Bench& b) { b.wanted.known = true; }},
+    {ArmingWaitsFor::converged_body, [](Bench& b) { b.wanted.diverged = true; }, [](Bench& b) { b.wanted.diverged = false; }},
+    {ArmingWaitsFor::answer_of_body, [](Bench& b) { b.wanted.valid = false; }, [](Bench& b) { b.wanted.valid = true; }},
     {ArmingWaitsFor::fresh_model, [](Bench& b) { b.wanted.age = 0.2; }, [](Bench& b) { b.wanted.age = 0.0; }},
     {ArmingWaitsFor::tool_outside, [](Bench& b) { b.wanted.inside = true; }, [](Bench& b) { b.wanted.inside = false; }},
     {ArmingWaitsFor::button, [](Bench& b) { b.reading.buttons = 0; }, [](Bench& b) { b.reading.buttons = 1; }},
@@ -581,7 +581,7 @@ FaultCase const fault_cases[] = {
     {"forces are no numbers", [](Bench& b) { b.wanted.force.x() = std::nan(""); }, [](Bench& b) { b.wanted.force.x() = 0; }, true, SafetyEvent::fault},
     {"no button is held", [](Bench& b) { b.reading.buttons = 0; }, [](Bench& b) { b.reading.buttons = 1; }, false, SafetyEvent::dead_man_released},
     {"calibration is lost", [](Bench& b) { b.reading.calibration = Calibration::needs_update; }, [](Bench& b) { b.reading.calibration = Calibration::good; }, false, SafetyEvent::not_calibrated},
-    {"the body diverges", [](Bench& b) { b.wanted.sound = false; }, [](Bench& b) { b.wanted.sound = true; }, false, SafetyEvent::body_unsound},
+    {"the body diverges", [](Bench& b) { b.wanted.diverged = true; }, [](Bench& b) { b.wanted.diverged = false; }, false, SafetyEvent::body_diverged},
     {"a debugger stops the program", [](Bench& b) { b.reading.seconds = 3.0; }, [](Bench& b) { b.reading.seconds = 0.001; }, false, SafetyEvent::long_gap},
     {"the hand is too fast", [](Bench& b) { b.reading.position.y() += 0.002; }, [](Bench&) {}, false, SafetyEvent::overspeed},
 };

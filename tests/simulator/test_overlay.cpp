@@ -120,9 +120,9 @@ TEST_CASE("an overlay is not felt where nothing may be felt, and begins anew aft
   stage.servo.begin_session();
   CHECK(stage.tick() == Vector3<double>(0.5, 0, 0));
   CHECK_FALSE(stage.told.back().continues);
-  stage.model.sound = false;   // the body diverged
+  stage.model.diverged = true;   // the body diverged
   silent(asked + 1);
-  stage.model.sound = true;
+  stage.model.diverged = false;
   stage.tick();
   CHECK_FALSE(stage.told.back().continues);
   CHECK(stage.tick({std::numeric_limits<double>::infinity(), 0, 0}).isZero(0));

@@ -201,14 +201,14 @@ TEST_CASE("after a jump nothing is felt until the body has answered for the new 
   double pressed = 0.0;
   for (int i = 0; i <= 60; ++i) pressed = tick({0, 0, 0.001 - 1e-4 * i}, 0.001 * k);
   CHECK(pressed == Approx(0.5));
-  CHECK(servo.placements() == 0);
+  CHECK(servo.pose_discontinuities() == 0);
   Vector3<double> const away{0.02, 0, -0.005};
   double const before = 0.001 * (k - 1);
   for (int i = 0; i < 30; ++i) REQUIRE(tick(away, before) == 0.0);   // the body's thread is slow
-  CHECK(servo.placements() == 1);
+  CHECK(servo.pose_discontinuities() == 1);
   for (int i = 1; i <= 100; ++i) REQUIRE(tick(away, 0.001 * k) == Approx(0.5 * i / 100).epsilon(1e-9));
   for (int i = 0; i < 10; ++i) tick({0.02 + 0.0009 * i, 0, -0.005}, 0.001 * k);   // 0.9 m/s is a way that a hand goes
-  CHECK(servo.placements() == 1);
+  CHECK(servo.pose_discontinuities() == 1);
 }
 
 TEST_CASE("neither a clutch nor a jump while it is open places the tool, a break between two sessions may", "[simulator][safety]") {
@@ -228,13 +228,13 @@ TEST_CASE("neither a clutch nor a jump while it is open places the tool, a break
   tick(0.2, 3);   // a calibration, too
   tick(0.2, 1);
   CHECK(servo.tip().norm() < 1e-15);
-  CHECK(servo.placements() == 0);
+  CHECK(servo.pose_discontinuities() == 0);
   servo.begin_session();
   tick(0.202, 1);
-  CHECK(servo.placements() == 0);   // 2 mm between two sessions
+  CHECK(servo.pose_discontinuities() == 0);   // 2 mm between two sessions
   servo.begin_session();
   tick(0.25, 1);
-  CHECK(servo.placements() == 1);
+  CHECK(servo.pose_discontinuities() == 1);
   auto const forget = [&](int ticks) {
     strings.reads = DeviceStatus::stale;
     for (int k = 0; k < ticks; ++k) tick(strings.next.position.x(), 1);
@@ -242,14 +242,14 @@ TEST_CASE("neither a clutch nor a jump while it is open places the tool, a break
   };
   forget(9);
   tick(0.259, 1);   // 9 mm in 10 ms, for a device with a new sample in every tenth tick
-  CHECK(servo.placements() == 1);
+  CHECK(servo.pose_discontinuities() == 1);
   forget(9);
   tick(0.270, 1);   // 11 mm
-  CHECK(servo.placements() == 2);
+  CHECK(servo.pose_discontinuities() == 2);
   for (bool const known : {true, false}) {
     forget(60);   // longer than a long gap
     tick(strings.next.position.x() + (known ? 0.004 : 0.006), 1);
-    CHECK(servo.placements() == (known ? 2 : 3));
+    CHECK(servo.pose_discontinuities() == (known ? 2 : 3));
   }
 }
 

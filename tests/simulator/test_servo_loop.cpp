@@ -248,10 +248,10 @@ TEST_CASE("before the first pose there is no tip and no force", "[simulator][ser
 TEST_CASE("a body that has diverged gives no force", "[simulator][servo_loop]") {
   Stage<double> stage;
   stage.answer = {0, 0, 1};
-  stage.model.sound = false;
+  stage.model.diverged = true;
   CHECK(stage.tick({0, 0, 0}).force.isZero(0));
-  CHECK(stage.servo.counts().unsound == 1);
-  stage.model.sound = true;
+  CHECK(stage.servo.counts().diverged == 1);
+  stage.model.diverged = false;
   CHECK(stage.tick({0, 0, 0}).force.z() == 1.0);
 }
 

@@ -17,8 +17,8 @@ namespace palpate {
 template <RealScalar Scalar>
 struct LocalModel {
   CuttingPhase phase = CuttingPhase::no_contact;
-  bool sound = true;   ///< false: the body has diverged, and the hand must feel nothing
-  bool known = true;   ///< false: the body has not answered yet, and nothing arms
+  bool diverged = false;   ///< the body has diverged, and the hand must feel nothing
+  bool valid = true;       ///< false: the body has not answered yet, and nothing arms
   std::size_t restorations = 0;   ///< of the body: when it changes, what was touched before is gone
   double time = std::numeric_limits<double>::quiet_NaN();   ///< s, of the tip that it was made for; not a number: of now
   Vector3<Scalar> home_point = Vector3<Scalar>::Zero();

@@ -39,8 +39,8 @@ struct WantedForce {
   Vector3<S> force = Vector3<S>::Zero();   ///< on the hand, world frame
   double elastic = 0.0;                    ///< J, that the rendered model holds at most
   bool inside = false;                     ///< the tip is in the tissue: nothing arms there
-  bool known = true;                       ///< the tissue has answered once
-  bool sound = true;                       ///< the body has not diverged
+  bool valid = true;                       ///< the tissue has answered once
+  bool diverged = false;                   ///< the body has diverged
   double age = 0.0;                        ///< s, of the local model
   bool quiet = false;                      ///< the host wants the hand to feel nothing now: a clutch
 };
@@ -88,7 +88,7 @@ class SafetyChain {
     clock_ = waited_ = 0.0;
     missing_ = waits_for_ = ArmingWaitsFor::sample;
     told_waiting_ = false;
-    has_position_ = has_sample_ = held_before_ = stale_ = unsound_ = interrupted_ = false;
+    has_position_ = has_sample_ = held_before_ = stale_ = diverged_ = interrupted_ = false;
     since_sample_ = 0.0;
     out_.setZero();
     event_count_ = 0;
@@ -132,7 +132,7 @@ class SafetyChain {
   Vector3<S> operator()(WantedForce<S> const& wanted, WorkspaceMapping<S> const& mapping) noexcept {
     check_model(wanted);
     Vector3<S> force = Vector3<S>::Zero();
-    if (usable_ && wanted.sound && wanted.known) {
+    if (usable_ && !wanted.diverged && wanted.valid) {
       if (wanted.force.allFinite())
         force = wanted.force, not_finite_in_a_row_ = 0;
       else
@@ -145,9 +145,9 @@ class SafetyChain {
     if (wanted.inside && limits_.protects_a_hand) miss(ArmingWaitsFor::tool_outside);
     arm(asked);
     wait();
-    if (wanted.known) advance_ramp(wanted.quiet);
+    if (wanted.valid) advance_ramp(wanted.quiet);
     Vector3<S> out = Vector3<S>::Zero();
-    if (usable_ && stage_.may_render() && wanted.sound && not_finite_in_a_row_ == 0 && gain_ > 0.0)
+    if (usable_ && stage_.may_render() && !wanted.diverged && not_finite_in_a_row_ == 0 && gain_ > 0.0)
       out = ramped(force);
     else if (!force.isZero(0))
       ++counts_.disarmed;
@@ -274,12 +274,12 @@ class SafetyChain {
   }
 
   void check_model(WantedForce<S> const& wanted) noexcept {
-    if (!wanted.known) miss(ArmingWaitsFor::answer_of_body);
-    if (!wanted.sound) {
-      if (!unsound_) disarm(DeviceEvent::disarm, SafetyEvent::body_unsound, ArmingWaitsFor::sound_body);
-      miss(ArmingWaitsFor::sound_body);
+    if (!wanted.valid) miss(ArmingWaitsFor::answer_of_body);
+    if (wanted.diverged) {
+      if (!diverged_) disarm(DeviceEvent::disarm, SafetyEvent::body_diverged, ArmingWaitsFor::converged_body);
+      miss(ArmingWaitsFor::converged_body);
     }
-    unsound_ = !wanted.sound;
+    diverged_ = wanted.diverged;
     bool const stale = wanted.age > limits_.stale_after;
     if (stale) miss(ArmingWaitsFor::fresh_model);
     if (stale != stale_ && (stage_.stage() == DeviceStage::running || stage_.stage() == DeviceStage::stale)) {
@@ -385,7 +385,7 @@ class SafetyChain {
   double felt_ = 1.0, work_ = 1.0;   // κ s and κ/s of the mapping
   Vector3<S> out_ = Vector3<S>::Zero(), position_ = Vector3<S>::Zero();
   int small_ticks_ = 0, not_finite_in_a_row_ = 0;
-  bool usable_ = false, told_waiting_ = false, has_position_ = false, has_sample_ = false, held_before_ = false, stale_ = false, unsound_ = false, interrupted_ = false, recovers_ = false;
+  bool usable_ = false, told_waiting_ = false, has_position_ = false, has_sample_ = false, held_before_ = false, stale_ = false, diverged_ = false, interrupted_ = false, recovers_ = false;
   std::array<SafetyEvent, 16> events_{};
   std::size_t event_count_ = 0;
 };

@@ -18,7 +18,7 @@ enum class SafetyEvent {
   not_calibrated,     ///< the chain disarmed
   model_stale,        ///< the local model is too old: the force fades
   model_fresh,        ///< it is not any more: the force comes back
-  body_unsound,       ///< the body diverged: the chain disarmed
+  body_diverged,       ///< the body diverged: the chain disarmed
   not_finite,         ///< a force or position that is no number: zero in this tick
   stiffness_clamped,  ///< the force would be felt stiffer than the device stands, as in a scene that is enlarged: it renders less from now on
   fault               ///< no force until the device is opened again
@@ -36,7 +36,7 @@ constexpr char const* to_string(SafetyEvent event) noexcept {
     case SafetyEvent::not_calibrated: return "not calibrated";
     case SafetyEvent::model_stale: return "local model stale";
     case SafetyEvent::model_fresh: return "local model fresh";
-    case SafetyEvent::body_unsound: return "body diverged";
+    case SafetyEvent::body_diverged: return "body diverged";
     case SafetyEvent::not_finite: return "not a number";
     case SafetyEvent::stiffness_clamped: return "stiffness clamped";
     case SafetyEvent::fault: return "fault";
@@ -53,7 +53,7 @@ enum class ArmingWaitsFor {
   calibration,     ///< of the device
   steady_ticks,    ///< there was a gap between ticks, or a jump of the position
   slower_hand,     ///< it is above the limit of speed
-  sound_body,      ///< it has diverged
+  converged_body,      ///< it has diverged
   answer_of_body,  ///< there is none yet
   fresh_model,     ///< the last one is too old, or the device has had no new sample for so long
   tool_outside,    ///< the tip is in the tissue
@@ -70,7 +70,7 @@ constexpr char const* to_string(ArmingWaitsFor what) noexcept {
     case ArmingWaitsFor::calibration: return "a calibrated device";
     case ArmingWaitsFor::steady_ticks: return "ticks without gaps and jumps";
     case ArmingWaitsFor::slower_hand: return "a slower hand";
-    case ArmingWaitsFor::sound_body: return "a body that has not diverged";
+    case ArmingWaitsFor::converged_body: return "a body that has not diverged";
     case ArmingWaitsFor::answer_of_body: return "the first answer of the body";
     case ArmingWaitsFor::fresh_model: return "a fresh local model";
     case ArmingWaitsFor::tool_outside: return "the tool to leave the tissue";

@@ -22,7 +22,7 @@ struct BodyCounts {
   std::uint64_t steps = 0;           ///< body steps; more than ticks where a tick was split
   std::uint64_t capped = 0;          ///< ticks that wanted more steps than allowed; the rest of the tick is left out
   std::uint64_t stable_steps = 0;    ///< how often the stable step was found anew
-  std::uint64_t looks = 0;           ///< how often a body in motion was looked at, whether its stable step had fallen
+  std::uint64_t stability_checks = 0;           ///< how often a body in motion was looked at, whether its stable step had fallen
   std::uint64_t guarded = 0;         ///< ticks in which tissue moved so fast that the guaranteed step was kept
   std::uint64_t diverged = 0;        ///< steps refused because they diverged; the rest of the tick is left out
   int most_steps_a_tick = 0;
@@ -53,13 +53,13 @@ class BodyLoop {
     find_stable_step();
   }
 
-  /// Moves the tool through a tick of h seconds, its tip evenly, and returns what the servo needs to know. Where `placements`, the servo's count, has
+  /// Moves the tool through a tick of h seconds, its tip evenly, and returns what the servo needs to know. Where `pose_discontinuities`, the servo's count, has
   /// changed, the tool was not moved there but placed: nothing is touched or cut on the way, a cut in progress ends where the blade was, and the tip has to
   /// come from outside again. A cutter without `reset(body)` can not be told.
-  LocalModel<Scalar> tick(ToolPose<Scalar> const& tool, Scalar h, std::uint64_t placements = 0) {
+  LocalModel<Scalar> tick(ToolPose<Scalar> const& tool, Scalar h, std::uint64_t pose_discontinuities = 0) {
     Vector const &tip = tool.position, &velocity = tool.velocity;
-    if (placements != placements_) {
-      placements_ = placements;
+    if (pose_discontinuities != pose_discontinuities_) {
+      pose_discontinuities_ = pose_discontinuities;
       take_tool_away();
     }
     Vector const from = ticked_ ? last_tip_ : tip;
@@ -84,7 +84,7 @@ class BodyLoop {
     LocalModel<Scalar> model;
     SurfaceContact<Scalar> const& contact = cutter_.contact();
     model.phase = cutter_.state();
-    model.sound = sound_;
+    model.diverged = diverged_;
     model.restorations = body_.restorations();
     if (model.phase != CuttingPhase::no_contact) {
       model.home_point = contact.home_point;
@@ -128,7 +128,7 @@ class BodyLoop {
   Scalar stable_step() const noexcept { return stable_step_; }
 
  private:
-  static constexpr int ticks_between_looks = 8;
+  static constexpr int ticks_between_checks = 8;
   static constexpr int ticks_between_speeds = 4;
   static constexpr int guarded_at_once = 2;   // ticks
 
@@ -145,7 +145,7 @@ class BodyLoop {
   void step(Scalar h, Before before) {
     auto const [steps, each, capped, wanted] = split_duration(h, step_for(h), most_steps_);
     if (capped) ++counts_.capped, counts_.max_steps_wanted = std::max(counts_.max_steps_wanted, wanted);
-    if (cutter_.state() == CuttingPhase::no_contact) sound_ = true;
+    if (cutter_.state() == CuttingPhase::no_contact) diverged_ = false;
     int taken = 0;
     double covered = 0;   // s
     while (taken < steps) {
@@ -157,7 +157,7 @@ class BodyLoop {
         continue;
       }
       ++counts_.diverged;
-      sound_ = false;
+      diverged_ = true;
       break;
     }
     ++counts_.ticks;
@@ -182,7 +182,7 @@ class BodyLoop {
     } else if (was_guarded_ && guarded_ticks_ == 0) {   // what moved so fast, or was cut, lies otherwise now
       find_stable_step();
       was_guarded_ = false;
-    } else if (moves_ && ++ticks_unseen_ >= ticks_between_looks) {
+    } else if (moves_ && ++ticks_unseen_ >= ticks_between_checks) {
       look_at_stable_step();
     }
     if (guarded_ticks_ == 0 && moves_ && --ticks_to_speed_ <= 0) {
@@ -204,7 +204,7 @@ class BodyLoop {
 
   void look_at_stable_step() {
     ticks_unseen_ = 0;
-    ++counts_.looks;
+    ++counts_.stability_checks;
     if (body_.stable_step_fell()) find_stable_step();
   }
 
@@ -223,8 +223,8 @@ class BodyLoop {
   bool moves_ = false;
   Vector last_tip_ = Vector::Zero();
   bool ticked_ = false;
-  std::uint64_t placements_ = 0;
-  bool sound_ = true;
+  std::uint64_t pose_discontinuities_ = 0;
+  bool diverged_ = false;
   Scalar pressed_ = 0;   // N, of the last tick
   BodyCounts counts_;
 };

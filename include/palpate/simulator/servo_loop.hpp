@@ -36,7 +36,7 @@ struct ServoCounts {
   std::uint64_t unread = 0;       ///< reads that failed or were not finite: the last pose was kept and the force was zero
   std::uint64_t unwritten = 0;    ///< writes that failed
   std::uint64_t faulted = 0;      ///< ticks without force because the device had reported a fault in this session
-  std::uint64_t unsound = 0;      ///< ticks without force because the body had diverged
+  std::uint64_t diverged = 0;      ///< ticks without force because the body had diverged
   std::uint64_t faded = 0;        ///< ticks in which the force of before a restoration faded
   SafetyCounts safety{};
   ForceSaturation saturation{};   ///< of this session, or the last
@@ -67,7 +67,7 @@ struct DeviceScalarOf {
 /// The force is zero when the read failed or gave no finite position, when the body has diverged, when the force is not finite, while the
 /// chain is not armed, and, from a fault of the device on, until its next session. When the body is restored under the
 /// tool, the last force fades to zero over 50 ms, evenly; then the force model is heard again, and the tool has to touch anew. Where the position jumps, the
-/// tool was placed anew: `placements()` tells the body's side, and until that has answered there is no force.
+/// tool was placed anew: `pose_discontinuities()` tells the body's side, and until that has answered there is no force.
 /// A force model with an overlay (see HasOverlay) adds to the tissue's force in free space too, and goes on during that fading.
 template <class Device, class Force, RealScalar Scalar>
 class ServoLoop {
@@ -112,7 +112,7 @@ class ServoLoop {
     work_clutch(position);
     Vector const tip = mapping_.clutch_open() ? mapping_.held() : mapping_.to_world(position);
     Vector const reported = mapping_.velocity_to_world(state.velocity.template cast<Scalar>());
-    if (placed_ && static_cast<double>((tip - tip_).stableNorm()) > longest_way()) ++placements_, answer_is_due_ = true;
+    if (placed_ && static_cast<double>((tip - tip_).stableNorm()) > longest_way()) ++pose_discontinuities_, answer_is_due_ = true;
     if (status == DeviceStatus::ok) since_sample_ = 0;
     if (mapping_.clutch_open())
       velocity_.setZero();
@@ -145,21 +145,21 @@ class ServoLoop {
     last_depth_ = contact.depth;
 
     if (answer_is_due_) placed_at_ = now, answer_is_due_ = false;
-    bool const known = model.known && !(model.time < placed_at_);   // a model of where the tool was says nothing of where it is
-    bool const asked = usable_ && model.sound && known && !chain_.faulted();
+    bool const valid = model.valid && !(model.time < placed_at_);   // a model of where the tool was says nothing of where it is
+    bool const asked = usable_ && !model.diverged && valid && !chain_.faulted();
     if (chain_.faulted())
       ++counts_.faulted;
-    else if (!model.sound)
-      ++counts_.unsound;
+    else if (model.diverged)
+      ++counts_.diverged;
     WantedForce<Scalar> wanted{.inside = model.phase != CuttingPhase::no_contact && contact.depth > 0,
-                               .known = known,
-                               .sound = model.sound,
+                               .valid = valid,
+                               .diverged = model.diverged,
                                .age = std::fmax(now - model.time, sample_age_),
                                .quiet = mapping_.clutch_open()};
     if (asked) ask(model, contact, wanted);
     restorations_ = model.restorations;
     Vector const out = chain_(wanted, mapping_);
-    if (!asked || !wanted.force.allFinite() || !may_render(chain_.stage())) fall_silent();
+    if (!asked || !wanted.force.allFinite() || !may_render(chain_.stage())) reset_force();
     Wrench<DeviceScalar> wrench;
     wrench.force = limited(Vector3<DeviceScalar>(out.template cast<DeviceScalar>()), max_force_);   // rounding to a float may lengthen it by a bit
     if (!is_usable(device_.write(wrench))) {
@@ -179,7 +179,7 @@ class ServoLoop {
   }
 
   /// The hand is let go: zero is written. The last act of a run, and all there is to do for a driver that still calls.
-  void let_go() noexcept { static_cast<void>(device_.write(Wrench<DeviceScalar>{})); }
+  void write_zero_force() noexcept { static_cast<void>(device_.write(Wrench<DeviceScalar>{})); }
 
   /// A session begins: takes over what the device can do, now that it is open, and trusts it again. Local models will come at `model_rate` Hz.
   void begin_session(double model_rate) {
@@ -199,7 +199,7 @@ class ServoLoop {
     reports_orientation_ = capabilities.reports_orientation;
     placed_at_ = -std::numeric_limits<double>::infinity();   // the clock of a session begins anew
     answer_is_due_ = false;
-    fall_silent();
+    reset_force();
     fade_left_ = 0;
     sample_age_ = 0;
     if (chain_.limits().protects_a_hand) follows_ = false;   // it may have moved meanwhile; a simulated one has not
@@ -215,7 +215,7 @@ class ServoLoop {
   bool placed() const noexcept { return placed_; }
   /// How often the tip was found farther from where it was than `SafetyLimits::jump`, or than the fastest hand goes while a device has no new samples for a
   /// while: after a calibration, a long gap between ticks or samples, between two sessions. The tool is then elsewhere without having gone the way.
-  std::uint64_t placements() const noexcept { return placements_; }
+  std::uint64_t pose_discontinuities() const noexcept { return pose_discontinuities_; }
   double rate() const noexcept { return rate_; }   // Hz
   Device& device() noexcept { return device_; }
   Device const& device() const noexcept { return device_; }
@@ -235,7 +235,7 @@ class ServoLoop {
  private:
   static constexpr Scalar fade_time = Scalar(0.05);   // s
 
-  void fall_silent() noexcept {
+  void reset_force() noexcept {
     last_force_.setZero();
     continues_ = false;
   }
@@ -312,7 +312,7 @@ class ServoLoop {
   bool follows_ = false;   // so was the last one's: a difference of the two is a velocity
   bool placed_ = false;
   double since_sample_ = 0;      // s, since the last new and usable one
-  std::uint64_t placements_ = 0;
+  std::uint64_t pose_discontinuities_ = 0;
   bool answer_is_due_ = false;   // the tool was placed anew in this tick
   double placed_at_ = -std::numeric_limits<double>::infinity();   // s, on the clock of the model's time
   Vector tip_ = Vector::Zero();

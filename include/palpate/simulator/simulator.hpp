@@ -105,7 +105,7 @@ class Simulator {
       auto const body_started = std::chrono::steady_clock::now();
       LocalModel<Scalar> model;
       if (servo_.placed())
-        model = loop_.tick(servo_.tool(), h, servo_.placements());
+        model = loop_.tick(servo_.tool(), h, servo_.pose_discontinuities());
       else
         loop_.rest(h);
       auto const body_ended = std::chrono::steady_clock::now();
@@ -139,8 +139,8 @@ class Simulator {
     Exchange between{.started_at = started_at,
                      .ticks = ticks,
                      .pacer = Pacer(rate, options_.realtime.spin),
-                     .poses = TripleBuffer<Pose>(Pose{.tool = servo_.tool(), .time = started_at, .placements = servo_.placements()}),
-                     .models = TripleBuffer<LocalModel<Scalar>>(LocalModel<Scalar>{.known = false})};
+                     .poses = TripleBuffer<Pose>(Pose{.tool = servo_.tool(), .time = started_at, .pose_discontinuities = servo_.pose_discontinuities()}),
+                     .models = TripleBuffer<LocalModel<Scalar>>(LocalModel<Scalar>{.valid = false})};
     Recording recording(ticks);
     aim(statistics_.servo, rate);
     aim(statistics_.body, options_.body_rate);
@@ -245,7 +245,7 @@ class Simulator {
     ToolPose<Scalar> tool{};
     double time = 0.0;    // s of the recording
     double clock = 0.0;   // s since the run began
-    std::uint64_t placements = 0;
+    std::uint64_t pose_discontinuities = 0;
   };
 
   /// What the two threads of a real-time run share.
@@ -273,7 +273,7 @@ class Simulator {
     void tick() noexcept {
       between.beats.fetch_add(1, std::memory_order_relaxed);
       if (!simulator.goes_on(between)) {
-        simulator.servo_.let_go();
+        simulator.servo_.write_zero_force();
         between.servo_runs.store(false, std::memory_order_release);
         return;
       }
@@ -317,7 +317,7 @@ class Simulator {
     between.pacer.restart();
     for (; goes_on(between); ++between.done)
       servo_tick(between, recording, between.pacer.wait());
-    servo_.let_go();   // the body's thread may take long to notice
+    servo_.write_zero_force();   // the body's thread may take long to notice
     live_->publish_servo(statistics_.servo, servo_.counts());
     between.servo_runs.store(false, std::memory_order_release);
   }
@@ -337,7 +337,7 @@ class Simulator {
     if constexpr (SelfClocked<Device>) statistics_.servo.add_skipped(static_cast<std::uint64_t>(periods) - 1);
     servo_.read(static_cast<Scalar>(periods / rate));
     if (servo_.placed()) {
-      between.poses.back() = {servo_.tool(), time, now, servo_.placements()};
+      between.poses.back() = {servo_.tool(), time, now, servo_.pose_discontinuities()};
       between.poses.publish();
     }
     Tick const tick = servo_.respond(between.models.read(), time, now);
@@ -387,7 +387,7 @@ class Simulator {
       placed = between.poses.fetch() || placed;
       Pose const& pose = between.poses.front();
       if (placed) {
-        between.models.back() = loop_.tick(pose.tool, static_cast<Scalar>(h), pose.placements);
+        between.models.back() = loop_.tick(pose.tool, static_cast<Scalar>(h), pose.pose_discontinuities);
         between.models.back().time = pose.clock;
         between.models.publish();
       } else {
