@@ -108,7 +108,7 @@ template <RealScalar S>
 void backward_euler_25(benchmark::State& state) {
   using Clock = std::chrono::steady_clock;
   benchmarks::PlainBody<S> peer(make_heart<S>(), coefficients);
-  SoftBody body(heart<S>(), BackwardEuler{.tolerance = 0, .most_iterations = 25}, WholeBody{});
+  SoftBody body(heart<S>(), BackwardEuler{.tolerance = 0, .max_iterations = 25}, WholeBody{});
   peer.push(100, push.cast<S>());
   std::vector<double> ratios;
   for (auto _ : state) {

@@ -150,7 +150,7 @@ Picture controller_energy() {
     Throw thrown(too_stiff, controlled);
     for (int k = 0; k <= 400; ++k) thrown.tick(push);
     picture.quote("%-10s taken %.3f mJ after 400 ms, least %.3f mJ, damped in %d ticks; it came with %.3f mJ", controlled ? "controlled" : "as it is",
-                  energy(thrown), 1000 * thrown.controller().least_energy(), static_cast<int>(thrown.controller().damped()), 1000 * came);
+                  energy(thrown), 1000 * thrown.controller().min_energy(), static_cast<int>(thrown.controller().damped()), 1000 * came);
   }
   return picture;
 }

@@ -66,7 +66,7 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
   line(text, "servo tick    p50 %.1f us, p99 %.1f us", microseconds(outcome.servo.compute().p50()), microseconds(outcome.servo.compute().p99()));
   line(text, "body step     p50 %.1f us, p99 %.1f us a tick; %.1f steps a tick, at most %d%s", microseconds(outcome.body.compute().p50()),
        microseconds(outcome.body.compute().p99()), double(outcome.body_counts.steps) / double(outcome.body.ticks() > 0 ? outcome.body.ticks() : 1),
-       outcome.body_counts.most_steps_a_tick, outcome.body_counts.diverged > 0 ? "; THE BODY DIVERGED" : "");
+       outcome.body_counts.max_steps_a_tick, outcome.body_counts.diverged > 0 ? "; THE BODY DIVERGED" : "");
   if (outcome.cut.particles_added > 0)
     line(text, "cut           %.1f mm long; %d particles and %d triangles added; crossings V-P %d, V-V %d, P-V %d, P-P %d", 1000.0 * outcome.cut_length, outcome.cut.particles_added,
          outcome.cut.triangles_added, outcome.cut.vertex_edge, outcome.cut.vertex_vertex, outcome.cut.edge_vertex, outcome.cut.edge_edge);

@@ -70,7 +70,7 @@ class HandForce {
   palpate::CuttingForce<Curve, palpate::IndentationSpring<double>, palpate::OrganForce<double>, palpate::CurveJoin<double>> measured_;
   palpate::TissueReaction reaction_;
   palpate::ProxyForce<double> proxy_{
-      {.surface = palpate::SurfaceKind::ball, .most_stiffness = 2000.0, .static_friction = 0.3, .dynamic_friction = 0.2}};
+      {.surface = palpate::SurfaceKind::ball, .max_stiffness = 2000.0, .static_friction = 0.3, .dynamic_friction = 0.2}};
   double servo_rate_ = 0.0, model_rate_ = 0.0;   // Hz
   double last_depth_ = 0.0;                      // m
   Coupling coupling_;

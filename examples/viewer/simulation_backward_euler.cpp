@@ -6,7 +6,7 @@
 namespace viewer {
 
 std::shared_ptr<Simulation> make_backward_euler(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets) {
-  return make_with(palpate::BackwardEuler{.tolerance = 1e-3, .most_iterations = 12}, setup, organ, std::move(targets));
+  return make_with(palpate::BackwardEuler{.tolerance = 1e-3, .max_iterations = 12}, setup, organ, std::move(targets));
 }
 
 }  // namespace viewer

@@ -65,7 +65,7 @@ class SimulationOf final : public Simulation {
 
   void remember() override {
     if (simulator_.cutter().state() != palpate::CuttingPhase::no_contact || simulator_.cutter().is_behind() || simulator_.body().topology_revision() == marked_) return;
-    if (marks_.size() > most_marks) marks_.erase(marks_.begin() + 1);   // the first is the uncut body
+    if (marks_.size() > max_marks) marks_.erase(marks_.begin() + 1);   // the first is the uncut body
     marks_.push_back(simulator_.mark());
     marked_ = simulator_.body().topology_revision();
   }
@@ -92,7 +92,7 @@ class SimulationOf final : public Simulation {
   }
 
  private:
-  static constexpr std::size_t most_marks = 20;
+  static constexpr std::size_t max_marks = 20;
 
   void restore_last() {
     simulator_.restore(marks_.back());

@@ -107,12 +107,12 @@ TEST_CASE("damping proposed for at most a ratio is at most that for every mode, 
       auto const proposal = damping_for(tissue, ratio);
       set_damping(tissue, proposal);
       auto const [least, most] = Dense(tissue).shown_ratios();
-      CAPTURE(uneven, ratio, proposal.least_ratio, least, most);
-      CHECK(proposal.most_ratio == ratio);
+      CAPTURE(uneven, ratio, proposal.min_ratio, least, most);
+      CHECK(proposal.max_ratio == ratio);
       CHECK(most <= ratio + 1e-6);
-      CHECK(least >= proposal.least_ratio - 1e-6);
+      CHECK(least >= proposal.min_ratio - 1e-6);
       CHECK(most >= 0.95 * ratio);
-      CHECK(proposal.least_ratio > 0.3 * ratio - 1e-12);
+      CHECK(proposal.min_ratio > 0.3 * ratio - 1e-12);
     }
 }
 
@@ -127,10 +127,10 @@ TEST_CASE("damping proposed for at least a ratio is at least that for every mode
       set_damping(tissue, proposal);
       Dense const dense(tissue);
       auto const [least, most] = dense.shown_ratios();
-      CAPTURE(home, ratio, proposal.most_ratio, least, most);
-      CHECK(proposal.least_ratio == ratio);
+      CAPTURE(home, ratio, proposal.max_ratio, least, most);
+      CHECK(proposal.min_ratio == ratio);
       CHECK(least >= ratio - (home == 0 ? 1e-3 : 1e-6));   // flat without homes: modes without stiffness, a double root at 0
-      if (proposal.most_ratio < 1) CHECK(most <= proposal.most_ratio + 1e-6);
+      if (proposal.max_ratio < 1) CHECK(most <= proposal.max_ratio + 1e-6);
     }
 }
 
@@ -164,7 +164,7 @@ TEST_CASE("what damping costs leapfrog's stable step is what the manual says") {
       auto tissue = GridScene{}.tissue();
       auto const proposal = damping_for(tissue, ratio, goal);
       set_damping(tissue, proposal);
-      double const most = proposal.most_ratio;
+      double const most = proposal.max_ratio;
       double const factor = undamped / SoftBody(tissue, LeapfrogVerlet{}, WholeBody{}).stable_step();
       CAPTURE(ratio, most);
       CHECK(factor < 1.03 * (std::sqrt(1 + 4 * most * most) + 2 * most));   // γ is raised by 5 % like κ
@@ -225,7 +225,7 @@ TEST_CASE("the slowest mode of a larger body, a free body, a nailed one") {
   for (int i = 0; i < 9; ++i) all.nails.push_back(i);
   SoftBody fixed(all.tissue(), LeapfrogVerlet{}, WholeBody{});
   CHECK(modal_view(fixed).fastest.frequency == 0);
-  CHECK(damping_for(fixed.tissue(), 0.5).least_ratio == 0.5);
+  CHECK(damping_for(fixed.tissue(), 0.5).min_ratio == 0.5);
 }
 
 TEST_CASE("a bad ratio and damping of another tissue are refused in a sentence") {

@@ -243,7 +243,7 @@ TEMPLATE_PRODUCT_TEST_CASE("a step of zero changes nothing, two runs agree to th
 TEMPLATE_TEST_CASE("a free body keeps its momentum to within the tolerance, and pushes add theirs", "", BackwardEuler, CrankNicolson) {
   TestType integrator;
   integrator.tolerance = 1e-12;
-  integrator.most_iterations = 2000;
+  integrator.max_iterations = 2000;
   auto tissue = sheet<double>(300.0, 0.0, 0.02);
   for (int i = 0; i < tissue.size(); ++i) tissue.set_home(i, {});
   SoftBody body(tissue, integrator, WholeBody{});
@@ -259,7 +259,7 @@ TEST_CASE("a spent budget still gives a bounded step towards rest") {
   auto tissue = sheet<double>(5000.0, 5.0, 0.05);
   for (int i = 0; i < 7; ++i) tissue.nail(i);
   for (int const budget : {0, 1, 5, 10}) {
-    SoftBody body(tissue, BackwardEuler{.most_iterations = budget}, WholeBody{});
+    SoftBody body(tissue, BackwardEuler{.max_iterations = budget}, WholeBody{});
     for (int k = 0; k < 300; ++k) {
       body.apply_force(38, {0.0, 0.2, 0.0});
       REQUIRE(body.step(5e-3));

@@ -145,7 +145,7 @@ TEMPLATE_TEST_CASE("divergence is reported with the particle, its value and the 
 }
 
 TEST_CASE("an adaptive integrator that gives up is reported as divergence, the body stays as it was") {
-  SoftBody body(GridScene{}.tissue(), DormandPrince{.relative = 1e-12, .absolute = 1e-16, .most_inner_steps = 2}, WholeBody{});
+  SoftBody body(GridScene{}.tissue(), DormandPrince{.relative = 1e-12, .absolute = 1e-16, .max_inner_steps = 2}, WholeBody{});
   body.apply_force(5, {0.0, 0.0, -1.0});
   auto const report = body.step(1.0);
   CHECK(report.status == StepStatus::diverged);

@@ -84,7 +84,7 @@ struct Hosts {
   int every;
   bool and_places = true;
   HostCopy often, seldom;
-  int tick = 0, most_temporary = 0;
+  int tick = 0, max_temporary = 0;
 
   Hosts(Body& followed, int forgets_every, bool places = true) : body(followed), every(forgets_every), and_places(places) { forget(); }
 
@@ -96,7 +96,7 @@ struct Hosts {
     INFO("tick " << tick);
     SurfaceChanges const changes = body.changes();
     REQUIRE(violations(body, changes) == "");
-    most_temporary = std::max(most_temporary, changes.temporary_count);
+    max_temporary = std::max(max_temporary, changes.temporary_count);
     if (tick == 0) often = seldom;
     often.patch(body, changes);
     REQUIRE(often.differs_from(body, and_places) == "");
@@ -174,7 +174,7 @@ TEST_CASE("the changes of two blades that cross each other's way") {
       if (i < tips[k].size()) blades[k].advance(body, tips[k][i]);
     hosts.follow();
   }
-  CHECK(hosts.most_temporary == 2);
+  CHECK(hosts.max_temporary == 2);
   CHECK(body.temporary_count() == 0);
 }
 
@@ -262,8 +262,8 @@ TEST_CASE("on a surface of 100,000 triangles a tick is told in a few") {
   body.forget_changes();
   ProgressiveCutter<double> cutter({.puncture_depth = 2e-4});
   int within = 0, crossing = 0;
-  std::size_t most_listed = 0;
-  int most_added = 0;
+  std::size_t max_listed = 0;
+  int max_added = 0;
   CutReport before;
   for (auto const& tip : stroke_over<double>(grid, sampled<double>({{0.1003, 0.0707, 0}, {0.1203, 0.0767, 0}, {0.1153, 0.0857, 0}}, 3e-5), 4e-4, 4e-4)) {
     Matrix<int, 3, Dynamic> const triangles = body.triangles();
@@ -280,16 +280,16 @@ TEST_CASE("on a surface of 100,000 triangles a tick is told in a few") {
       CHECK(changes.triangles.empty());
     } else if (crossed == 1) {
       ++crossing;
-      most_listed = std::max(most_listed, changes.triangles.size());
-      most_added = std::max(most_added, changes.triangle_count - changes.first_triangle);
+      max_listed = std::max(max_listed, changes.triangles.size());
+      max_added = std::max(max_added, changes.triangle_count - changes.first_triangle);
     }
     body.forget_changes();
   }
-  INFO("at most " << most_listed << " listed and " << most_added << " new in " << crossing << " ticks, " << within << " without a change");
+  INFO("at most " << max_listed << " listed and " << max_added << " new in " << crossing << " ticks, " << within << " without a change");
   CHECK(within > 500);
   CHECK(crossing > 30);
-  CHECK(most_listed <= 12);
-  CHECK(most_added <= 6);
+  CHECK(max_listed <= 12);
+  CHECK(max_added <= 6);
 }
 
 TEST_CASE("changes that nobody forgets stay bounded, and still patch the copy from then") {

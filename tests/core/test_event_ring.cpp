@@ -120,7 +120,7 @@ TEST_CASE("a writer that waits for room loses nothing", "[event_ring][threads][e
     for (std::uint64_t number = 1; number <= last; ++number)
       for (; !ring.push(payload(number)); ++retries) std::this_thread::yield();
   });
-  std::uint64_t expected = 1, wrong = 0, most_waiting = 0;
+  std::uint64_t expected = 1, wrong = 0, max_waiting = 0;
   while (expected <= last) {
     auto const event = ring.pop();
     if (!event) {
@@ -129,11 +129,11 @@ TEST_CASE("a writer that waits for room loses nothing", "[event_ring][threads][e
     }
     if (*event != payload(expected)) ++wrong;
     ++expected;
-    most_waiting = std::max<std::uint64_t>(most_waiting, ring.size());
+    max_waiting = std::max<std::uint64_t>(max_waiting, ring.size());
   }
   writer.join();
   CHECK(wrong == 0);
-  CHECK(most_waiting <= ring.capacity());
+  CHECK(max_waiting <= ring.capacity());
   CHECK(ring.dropped() == retries);   // each push that found no room
   CHECK(ring.size() == 0);
 }

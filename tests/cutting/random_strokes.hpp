@@ -42,7 +42,7 @@ class RandomStrokes {
   }
 
  private:
-  static constexpr int most_ticks = 24;
+  static constexpr int max_ticks = 24;
 
   bool chance(std::uint64_t one_in) { return random_.below(one_in) == 0; }
   Vector any() { return {random_.uniform(S(-1), S(1)), random_.uniform(S(-1), S(1)), random_.uniform(S(-1), S(1))}; }
@@ -167,11 +167,11 @@ class RandomStrokes {
   Points<S> along(Points<S> const& corners) {
     S const tick = edge_ * std::exp(random_.uniform(std::log(S(0.02)), std::log(S(10))));
     Points<S> path{corners.front()};
-    for (std::size_t k = 1; k < corners.size() && path.size() < most_ticks; ++k) {
+    for (std::size_t k = 1; k < corners.size() && path.size() < max_ticks; ++k) {
       Vector const from = path.back(), leg = corners[k] - from;
       if (!(leg.norm() < edge_ * 1000)) continue;
       auto const ticks = static_cast<int>(std::ceil(leg.norm() / tick));
-      for (int i = 1; i <= std::max(1, ticks) && path.size() < most_ticks; ++i) path.push_back(i >= ticks ? corners[k] : Vector(from + leg * (S(i) / S(ticks))));
+      for (int i = 1; i <= std::max(1, ticks) && path.size() < max_ticks; ++i) path.push_back(i >= ticks ? corners[k] : Vector(from + leg * (S(i) / S(ticks))));
     }
     return path;
   }

@@ -20,7 +20,7 @@
 ///   224 … 239  the same point at another height             240 … 255  the same point once more
 /// The numbers of a triangle are those of the mesh undeformed and uncut.
 template <class S>
-StrokeCase<S> strokes_from_bytes(std::span<std::uint8_t const> bytes, std::size_t most_ticks = 60) {
+StrokeCase<S> strokes_from_bytes(std::span<std::uint8_t const> bytes, std::size_t max_ticks = 60) {
   static constexpr std::array meshes{"small grid", "small sphere", "small tube", "small uneven"};
   auto const next = [&] {
     if (bytes.empty()) return 0;
@@ -35,7 +35,7 @@ StrokeCase<S> strokes_from_bytes(std::span<std::uint8_t const> bytes, std::size_
   if (int const snap = next(); snap >= 128) strokes.snap = scene.edge * S(snap - 128) / 200;
   int const kind = next();
   strokes.steps = kind >= 192 ? 1 : 0;
-  strokes.blades = kind % 4 == 3 ? most_blades : 1;
+  strokes.blades = kind % 4 == 3 ? max_blades : 1;
   if (kind % 8 >= 6) strokes.crossings = 1 + kind / 8 % 4;
   auto const normals = palpate::vertex_normals(mesh);
   palpate::Vector3<S> at = mesh.points.col(0), normal = normals.col(0);
@@ -48,7 +48,7 @@ StrokeCase<S> strokes_from_bytes(std::span<std::uint8_t const> bytes, std::size_
   auto const lift = [&] {
     if (!strokes.strokes.empty() && !strokes.strokes.back().empty()) strokes.strokes.back().push_back(at + scene.edge * normal / 2);
   };
-  for (std::size_t tick = 0; tick < most_ticks && !bytes.empty(); ++tick) {
+  for (std::size_t tick = 0; tick < max_ticks && !bytes.empty(); ++tick) {
     int const what = next(), a = next(), b = next(), c = next(), d = next();
     S const s = S(b) / 255, r = S(c) / 255;
     if (what < 32) {

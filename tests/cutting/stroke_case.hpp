@@ -14,7 +14,7 @@
 #include <vector>
 
 /// So many blades the random strokes draw in one body at once.
-inline constexpr int most_blades = 3;
+inline constexpr int max_blades = 3;
 
 /// Strokes over one body, with all that is needed to draw them again.
 template <class S>

@@ -43,7 +43,7 @@ void draw_a_body(std::string const& mesh, std::uint64_t seed, Drawn& drawn) {
   else if (kind == 2)
     strokes.snap = scene.edge * std::exp(random.uniform(std::log(S(1e-3)), std::log(S(0.6))));
   strokes.steps = random.below(6) == 0 ? 2 : 0;
-  strokes.blades = random.below(8) == 0 ? 2 + static_cast<int>(random.below(most_blades - 1)) : 1;
+  strokes.blades = random.below(8) == 0 ? 2 + static_cast<int>(random.below(max_blades - 1)) : 1;
   if (random.below(5) == 0) strokes.crossings = 1 + static_cast<int>(random.below(5));
   StrokeRun run(strokes, scalpel_of<S>);
   ++drawn.bodies;

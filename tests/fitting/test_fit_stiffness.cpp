@@ -530,7 +530,7 @@ TEST_CASE("what makes no test is refused with the reason") {
   CHECK_THROWS_AS(fit_stiffness(mesh, guess, test, good, Found{.link = {}, .home_stiffness = false}), InvalidArgument);
   CHECK_THROWS_AS(fit_stiffness(mesh, guess, test, good, Found{.link = {{"none", "N/m", nullptr}}}), InvalidArgument);
   CHECK_THROWS_AS(fit_stiffness(mesh, guess, test, good, {}, StiffnessFitOptions<>{.confidence = 1.0}), InvalidArgument);
-  CHECK_THROWS_AS(fit_stiffness(mesh, guess, test, good, {}, StiffnessFitOptions<>{.most_depths = 1}), InvalidArgument);
+  CHECK_THROWS_AS(fit_stiffness(mesh, guess, test, good, {}, StiffnessFitOptions<>{.max_depths = 1}), InvalidArgument);
   try {
     fit_stiffness(mesh, guess, Test{.particle = 4, .nailed = {0, 8}}, good, {}, StiffnessFitOptions<>{.solver = {.iterations = 1}});
     FAIL("a solver that may take one step finds no rest");

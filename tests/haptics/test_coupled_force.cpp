@@ -32,7 +32,7 @@ LocalModel<S> coupled_plane(S stiffness) {
 
 template <class S>
 ProxyForce<S> stiff_proxy(S stiffness) {
-  return ProxyForce<S>({.surface = SurfaceKind::plane, .most_stiffness = stiffness, .handover = 1});
+  return ProxyForce<S>({.surface = SurfaceKind::plane, .max_stiffness = stiffness, .handover = 1});
 }
 
 /// An estimator that says what it is told.

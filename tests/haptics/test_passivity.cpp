@@ -159,7 +159,7 @@ TEST_CASE("C1-W2 C8-O1: the observer finds what a sampled wall gives at constant
         CHECK(observer({x, 0, 0}, force) == force);   // it observes alone
         observer.sent(force);
       }
-      CHECK(observer.least_energy() <= observer.energy());
+      CHECK(observer.min_energy() <= observer.energy());
       CHECK(observer.damped() == 0);
       return observer.energy();
     };
@@ -222,7 +222,7 @@ TEST_CASE("C8-O3: with the controller no wall throws a mass back faster than it 
     CHECK(v.x() > 0.0);
     CHECK(v.x() < 0.2 * std::exp(-0.1 / 0.075 * 0.001 * (in_air - 1)));   // no more than the device's damping in the air leaves of it
     CHECK(controller.energy() > -1e-6);
-    CHECK(controller.least_energy() > -1e-3);
+    CHECK(controller.min_energy() > -1e-3);
   }
 }
 

@@ -36,7 +36,7 @@ LocalModel<double> punctured_plane(double z, CuttingPhase before, std::uint64_t 
 TEST_CASE("a force that presses 1.5 N passes over into that of the cut, and out of it, within the slew limit", "[haptics]") {
   for (SurfaceKind const kind : {SurfaceKind::plane, SurfaceKind::ball, SurfaceKind::facets})
     for (int const every : {1, 2, 3, 5, 33}) {
-      ProxyForceOptions const options{.surface = kind, .most_stiffness = pressed_stiffness};
+      ProxyForceOptions const options{.surface = kind, .max_stiffness = pressed_stiffness};
       ProxyForce<double> alone(options);
       PressThenCut both(alone, [](double depth) noexcept { return cut_stiffness * depth; });
       alone.begin_session(1000.0, 1000.0 / every);

@@ -93,7 +93,7 @@ TEST_CASE("what is left out is careful for a hand and nothing for a simulated de
 }
 
 TEST_CASE("C9-X1: a force that is no number becomes zero, and a fault when it goes on", "[haptics][safety]") {
-  Bench bench{.options = {.most_not_finite = 3}};
+  Bench bench{.options = {.max_not_finite = 3}};
   bench.begin_armed();
   CHECK(bench.tick({0, 0, 0.1}) == Vector3<double>(0, 0, 0.1));
   for (double const bad : {std::nan(""), std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()}) CHECK(bench.tick({0, bad, 0}).isZero(0));
@@ -128,10 +128,10 @@ TEST_CASE("forces that are no numbers now and then are a fault where there are t
     CHECK(ticks_to_fault({}, 49, positions) == 49 * 21);   // from the first to the 21st are 980 ms
     CHECK(ticks_to_fault({}, 51, positions) == 0);         // 1,020 ms
   }
-  CHECK(ticks_to_fault({.most_not_finite_in_window = 5, .not_finite_window = 0.1}, 19) == 19 * 6);
-  CHECK(ticks_to_fault({.most_not_finite_in_window = 5, .not_finite_window = 0.1}, 21) == 0);
-  CHECK(ticks_to_fault({.most_not_finite_in_window = 64, .not_finite_window = 1.0}, 2) == 2 * 65);
-  CHECK(ticks_to_fault({.most_not_finite_in_window = 0}, 7) == 7);
+  CHECK(ticks_to_fault({.max_not_finite_in_window = 5, .not_finite_window = 0.1}, 19) == 19 * 6);
+  CHECK(ticks_to_fault({.max_not_finite_in_window = 5, .not_finite_window = 0.1}, 21) == 0);
+  CHECK(ticks_to_fault({.max_not_finite_in_window = 64, .not_finite_window = 1.0}, 2) == 2 * 65);
+  CHECK(ticks_to_fault({.max_not_finite_in_window = 0}, 7) == 7);
   Bench simulated;
   simulated.device.moves_a_hand = false;
   simulated.begin_armed();
@@ -671,7 +671,7 @@ TEST_CASE("options that make no sense are refused", "[haptics][safety]") {
   CHECK_THROWS_WITH(chain.begin({.ramp = INFINITY}, touch_like, 500.0), says(".ramp is inf s", "finite"));
   CHECK_THROWS_WITH(chain.begin({.reservoir = 0.0}, touch_like, 500.0), says(".reservoir is 0 J", "above zero"));
   CHECK_THROWS_WITH(chain.begin({.damping = INFINITY}, touch_like, 500.0), says(".damping is inf N·s/m", "finite"));
-  CHECK_THROWS_WITH(chain.begin({.most_not_finite_in_window = 65}, touch_like, 500.0), says(".most_not_finite_in_window is 65", "0 to 64"));
+  CHECK_THROWS_WITH(chain.begin({.max_not_finite_in_window = 65}, touch_like, 500.0), says(".max_not_finite_in_window is 65", "0 to 64"));
   CHECK_THROWS_WITH(chain.begin({.not_finite_window = -1.0}, touch_like, 500.0), says(".not_finite_window is -1 s", "zero or more"));
   CHECK_THROWS_WITH(chain.begin({.tell_waiting = std::nan("")}, touch_like, 500.0), says(".tell_waiting is nan s", "infinity for never"));
 }

@@ -261,7 +261,7 @@ TEST_CASE("Dormand and Prince's steps meet their tolerance whatever the step ask
 
 TEST_CASE("Dormand and Prince's step gives up with a position that is not a number") {
   testing::TwoParticles few, poles;
-  few.advance(DormandPrince{.relative = 1e-12, .most_inner_steps = 3}, 1.0);
+  few.advance(DormandPrince{.relative = 1e-12, .max_inner_steps = 3}, 1.0);
   CHECK(!few.positions().allFinite());
   poles.velocities().setConstant(std::numeric_limits<double>::infinity());
   poles.advance(DormandPrince{}, 1.0);

@@ -83,7 +83,7 @@ TEMPLATE_TEST_CASE("a tick is split into the fewest equal steps not above the st
     CHECK(static_cast<int>(loop.body().steps.size()) == c.steps);
     for (S const h : loop.body().steps) CHECK(h == Approx(c.tick / c.steps).epsilon(1e-6));
     CHECK(loop.counts().steps == static_cast<std::uint64_t>(c.steps));
-    CHECK(loop.counts().most_steps_a_tick == c.steps);
+    CHECK(loop.counts().max_steps_a_tick == c.steps);
     CHECK(loop.counts().capped == 0);
     loop.rest(static_cast<S>(c.tick));
     CHECK(loop.counts().steps == 2 * static_cast<std::uint64_t>(c.steps));
@@ -100,7 +100,7 @@ TEST_CASE("a tick takes no more steps than it may, and says so", "[simulator][bo
     CHECK(loop.body().steps.size() == 21);
     for (double const h : loop.body().steps) CHECK(h == Approx(stable > 0 ? stable : 1e-3 / 7));   // it lags, it does not diverge
     CHECK(loop.counts().capped == 3);
-    CHECK(loop.counts().most_steps_a_tick == 7);
+    CHECK(loop.counts().max_steps_a_tick == 7);
     CHECK(loop.counts().max_steps_wanted == (stable > 0 ? 1000 : 1000000000));
     CHECK(loop.counts().seconds == Approx(3e-3));
     CHECK(loop.counts().lag == Approx(stable > 0 ? 3 * (1e-3 - 7e-6) : 0.0));

@@ -88,10 +88,10 @@ TEST_CASE("a body that lags is told, with how far, why, and what to do", "[simul
   BodyCounts& body = statistics.body_counts;
   body.ticks = 400, body.steps = 30000, body.seconds = 0.4;
   CHECK(lag_text(body).empty());
-  body.capped = 250, body.most_steps_a_tick = 100, body.max_steps_wanted = 431, body.lag = 0.123;
+  body.capped = 250, body.max_steps_a_tick = 100, body.max_steps_wanted = 431, body.lag = 0.123;
   CHECK(lag_text(body) ==
         "the body lags 0.123 s behind the hand, 30.8 % of 0.4 s; 250 of 400 ticks wanted up to 431 steps where 100 are allowed: raise "
-        "SimulatorOptions::most_body_steps, or make the stable step longer with softer links, less damping, more mass or a coarser mesh\n");
+        "SimulatorOptions::max_body_steps, or make the stable step longer with softer links, less damping, more mass or a coarser mesh\n");
   CHECK(budget_text(statistics) == "servo: no tick yet\nbody: no tick yet\n" + lag_text(body));
   body.capped = 0;
   CHECK(lag_text(body).find("; its ticks came too late: compute fewer particles, lower SimulatorOptions::body_rate, or leave its thread a core\n") != std::string::npos);

@@ -24,7 +24,7 @@ TEST_CASE("a servo tells a coupled force its device, and never arms on it within
   ServoOptions options;
   options.safety.dead_man = 0;
   ServoLoop<Puppet<double>, CoupledForce<ProxyForce<double>>, double> servo(
-      Puppet<double>(strings), CoupledForce(ProxyForce<double>({.surface = SurfaceKind::plane, .most_stiffness = 1200.0, .handover = 1})), options);
+      Puppet<double>(strings), CoupledForce(ProxyForce<double>({.surface = SurfaceKind::plane, .max_stiffness = 1200.0, .handover = 1})), options);
   servo.begin_session(1000.0);
   CHECK(servo.force().law().stiffness == 400.0);
   int ticks = 0;

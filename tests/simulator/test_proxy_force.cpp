@@ -73,7 +73,7 @@ TEST_CASE("at rest the proxy's spring is the tissue's reaction, where it is as s
   CHECK(tissue.z() > 0.05);
   for (SurfaceKind const kind : {SurfaceKind::plane, SurfaceKind::ball, SurfaceKind::facets}) {
     CAPTURE(static_cast<int>(kind));
-    Vector3<double> const proxy = at_rest(ProxyForce<double>({.surface = kind, .most_stiffness = 2000.0}));
+    Vector3<double> const proxy = at_rest(ProxyForce<double>({.surface = kind, .max_stiffness = 2000.0}));
     CHECK((proxy - tissue).norm() <= 0.15 * tissue.norm());   // the normals differ: of the surface as it is, of the undisturbed one
   }
 }
@@ -127,7 +127,7 @@ TEST_CASE("where a cut begins and ends a proxy's force has no step, alone and wi
   for (int const every : {1, 33}) {
     BodyLoop loop(palpate_test::skin<double>(ZoneOfInfluence{.rings = 3}), ProgressiveCutter<double>({.puncture_depth = 0.006, .snap = 5e-4}), ContactCoupling{}, 100);
     loop.sense_surface(SurfaceKind::plane);
-    ProxyForceOptions const options{.surface = SurfaceKind::plane, .most_stiffness = 300.0, .static_friction = 0.3, .dynamic_friction = 0.2};
+    ProxyForceOptions const options{.surface = SurfaceKind::plane, .max_stiffness = 300.0, .static_friction = 0.3, .dynamic_friction = 0.2};
     ProxyForce<double> alone(options);
     PressThenCut both(ProxyForce<double>(options), curve);
     alone.begin_session(1000.0, 1000.0 / every);

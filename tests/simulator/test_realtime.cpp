@@ -121,7 +121,7 @@ template <class S>
 auto scalpel_run(Trajectory<S> const& script, double cap, std::atomic<long>& ticks, SafetyOptions const& safety = {}) {
   return Simulator(Patient<ScriptedDevice<S>, S>(ScriptedDevice<S>(script, {.max_force = cap}), ticks), skin<S>(ZoneOfInfluence{.rings = 4}),
                    Counted(ProgressiveCutter<S>({.puncture_depth = S(0.006), .snap = S(5e-4)}), ticks),
-                   CuttingForce(liver_hysteresis<S>(), WhiteGaussianNoise<S>({.snr_db = 30.0, .seed = 7})), {.most_body_steps = 200, .servo = {.safety = safety}});
+                   CuttingForce(liver_hysteresis<S>(), WhiteGaussianNoise<S>({.snr_db = 30.0, .seed = 7})), {.max_body_steps = 200, .servo = {.safety = safety}});
 }
 
 }  // namespace

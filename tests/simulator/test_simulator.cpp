@@ -89,7 +89,7 @@ TEST_CASE("a run without time is an empty recording, and one that makes no sense
   auto const with = [](SimulatorOptions const& options) {
     return message_of([&] { Simulator(ScriptedDevice<double>(stroke<double>()), skin<double>(WholeBody{}), NoCutter<double>{}, NoForce{}, options); });
   };
-  CHECK(unsaid(with({.most_body_steps = 0}), "most_body_steps is 0") == "");
+  CHECK(unsaid(with({.max_body_steps = 0}), "max_body_steps is 0") == "");
   CHECK(unsaid(with({.body_rate = 0.0}), "0 Hz") == "");
   CHECK(unsaid(with({.snapshot_rate = -5.0}), "-5 Hz") == "");
   CHECK(unsaid(with({.coupling = {.stiffness = -1.0}}), "contact stiffness", "-1 N/m") == "");

@@ -52,7 +52,7 @@ std::pair<double, int> felt(Strings<double>& strings, double scale, double force
 TEST_CASE("C10-M6: in an enlarged scene a force renders no more than the device stands, and says so once a session", "[simulator][servo_loop]") {
   Strings<double> strings;
   strings.capabilities = {.max_force = 1e3, .rate = 1000.0, .moves_a_hand = false, .max_stiffness = 500.0};
-  ProxyForce<double> const plane({.surface = SurfaceKind::plane, .most_stiffness = 800.0, .handover = 1}), soft({.surface = SurfaceKind::plane, .most_stiffness = 400.0, .handover = 1});
+  ProxyForce<double> const plane({.surface = SurfaceKind::plane, .max_stiffness = 800.0, .handover = 1}), soft({.surface = SurfaceKind::plane, .max_stiffness = 400.0, .handover = 1});
   auto const is = [](std::pair<double, int> const& found, double stiffness, int told) {
     CHECK(found.first == Approx(stiffness).epsilon(1e-9));
     CHECK(found.second == told);

@@ -44,10 +44,10 @@ inline ThreadFacts thread_facts() {
 }
 
 /// For a child process: no rights, and a limit [bytes] to locked memory. False where that can not be had.
-inline bool give_up_rights([[maybe_unused]] unsigned long long most_locked) {
+inline bool give_up_rights([[maybe_unused]] unsigned long long max_locked) {
 #if __has_include(<sys/resource.h>) && defined(__linux__)
   ::rlimit const none{0, 0};
-  ::rlimit const memory{static_cast<::rlim_t>(most_locked), static_cast<::rlim_t>(most_locked)};
+  ::rlimit const memory{static_cast<::rlim_t>(max_locked), static_cast<::rlim_t>(max_locked)};
   if (::setrlimit(RLIMIT_RTPRIO, &none) != 0 || ::setrlimit(RLIMIT_MEMLOCK, &memory) != 0) return false;
   return ::geteuid() != 0 || (::setgid(65534) == 0 && ::setuid(65534) == 0);
 #else

@@ -46,13 +46,13 @@ double rms(Alignment const& alignment) {
 }
 
 /// The least sum of weighted distances over all monotone chains of pairs, by trying them all.
-double least_cost(Path const& a, Path const& b, Eigen::Index i, Eigen::Index j) {
+double min_cost(Path const& a, Path const& b, Eigen::Index i, Eigen::Index j) {
   double const here = (a.col(i) - b.col(j)).norm();
   if (i == 0 && j == 0) return 2 * here;
   double best = std::numeric_limits<double>::infinity();
-  if (i > 0) best = std::min(best, least_cost(a, b, i - 1, j));
-  if (j > 0) best = std::min(best, least_cost(a, b, i, j - 1));
-  if (i > 0 && j > 0) best = std::min(best, least_cost(a, b, i - 1, j - 1) + here);
+  if (i > 0) best = std::min(best, min_cost(a, b, i - 1, j));
+  if (j > 0) best = std::min(best, min_cost(a, b, i, j - 1));
+  if (i > 0 && j > 0) best = std::min(best, min_cost(a, b, i - 1, j - 1) + here);
   return best + here;
 }
 
@@ -150,7 +150,7 @@ TEST_CASE("the warping is the cheapest of all", "[training][alignment]") {
         bool const both = j == warp.first_column[row] && (i == 0 || j > warp.last_column[row - 1]);   // how the chain came here
         cost += (both ? 2 : 1) * (a.col(i) - b.col(static_cast<Eigen::Index>(j))).norm();
       }
-    CHECK(cost == Approx(least_cost(a, b, n - 1, m - 1)).epsilon(1e-12));
+    CHECK(cost == Approx(min_cost(a, b, n - 1, m - 1)).epsilon(1e-12));
     CHECK(warp.first_column.front() == 0);
     CHECK(warp.last_column.back() == static_cast<std::size_t>(m - 1));
     for (std::size_t i = 1; i < warp.first_column.size(); ++i) {

@@ -316,7 +316,7 @@ class BodyShape {
   /// the other ends in the same thin triangle.
   Vector kept_weights(int t, Vector const& w) const {
     Corners const c = tissue_.surface().corners(t);
-    return off_edges<Scalar>({tissue_.rest_position(c[0]), tissue_.rest_position(c[1]), tissue_.rest_position(c[2])}, w, least_kept_weight, mean_edge_ / 200);
+    return off_edges<Scalar>({tissue_.rest_position(c[0]), tissue_.rest_position(c[1]), tissue_.rest_position(c[2])}, w, min_kept_weight, mean_edge_ / 200);
   }
   /// The same for all that divide a triangle at this particle: whoever edits the triangles there asks for it first. False if there is none.
   bool keep_temporaries_at(int particle)
@@ -429,7 +429,7 @@ class BodyShape {
   detail::ChangeRecord changes_;   // of particles and triangles, for a host's copy
 
  private:
-  static constexpr Scalar least_kept_weight = Scalar(0.1);   // of each corner of its triangle
+  static constexpr Scalar min_kept_weight = Scalar(0.1);   // of each corner of its triangle
 
   std::size_t place_of(TemporaryId id) const noexcept { return static_cast<std::size_t>(temporaries_.find(id) - &temporaries_[0]); }
 

@@ -23,18 +23,18 @@ template <RealScalar Scalar>
 struct DampingProposal {
   std::vector<Scalar> home;   ///< N·s/m, one per particle
   std::vector<Scalar> link;   ///< N·s/m, one per link
-  Scalar least_ratio = 0;     ///< no mode of the body at its rest shape has less
-  Scalar most_ratio = 0;      ///< nor more; infinite where a mode has no stiffness
+  Scalar min_ratio = 0;     ///< no mode of the body at its rest shape has less
+  Scalar max_ratio = 0;      ///< nor more; infinite where a mode has no stiffness
 };
 
 /// Proposes home and link damping for a wanted damping ratio ζ = γ/(2ω); set_damping() puts it into the tissue. 0: none, 1: critical.
 /// at_most    c_i = 2ζ√(k_i m_i), c_ij = β T′_ij(0), β = 2ζ/(Ω + s), Ω the fastest frequency, s = max √(k_i/m_i). For a mode u with the
 ///            share σ² of its ω² from home springs, Σ c_i u_i² ≤ 2ζσ, so γ ≤ 2ζ (σ + (ω² − σ²)/(Ω + s)) ≤ 2ζω: slow and fast modes have
-///            almost ζ, those between less, down to `least_ratio`. Leapfrog's stable step is √(1 + 4ζ²) + 2ζ times smaller.
+///            almost ζ, those between less, down to `min_ratio`. Leapfrog's stable step is √(1 + 4ζ²) + 2ζ times smaller.
 /// at_least   c_i = α m_i, c_ij = β T′_ij(0) with (α − β s²) β = ζ²: γ ≥ (α − β s²) + β ω² ≥ 2ζω for every ω, also without home
-///            springs. The price: the slowest and the fastest modes have up to `most_ratio`, and the stable step shrinks accordingly.
+///            springs. The price: the slowest and the fastest modes have up to `max_ratio`, and the stable step shrinks accordingly.
 /// Guarantee  for the body linearised at its rest shape without pre-tension, Ω as ModalEstimate finds it. −Re λ/|λ| of every
-///            eigenvalue of the damped body lies between least_ratio and most_ratio.
+///            eigenvalue of the damped body lies between min_ratio and max_ratio.
 /// Units      ζ without, β [s], α [1/s].
 /// Source     the damped oscillator of any textbook; Rayleigh's damping for at_least.
 /// Cost       that of ModalEstimate; allocates.
@@ -54,7 +54,7 @@ DampingProposal<Scalar> damping_for(Tissue const& tissue, std::type_identity_t<S
   DampingProposal<Scalar> proposal;
   proposal.home.assign(static_cast<std::size_t>(tissue.size()), Scalar(0));
   proposal.link.assign(static_cast<std::size_t>(tissue.links().size()), Scalar(0));
-  proposal.least_ratio = proposal.most_ratio = ratio;
+  proposal.min_ratio = proposal.max_ratio = ratio;
   ModalEstimate<Tissue> estimate;
   Scalar const fastest = std::sqrt(estimate(tissue, rest, [&](int i) { return !tissue.nailed(i); }).squared_frequency);
   if (!(fastest > 0) || ratio == 0) return proposal;
@@ -62,13 +62,13 @@ DampingProposal<Scalar> damping_for(Tissue const& tissue, std::type_identity_t<S
   Scalar per_mass = 0, per_stiffness = 0;   // α and β
   if (goal == DampingGoal::at_most) {
     per_stiffness = 2 * ratio / (fastest + stiffest);
-    proposal.least_ratio = stiffest > 0 ? 2 * ratio * std::sqrt(slowest / (slowest + stiffest) * stiffest / (fastest + stiffest)) : Scalar(0);
+    proposal.min_ratio = stiffest > 0 ? 2 * ratio * std::sqrt(slowest / (slowest + stiffest) * stiffest / (fastest + stiffest)) : Scalar(0);
   } else {
     Scalar const low = std::max(slowest, fastest / 100);   // the modes from here to the fastest are to be damped alike
     per_stiffness = ratio / std::sqrt(low * fastest);
     per_mass = ratio * std::sqrt(low * fastest) + per_stiffness * stiffest * stiffest;
     Scalar const at_fastest = (per_mass + per_stiffness * (fastest * fastest - slowest * slowest)) / (2 * fastest);
-    proposal.most_ratio = slowest > 0 ? std::max(per_mass / (2 * slowest), at_fastest) : std::numeric_limits<Scalar>::infinity();
+    proposal.max_ratio = slowest > 0 ? std::max(per_mass / (2 * slowest), at_fastest) : std::numeric_limits<Scalar>::infinity();
   }
   for (int i = 0; i < tissue.size(); ++i)
     proposal.home[static_cast<std::size_t>(i)] = goal == DampingGoal::at_most ? 2 * ratio * std::sqrt(tissue.home(i).stiffness * tissue.mass(i))

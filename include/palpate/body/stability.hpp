@@ -67,7 +67,7 @@ class ModalEstimate {
       if (modes.squared_frequency > 0 || modes.decay_rate > 0) {
         modes.squared_frequency = largest(tissue, moves, stiffest_,
                                   [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
-        modes.decay_rate = largest(tissue, moves, most_damped_,
+        modes.decay_rate = largest(tissue, moves, max_damped_,
                                 [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
       }
     }
@@ -81,7 +81,7 @@ class ModalEstimate {
     if constexpr (HasStiffnessProduct<Tissue>) {
       ModalBounds<Scalar> modes;
       modes.squared_frequency = followed(tissue, moves, stiffest_, [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
-      modes.decay_rate = followed(tissue, moves, most_damped_, [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
+      modes.decay_rate = followed(tissue, moves, max_damped_, [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
       return modes;
     } else {
       return row_bounds(tissue, x, moves);
@@ -93,7 +93,7 @@ class ModalEstimate {
 
   /// Room for a body of this size.
   void reserve(int particles) {
-    for (auto* columns : {&stiffest_, &most_damped_, &y_}) columns->reserve(particles);
+    for (auto* columns : {&stiffest_, &max_damped_, &y_}) columns->reserve(particles);
   }
 
  private:
@@ -175,7 +175,7 @@ class ModalEstimate {
     return static_cast<Scalar>(turn - std::floor(turn) - 0.5);
   }
 
-  Columns3 stiffest_, most_damped_, y_;
+  Columns3 stiffest_, max_damped_, y_;
   int products_ = 0;
 };
 

@@ -88,11 +88,11 @@ class IndexLists {
   void reserve(int lists, int entries) {
     std::size_t const added = static_cast<std::size_t>(lists) - std::min(lists_.size(), static_cast<std::size_t>(lists));
     reserve_and_prefault(lists_, static_cast<std::size_t>(lists));
-    reserve_and_prefault(pool_, heads + 2 * static_cast<std::size_t>(entries), heads + 3 * 2 * least_capacity * added);   // new ones, and old that outgrow theirs
+    reserve_and_prefault(pool_, heads + 2 * static_cast<std::size_t>(entries), heads + 3 * 2 * min_capacity * added);   // new ones, and old that outgrow theirs
   }
 
  private:
-  static constexpr int least_capacity = 8;
+  static constexpr int min_capacity = 8;
   static constexpr std::size_t heads = 64;   // room for one place, two ints, for each capacity
 
   struct List {   // from `first` on: room for `capacity` indices, then for as many keys
@@ -107,7 +107,7 @@ class IndexLists {
   }
 
   void grow(List& l) {
-    int const capacity = std::max(least_capacity, 2 * l.capacity);
+    int const capacity = std::max(min_capacity, 2 * l.capacity);
     std::size_t const first = take(capacity);
     int const* const from = pool_.data() + l.first;
     int* const to = pool_.data() + first;
@@ -139,7 +139,7 @@ class IndexLists {
     std::memcpy(&pool_[head], &l.first, sizeof l.first);
   }
   static std::size_t head_of(int capacity) noexcept {
-    return 2 * static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(capacity / least_capacity)));
+    return 2 * static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(capacity / min_capacity)));
   }
 
   HugePageVector<List> lists_;

@@ -58,11 +58,11 @@ class CutFront {
     return temporary >= 0 ? temporary : anchor_.left();
   }
 
-  /// Punctures: the path begins at a point of a triangle, or at the vertex or edge that it snaps to. `most_crossings`: of edges, in a call.
+  /// Punctures: the path begins at a point of a triangle, or at the vertex or edge that it snaps to. `max_crossings`: of edges, in a call.
   template <class Body>
-  void start(Body& body, int triangle, Vector const& barycentric, detail::Snapping<Scalar> const& snapping, int most_crossings) {
+  void start(Body& body, int triangle, Vector const& barycentric, detail::Snapping<Scalar> const& snapping, int max_crossings) {
     snapping_ = snapping.on(body.mean_edge());
-    most_crossings_ = most_crossings;
+    max_crossings_ = max_crossings;
     anchor_.begin();
     host_ = -1;
     temporary_ = 0;
@@ -136,7 +136,7 @@ class CutFront {
     Vector point = Vector::Zero(), normal = Vector::Zero();
   };
 
-  static constexpr int most_moves = 32;   // over wounds, between two crossings: where lips lie on each other, rounding may lead to and fro
+  static constexpr int max_moves = 32;   // over wounds, between two crossings: where lips lie on each other, rounding may lead to and fro
 
   template <class Body>
   void go_to(Body& body, Target to) {
@@ -150,7 +150,7 @@ class CutFront {
     Vector from_normal = host_ >= 0 || goes_on ? blade_normal_ : Vector(body.reference_normal(anchor_.left()));
     bool arrived = false;
     for (int crossed = 0; !arrived; ++crossed) {
-      if (crossed == most_crossings_) {
+      if (crossed == max_crossings_) {
         target_ = to;
         blade_normal_ = from_normal;
         is_behind_ = true;
@@ -161,7 +161,7 @@ class CutFront {
       if (host_ < 0) host_ = detail::triangle_towards(body, anchor_.left(), way, to.triangle);
       if (host_ >= 0 && body.make_permanent_in(host_) >= 0) host_ = detail::triangle_towards(body, anchor_.left(), way, to.triangle);
       if (host_ < 0) {
-        if (++moves_ > most_moves || !(step_over_wound(body, way) || enter_beyond_wound(body, way, to.triangle, to.point))) return;   // the front waits
+        if (++moves_ > max_moves || !(step_over_wound(body, way) || enter_beyond_wound(body, way, to.triangle, to.point))) return;   // the front waits
         from = body.tissue().rest_position(anchor_.left());
         from_normal = body.reference_normal(anchor_.left());
         continue;
@@ -184,7 +184,7 @@ class CutFront {
         progress = exit.progress;
       }
       if (is_at_lip) {
-        if (++moves_ > most_moves || !enter_beyond_wound(body, way, to.triangle, to.point)) break;   // the blade waits in the host
+        if (++moves_ > max_moves || !enter_beyond_wound(body, way, to.triangle, to.point)) break;   // the blade waits in the host
         from = body.tissue().rest_position(anchor_.left());
         from_normal = body.reference_normal(anchor_.left());
         continue;
@@ -388,7 +388,7 @@ class CutFront {
   }
 
   detail::Snapping<Scalar> snapping_;
-  int most_crossings_ = 1;
+  int max_crossings_ = 1;
   int moves_ = 0;                                        // over wounds since the last crossing
   detail::CutAnchor anchor_;
   detail::SpotKind kind_ = detail::SpotKind::interior;   // what the anchor was before the cut reached it

@@ -46,7 +46,7 @@ class SimulatedTouch {
         hand_(std::move(path),
               {.hand = options.hand,
                .tremor = options.tremor,
-               .max_force = most_force,
+               .max_force = max_force,
                .rate = options.rate,
                .mass = 0.045,
                .damping = 0.1,
@@ -63,7 +63,7 @@ class SimulatedTouch {
   explicit SimulatedTouch(SimulatedTouchOptions const& options = {}) : SimulatedTouch(Trajectory<Scalar>::start(Vector3<Scalar>::Zero()), options) {}
 
   Capabilities capabilities() const noexcept {
-    return {.max_force = datasheet(most_force),
+    return {.max_force = datasheet(max_force),
             .rate = options_.rate,
             .reports_velocity = true,
             .buttons = 2,
@@ -127,7 +127,7 @@ class SimulatedTouch {
   SimulatedHand<Scalar>& hand() noexcept { return hand_; }
   SimulatedHand<Scalar> const& hand() const noexcept { return hand_; }
 
-  static constexpr double most_force = 3.3;         ///< N
+  static constexpr double max_force = 3.3;         ///< N
   static constexpr double continuous_force = 0.88;  ///< N
   static constexpr double quantum = 5.5e-5;         ///< m
 
@@ -144,7 +144,7 @@ class SimulatedTouch {
       if (joints[joint] >= kinematics_.upper[joint]) rates[joint] = std::min(rates[joint], Scalar(0));
     }
     constexpr Scalar near = Scalar(1e-5);   // rad
-    if (joints[1] - joints[2] >= kinematics_.most_fold - near) {
+    if (joints[1] - joints[2] >= kinematics_.max_fold - near) {
       Scalar const folds = std::max(rates[1] - rates[2], Scalar(0));
       rates[1] -= folds / 2, rates[2] += folds / 2;
     }

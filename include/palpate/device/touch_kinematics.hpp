@@ -30,7 +30,7 @@ struct TouchKinematics {
   Point offset = {0, Scalar(-0.110), Scalar(-0.035)};   ///< o [m]
   Joints lower = {Scalar(-0.98), Scalar(0.0), Scalar(-0.81)};   ///< rad
   Joints upper = {Scalar(0.98), Scalar(1.75), Scalar(1.25)};    ///< rad
-  Scalar most_fold = Scalar(1.2);                               ///< rad, of θ2 − θ3: at π/2 the links lie on each other
+  Scalar max_fold = Scalar(1.2);                               ///< rad, of θ2 − θ3: at π/2 the links lie on each other
 
   /// With the pen in its holder, which the device is calibrated by.
   static Joints inkwell() noexcept { return {0, Scalar(0.26889), Scalar(-0.370813)}; }
@@ -69,7 +69,7 @@ struct TouchKinematics {
     plane.distance = std::clamp(plane.distance, std::abs(first - second), first + second);
     if (!(plane.distance > Scalar(0))) return inkwell();
     Joints joints = joints_of(plane).cwiseMax(lower).cwiseMin(upper);
-    if (Scalar const excess = joints[1] - joints[2] - most_fold; excess > Scalar(0)) {
+    if (Scalar const excess = joints[1] - joints[2] - max_fold; excess > Scalar(0)) {
       joints[1] -= excess / 2;
       joints[2] += excess / 2;
     }
@@ -79,7 +79,7 @@ struct TouchKinematics {
   /// To within a tolerance [rad].
   bool within_limits(Joints const& joints, Scalar tolerance = 0) const noexcept {
     return (joints.array() >= lower.array() - tolerance).all() && (joints.array() <= upper.array() + tolerance).all() &&
-           joints[1] - joints[2] <= most_fold + tolerance;
+           joints[1] - joints[2] <= max_fold + tolerance;
   }
 
   /// The motors' torques [N·m] that press with `force` [N] at the tip: Jᵀ F.

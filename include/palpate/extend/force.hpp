@@ -13,7 +13,7 @@
 ///   Vector3<Scalar> overlay(ToolMotion<Scalar> const& motion) noexcept      also in free space: guidance               HasOverlay
 ///   double overlay_energy() const                                 J, what overlays have stored                         HasOverlayEnergy
 ///   void begin_session(Capabilities const&, WorkspaceMapping<Scalar> const&, double model_rate)   Hz                   BeginsSession
-///   double most_stiffness() const noexcept; void limit_stiffness(double) noexcept     N/m                              LimitsStiffness
+///   double max_stiffness() const noexcept; void limit_stiffness(double) noexcept     N/m                              LimitsStiffness
 /// Instead of operator(), an answer to the surface as it is now: SurfaceKind surface_kind() const, begin_session(servo rate, model rate) [Hz]
 /// and Vector3<Scalar> on_surface(LocalModel<Scalar> const&, ToolMotion<Scalar> const&) noexcept                        SurfaceForce
 /// Parts of CuttingForce: Scalar operator()(Scalar depth) noexcept, or with a Phase besides, m → N (DepthCurve, HysteresisCurve);

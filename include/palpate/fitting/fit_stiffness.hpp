@@ -60,7 +60,7 @@ template <class Solver = DynamicRelaxation>
 struct StiffnessFitOptions {
   Solver solver{};              ///< of statics
   double confidence = 0.95;     ///< of the intervals
-  int most_depths = 40;         ///< at so many the body is computed; between them the force is interpolated where more were measured
+  int max_depths = 40;         ///< at so many the body is computed; between them the force is interpolated where more were measured
   LeastSquaresOptions search{.iterations = 100, .tolerance = 1e-8};
 };
 
@@ -110,7 +110,7 @@ struct TissueFit : StiffnessFit {
 /// Units      depth, X [m], force [N], coefficients as named.
 /// Source     \cite deformable_survey for the idea; \cite marquardt1963. The derivatives are those of the adjoint of the balance, see IndentationProblem. The intervals are
 ///            those of linear regression in the logarithms, with Student's quantile.
-/// Cost       offline: about iterations × depths static solutions, most of them from nearly at rest; many depths count as `most_depths`.
+/// Cost       offline: about iterations × depths static solutions, most of them from nearly at rest; many depths count as `max_depths`.
 ///            Allocates; memory of 1 + 2 × coefficients tissues.
 /// Limits     the touched particle stands for the indenter: the indenter must be about as wide as the mesh around it, and the coefficients belong
 ///            to this mesh; another resolution needs another fit. No gravity, no speed, no friction or sliding of the indenter. What the
@@ -125,8 +125,8 @@ StiffnessFit fit_stiffness(Build const& build, std::vector<StiffnessGuess> const
                            std::span<IndentationPoint const> measured, StiffnessFitOptions<Solver> const& options = {}) {
   detail::require_usable(measured, guesses);
   student_quantile(options.confidence, 1);   // throws for what is no confidence
-  if (options.most_depths < 2)
-    throw InvalidArgument(detail::message("fit_stiffness: .most_depths is ", options.most_depths, "; give 2 or more, 40 for a smooth curve"));
+  if (options.max_depths < 2)
+    throw InvalidArgument(detail::message("fit_stiffness: .max_depths is ", options.max_depths, "; give 2 or more, 40 for a smooth curve"));
 
   auto const count = static_cast<Eigen::Index>(guesses.size());
   std::vector<double> values;
@@ -150,7 +150,7 @@ StiffnessFit fit_stiffness(Build const& build, std::vector<StiffnessGuess> const
   weight /= weight.maxCoeff();   // first, or the square of a large one would be infinite
   weight *= std::sqrt(static_cast<double>(weight.size()) / weight.squaredNorm());
 
-  detail::IndentationDepths const depths(measured, options.most_depths);
+  detail::IndentationDepths const depths(measured, options.max_depths);
   typename Problem::Memory memory;
   Problem const problem(build, options.solver, scene, depths.depths(), memory);
   double const lost = scene.accuracy.force * largest;

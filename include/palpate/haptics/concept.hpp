@@ -71,7 +71,7 @@ concept SurfaceForce = RealScalar<Scalar> && SensesSurface<T> && requires(T& mod
 /// it to what the device stands, seen through the mapping.
 template <class T>
 concept LimitsStiffness = requires(T& force, T const& constant, double stiffness) {
-  { constant.most_stiffness() } noexcept -> std::convertible_to<double>;
+  { constant.max_stiffness() } noexcept -> std::convertible_to<double>;
   { force.limit_stiffness(stiffness) } noexcept;
 };
 

@@ -27,7 +27,7 @@ struct CoupledForceOptions {
 
 /// A force policy behind a virtual coupling: the tissue meets a simulated tool, and the hand feels the spring and damper that hold this
 /// tool to the device. So the coupling's stiffness alone decides what the device has to stand, whatever the tissue's is.
-///   CoupledForce force(ProxyForce<double>({.most_stiffness = 5000.0}));
+///   CoupledForce force(ProxyForce<double>({.max_stiffness = 5000.0}));
 ///   CoupledForce force(CuttingForce(…), {.stiffness = 800.0}, WindowedVelocity<double, 8>{});
 ///   F = K_c (x_t − x_d) + B_c (v_t − v̂_d);   on a plane K_p, at rest: F = d/(1/K_c + 1/K_p)
 /// K_c and B_c follow from the device's capabilities when a session begins (`coupling_for`), limited by the options and seen through the

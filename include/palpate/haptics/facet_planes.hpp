@@ -22,7 +22,7 @@ namespace detail {
 template <class Body>
 int walked_to(Body const& body, int triangle, Vector3<typename Body::Scalar> const& p) noexcept {
   using S = typename Body::Scalar;
-  constexpr int most_steps = 64;
+  constexpr int max_steps = 64;
   auto const& surface = body.tissue().surface();
   auto const& x = body.positions();
   auto const distance = [&](int t) {   // squared
@@ -32,7 +32,7 @@ int walked_to(Body const& body, int triangle, Vector3<typename Body::Scalar> con
   S least = distance(triangle);
   auto const corner = surface.corners(triangle);
   if (!(least > S(1e-6) * (x.col(corner[1]) - x.col(corner[0])).squaredNorm())) return triangle;   // on it
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < max_steps; ++step) {
     int next = triangle;
     for (int const v : surface.corners(triangle))
       for (int const t : surface.triangles_at(v))

@@ -56,10 +56,10 @@ class Overlaid {
   {
     force_.begin_session(servo_rate, model_rate);
   }
-  double most_stiffness() const noexcept
+  double max_stiffness() const noexcept
     requires LimitsStiffness<Force>
   {
-    return force_.most_stiffness();
+    return force_.max_stiffness();
   }
   void limit_stiffness(double most) noexcept
     requires LimitsStiffness<Force>

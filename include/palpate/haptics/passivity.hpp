@@ -62,7 +62,7 @@ class PassivityController {
       return wanted;
     }
     total_ += work;
-    least_ = std::min(least_, total_);
+    min_ = std::min(min_, total_);
     double const square = way.squaredNorm(), taken = options_.device_damping / options_.period * square;
     double const held = std::fmax(elastic, 0.0);   // 0 for a NaN
     energy_ = std::min(energy_ + work, options_.reservoir + held);
@@ -80,7 +80,7 @@ class PassivityController {
   /// J, taken from the hand since the start or reset(), unlimited; negative: given.
   double energy() const noexcept { return total_; }
   /// J, the least it ever was.
-  double least_energy() const noexcept { return least_; }
+  double min_energy() const noexcept { return min_; }
   /// J, what the controller counts with: at most the reservoir.
   double stored() const noexcept { return energy_; }
   /// N·s/m, added in the last tick.
@@ -95,14 +95,14 @@ class PassivityController {
   void reset() noexcept {
     has_position_ = false;
     sent_.setZero();
-    energy_ = total_ = least_ = damping_ = 0.0;
+    energy_ = total_ = min_ = damping_ = 0.0;
     damped_ = 0;
   }
 
  private:
   PassivityOptions options_;
   Vector3<double> position_ = Vector3<double>::Zero(), sent_ = Vector3<double>::Zero();
-  double energy_ = 0.0, total_ = 0.0, least_ = 0.0, damping_ = 0.0;   // J, J, J, N·s/m
+  double energy_ = 0.0, total_ = 0.0, min_ = 0.0, damping_ = 0.0;   // J, J, J, N·s/m
   std::uint64_t damped_ = 0;
   bool has_position_ = false;
 };

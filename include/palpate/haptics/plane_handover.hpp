@@ -36,7 +36,7 @@ template <RealScalar S>
 class PlaneHandover {
  public:
   using Scalar = S;
-  static constexpr int most_planes = 3;   // of a set
+  static constexpr int max_planes = 3;   // of a set
 
   explicit PlaneHandover(PlaneHandoverOptions const& options = {}) : ticks_(options.ticks), tick_(options.ticks) {
     if (options.ticks < 1) throw InvalidArgument(detail::message("PlaneHandover: .ticks is ", options.ticks, "; give 1 or more"));
@@ -45,7 +45,7 @@ class PlaneHandover {
   /// A new set, with its stiffness [N/m], for the present tip; an empty set means no contact. Returns false and changes nothing for a set
   /// that is not newer, has more than three planes or a negative stiffness, and for a tip that is not finite.
   bool take(PlaneSet<S> const& planes, S stiffness, std::uint64_t sequence, Vector3<S> const& tip) noexcept {
-    if (planes.count() > most_planes || !(stiffness >= S(0)) || !std::isfinite(stiffness) || !tip.allFinite()) {
+    if (planes.count() > max_planes || !(stiffness >= S(0)) || !std::isfinite(stiffness) || !tip.allFinite()) {
       ++refused_;
       return false;
     }
@@ -98,7 +98,7 @@ class PlaneHandover {
     Way way = Way::matched;
   };
   static constexpr S alike = S(0.5);   // cosine of the angle up to which two planes are matched
-  static constexpr std::size_t most_pairs = 2 * most_planes;
+  static constexpr std::size_t max_pairs = 2 * max_planes;
 
   static bool same(PlaneSet<S> const& a, PlaneSet<S> const& b) noexcept {
     if (a.count() != b.count()) return false;
@@ -135,7 +135,7 @@ class PlaneHandover {
       if (int const plane = felt.active[static_cast<std::size_t>(i)]; !used[static_cast<std::size_t>(plane)]) add({now[plane], {}, Way::leaving});
   }
   void add(Pair const& pair) noexcept {
-    if (count_ < most_pairs) pairs_[count_++] = pair;
+    if (count_ < max_pairs) pairs_[count_++] = pair;
   }
 
   PlaneSet<S> at(Vector3<S> const& tip) const noexcept {
@@ -164,7 +164,7 @@ class PlaneHandover {
 
   int ticks_, tick_;   // N, and since the last set, at most N
   PlaneSet<S> to_;
-  std::array<Pair, most_pairs> pairs_{};
+  std::array<Pair, max_pairs> pairs_{};
   std::size_t count_ = 0;
   S from_stiffness_ = S(0), to_stiffness_ = S(0), told_stiffness_ = S(0);
   bool heard_ = false;

@@ -47,10 +47,10 @@ class PressThenCut {
   explicit PressThenCut(Press press, Parts... parts) : press_(std::move(press)), cut_(std::move(parts)..., PressedReaction<S>{}) {}
 
   SurfaceKind surface_kind() const noexcept { return press_.surface_kind(); }
-  double most_stiffness() const noexcept
+  double max_stiffness() const noexcept
     requires LimitsStiffness<Press>
   {
-    return press_.most_stiffness();
+    return press_.max_stiffness();
   }
   /// Of the part that presses.
   void limit_stiffness(double most) noexcept

@@ -32,7 +32,7 @@ Matrix<S, 3, 3> secant_stiffness(Vector3<S> const& force, ToolContact<S> const& 
 
 struct ProxyForceOptions {
   SurfaceKind surface = SurfaceKind::ball;
-  double most_stiffness = 500.0;    ///< N/m; at most that of the contact and what the device of a session stands
+  double max_stiffness = 500.0;    ///< N/m; at most that of the contact and what the device of a session stands
   double static_friction = 0.0;     ///< μ_s
   double dynamic_friction = 0.0;    ///< μ_d, not above μ_s
   double release = 0.005;           ///< s, in which the force fades when the surface disappears, as when the tool begins to cut; 0: with the hand-over
@@ -43,7 +43,7 @@ struct ProxyForceOptions {
 /// coupling at the servo's own rate.
 ///   surface   plane or ball, handed over from model to model by PatchHandover, or up to three facets, by PlaneHandover
 ///   proxy     SurfaceProxy with its friction cone, moved with the surface under it
-///   F = K (proxy − tip),   K = min(contact stiffness, most_stiffness, what the session's device stands)
+///   F = K (proxy − tip),   K = min(contact stiffness, max_stiffness, what the session's device stands)
 /// The contact presses the tissue with its own stiffness: where K equals that, the hand feels at rest just what the tissue feels.
 /// Units      N, N/m, m.
 /// Source     \cite zilles1995, \cite ruspini1997; local models \cite mendoza2001.
@@ -65,9 +65,9 @@ class ProxyForce {
   SurfaceKind surface_kind() const noexcept { return options_.surface; }
 
   /// N/m, that the options want.
-  double most_stiffness() const noexcept { return options_.most_stiffness; }
+  double max_stiffness() const noexcept { return options_.max_stiffness; }
   /// Limits the stiffness to this [N/m], until called again.
-  void limit_stiffness(double most) noexcept { limit_ = S(std::min(most, options_.most_stiffness)); }
+  void limit_stiffness(double most) noexcept { limit_ = S(std::min(most, options_.max_stiffness)); }
 
   void begin_session(double servo_rate, double model_rate) {
     model_ticks_ = std::max(1, static_cast<int>(std::ceil(servo_rate / model_rate)));
@@ -143,7 +143,7 @@ class ProxyForce {
 
   static SurfaceProxyOptions of_proxy(ProxyForceOptions const& options) {
     SurfaceProxyOptions proxy;
-    proxy.stiffness = options.most_stiffness;
+    proxy.stiffness = options.max_stiffness;
     proxy.static_friction = options.static_friction;
     proxy.dynamic_friction = options.dynamic_friction;
     return proxy;
@@ -161,7 +161,7 @@ class ProxyForce {
   PatchHandover<S> patches_{};
   PlaneHandover<S> planes_{};
   SurfaceProxy<S> proxy_;
-  S limit_ = S(options_.most_stiffness);        // N/m
+  S limit_ = S(options_.max_stiffness);        // N/m
   S stiffness_ = S(0);                          // of the last tick
   Vector3<S> force_ = Vector3<S>::Zero();       // of the last tick
   Vector3<S> lost_ = Vector3<S>::Zero();        // N, when the surface went

@@ -227,13 +227,13 @@ class SafetyChain {
 
   void count_not_finite() noexcept {
     if (not_finite_in_a_row_ == 0 && stage_.may_render()) tell(SafetyEvent::not_finite);
-    if (not_finite_in_a_row_ >= limits_.most_not_finite || too_many_in_window()) fault();
+    if (not_finite_in_a_row_ >= limits_.max_not_finite || too_many_in_window()) fault();
     if (not_finite_in_a_row_ < std::numeric_limits<int>::max()) ++not_finite_in_a_row_;
   }
 
   /// Counts a value that is not finite. True if more than the n allowed fall into the window: the one n before it is inside.
   bool too_many_in_window() noexcept {
-    auto const most = static_cast<std::uint64_t>(limits_.most_not_finite_in_window);
+    auto const most = static_cast<std::uint64_t>(limits_.max_not_finite_in_window);
     std::uint64_t const now = not_finite_in_all_++;
     not_finite_at_[now % not_finite_at_.size()] = clock_;
     return most < not_finite_at_.size() && now >= most && clock_ - not_finite_at_[(now - most) % not_finite_at_.size()] <= limits_.not_finite_window;

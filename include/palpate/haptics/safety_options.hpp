@@ -26,7 +26,7 @@ namespace palpate {
 ///   gap, long_gap    5 and 50 ms, and at least 5 and 50 ticks                            none
 ///   stale_after      100 ms, or three of the body's ticks, up to 150 ms                  never
 ///   dead_man         any button, where there are buttons                                 none
-///   most_not_finite  10 in a row, 20 within 1 s                                          any number
+///   max_not_finite  10 in a row, 20 within 1 s                                          any number
 ///   damping          a quarter of its mass over a period, 11 N·s/m for 45 g at 1 kHz, not above its largest   none: observed alone
 struct SafetyOptions {
   std::optional<bool> protects_a_hand{};     ///< none: as the device says, `Capabilities::moves_a_hand`
@@ -46,8 +46,8 @@ struct SafetyOptions {
   std::optional<double> stale_after{};       ///< s, the age at which a local model is too old. Until then it is frozen
   double fade = 0.1;                         ///< s, in which the force of one that is too old goes to zero
   double recover = 0.2;                      ///< s, in which it comes back
-  std::optional<int> most_not_finite{};      ///< forces or positions in a row that are not finite; one more is a fault
-  std::optional<int> most_not_finite_in_window{};   ///< the same, in a row or not, within the window; at most 64
+  std::optional<int> max_not_finite{};      ///< forces or positions in a row that are not finite; one more is a fault
+  std::optional<int> max_not_finite_in_window{};   ///< the same, in a row or not, within the window; at most 64
   double not_finite_window = 1.0;            ///< s
   std::optional<double> damping{};           ///< N·s/m, the most that the passivity controller adds; 0: it observes
   double reservoir = 0.005;                  ///< J; see PassivityOptions
@@ -76,9 +76,9 @@ struct SafetyOptions {
     limit(".stale_after", stale_after, " s");
     require.positive(".reservoir", reservoir, " J");
     require(arm_ticks >= 1, ".arm_ticks", arm_ticks, "", "give one or more");
-    if (most_not_finite) require(*most_not_finite >= 0, ".most_not_finite", *most_not_finite, "", "give zero or more");
-    if (most_not_finite_in_window)
-      require(*most_not_finite_in_window >= 0 && *most_not_finite_in_window <= 64, ".most_not_finite_in_window", *most_not_finite_in_window, "", "give 0 to 64");
+    if (max_not_finite) require(*max_not_finite >= 0, ".max_not_finite", *max_not_finite, "", "give zero or more");
+    if (max_not_finite_in_window)
+      require(*max_not_finite_in_window >= 0 && *max_not_finite_in_window <= 64, ".max_not_finite_in_window", *max_not_finite_in_window, "", "give 0 to 64");
     time(".not_finite_window", not_finite_window);
   }
 };
@@ -88,7 +88,7 @@ struct SafetyLimits {
   double period, max_force, max_stiffness, slew, continuous_force, thermal_time, arm_force, ramp, overspeed, jump, gap, long_gap, stale_after, fade, recover, damping, reservoir, device_damping,
       not_finite_window, tell_waiting;
   std::uint32_t dead_man;
-  int arm_ticks, most_not_finite, most_not_finite_in_window;
+  int arm_ticks, max_not_finite, max_not_finite_in_window;
   bool protects_a_hand;
 };
 
@@ -98,7 +98,7 @@ inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const&
   options.validate();
   require_valid(device);
   constexpr double none = std::numeric_limits<double>::infinity();
-  constexpr double most_by_default = 1.0, lightest = 0.045;   // N, kg
+  constexpr double max_by_default = 1.0, lightest = 0.045;   // N, kg
   bool const careful = options.protects_a_hand.value_or(device.moves_a_hand);
   double const period = 1.0 / device.rate, device_max = device.max_force;
   double const lasting = device.continuous_force.known() ? device.continuous_force.value : none;
@@ -110,7 +110,7 @@ inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const&
                           : damping_is_known && device.damping.value > 0.0                 ? passive_wall(device.damping, 0.0, period)
                                                                                            : none;
   bool const warms_up = careful && std::isfinite(lasting) && lasting > 0.0;
-  double const most = std::min(device_max, options.max_force.value_or(careful ? std::min(lasting, most_by_default) : none));
+  double const most = std::min(device_max, options.max_force.value_or(careful ? std::min(lasting, max_by_default) : none));
   double const slew = options.slew.value_or(careful ? 500.0 : none), overspeed = options.overspeed.value_or(careful ? 1.0 : none);
   double const quickest = std::isfinite(most) && slew > 0.0 ? most / slew : 0.0;   // s: no fade is faster than the slew limit
   return {.period = period,
@@ -135,8 +135,8 @@ inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const&
           .tell_waiting = options.tell_waiting,
           .dead_man = options.dead_man.value_or(careful ? any_button : 0u),
           .arm_ticks = careful || options.arm_force ? options.arm_ticks : 1,
-          .most_not_finite = options.most_not_finite.value_or(careful ? 10 : std::numeric_limits<int>::max()),
-          .most_not_finite_in_window = options.most_not_finite_in_window.value_or(careful ? 20 : std::numeric_limits<int>::max()),
+          .max_not_finite = options.max_not_finite.value_or(careful ? 10 : std::numeric_limits<int>::max()),
+          .max_not_finite_in_window = options.max_not_finite_in_window.value_or(careful ? 20 : std::numeric_limits<int>::max()),
           .protects_a_hand = careful};
 }
 

@@ -33,7 +33,7 @@ Vector3<typename Body::Scalar> smooth_normal(Body const& body, int vertex) noexc
   return length > S(1e-3) ? Vector3<S>(sum / length) : Vector3<S>(Vector3<S>::Zero());   // rounding of what cancels has no direction
 }
 
-/// Force shading: the corners' smooth normals interpolated by barycentric weight, tilted from the facet's normal by at most `most_tilt`
+/// Force shading: the corners' smooth normals interpolated by barycentric weight, tilted from the facet's normal by at most `max_tilt`
 /// [rad].
 ///   n = Σ barycentric[k] n_k / |…|;   beyond the tilt: the facet's normal, turned towards n by it
 /// With a tilt below a right angle a force along it never points into the facet. Across an edge it is continuous, unless the tilt is
@@ -44,7 +44,7 @@ Vector3<typename Body::Scalar> smooth_normal(Body const& body, int vertex) noexc
 /// Cost       O(triangles at three vertices); noexcept, no allocation.
 template <class Body>
 Vector3<typename Body::Scalar> shaded_normal(Body const& body, int triangle, Vector3<typename Body::Scalar> const& barycentric,
-                                             typename Body::Scalar most_tilt = typename Body::Scalar(0.6)) noexcept {
+                                             typename Body::Scalar max_tilt = typename Body::Scalar(0.6)) noexcept {
   using S = typename Body::Scalar;
   auto const c = body.tissue().surface().corners(triangle);
   auto const& x = body.positions();
@@ -56,7 +56,7 @@ Vector3<typename Body::Scalar> shaded_normal(Body const& body, int triangle, Vec
   mixed /= length;
   if (facet.isZero(S(0))) return mixed;
   constexpr S right = std::numbers::pi_v<S> / 2, steepest = S(85) / S(90) * right;
-  S const tilt = most_tilt > S(0) ? (most_tilt < steepest ? most_tilt : steepest) : S(0);
+  S const tilt = max_tilt > S(0) ? (max_tilt < steepest ? max_tilt : steepest) : S(0);
   S const angle = std::atan2(facet.cross(mixed).norm(), facet.dot(mixed));
   return angle > tilt ? detail::turned<S>(facet, mixed, tilt / angle) : mixed;
 }

@@ -17,12 +17,12 @@ struct BackwardEuler {
   static constexpr int order = 1;
 
   double tolerance = 1e-4;      ///< relative
-  int most_iterations = 100;    ///< of conjugate gradients in a step: the real-time budget
+  int max_iterations = 100;    ///< of conjugate gradients in a step: the real-time budget
   int newton_iterations = 1;    ///< 1: linearised
 
   template <LinearisedSystem S>
   void step(S& system, typename S::Scalar h) const {
-    ThetaScheme{1.0, tolerance, most_iterations, newton_iterations}.step(system, h);
+    ThetaScheme{1.0, tolerance, max_iterations, newton_iterations}.step(system, h);
   }
 
   template <RealScalar Scalar>

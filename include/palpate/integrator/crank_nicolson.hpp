@@ -19,12 +19,12 @@ struct CrankNicolson {
   static constexpr int order = 2;
 
   double tolerance = 1e-6;      ///< relative
-  int most_iterations = 100;    ///< of conjugate gradients in a step: the real-time budget
+  int max_iterations = 100;    ///< of conjugate gradients in a step: the real-time budget
   int newton_iterations = 2;
 
   template <LinearisedSystem S>
   void step(S& system, typename S::Scalar h) const {
-    ThetaScheme{0.5, tolerance, most_iterations, newton_iterations}.step(system, h);
+    ThetaScheme{0.5, tolerance, max_iterations, newton_iterations}.step(system, h);
   }
 
   template <RealScalar Scalar>

@@ -50,19 +50,19 @@ inline constexpr DormandPrinceTableau dormand_prince{};
 /// Order      5. Six evaluations of the forces an inner step, and one at the start of each step.
 /// Stability  any step: inner steps shrink to what is stable; stable_step() is infinite.
 /// Source     \cite dormand1980.
-/// Limits     where the inner step falls below 1e-10 of h (float: 1e-5), or more than `most_inner_steps` are needed, it gives up: the
+/// Limits     where the inner step falls below 1e-10 of h (float: 1e-5), or more than `max_inner_steps` are needed, it gives up: the
 ///            particle with the largest error gets a position that is not a number, so the body reports divergence and keeps its last
 ///            state. Each step tries an inner step of h first: nothing is remembered between steps.
 struct DormandPrince {
   double relative = 1e-6;
   double absolute = 1e-12;   // m
-  int most_inner_steps = 1000000;
+  int max_inner_steps = 1000000;
 
   template <System S>
   void step(S& system, typename S::Scalar h) const {
     using Scalar = typename S::Scalar;
     constexpr auto const& table = detail::dormand_prince;
-    constexpr double least_share = std::same_as<Scalar, float> ? 1e-5 : 1e-10;
+    constexpr double min_share = std::same_as<Scalar, float> ? 1e-5 : 1e-10;
     if (h == 0) return;
     auto&& x = padded_view(system.scratch(7));   // at the start of the inner step; scratch 0 … 6 are the stages' accelerations
     auto&& v = padded_view(system.scratch(8));
@@ -104,7 +104,7 @@ struct DormandPrince {
       }
       double const factor = std::isfinite(excess) && std::isfinite(speed) ? 0.9 * std::pow(std::max(excess, 1e-9), -0.2) : 0.1;
       share *= std::clamp(factor, 0.1, accepted ? 5.0 : 0.9);
-      if (done < 1 && (!(share > least_share) || tries >= most_inner_steps)) {
+      if (done < 1 && (!(share > min_share) || tries >= max_inner_steps)) {
         Eigen::Index worst = 0;
         for (Eigen::Index i = 1; i < x.cols(); ++i)
           if (!(largest(change_x.col(i)) <= largest(change_x.col(worst)))) worst = i;

@@ -22,7 +22,7 @@ namespace palpate {
 ///            The tangent is that of the start, so a step that moves particles by a large part of an edge overshoots, and near θ = ½ fast
 ///            modes ring instead of decaying. Measured on a stiff, lightly damped sheet under a sudden force: θ = 1 and 0.6 come to rest
 ///            at 100 times the explicit limit, θ = ½ at 10 times; at 30 times it does not stay bounded.
-/// Budget     a step takes at most `most_iterations` of conjugate gradients, all Newton iterations together. When they are spent the step
+/// Budget     a step takes at most `max_iterations` of conjugate gradients, all Newton iterations together. When they are spent the step
 ///            is taken with the result so far: slow and soft motion has converged, stiff motion has not.
 /// Units      `tolerance` is relative: |residual| ≤ tolerance · |right-hand side|, both in the norm of the inverse diagonal; so is the
 ///            error of momentum. It is bounded below by rounding.
@@ -32,7 +32,7 @@ namespace palpate {
 struct ThetaScheme {
   double theta = 1;
   double tolerance = 1e-6;
-  int most_iterations = 100;
+  int max_iterations = 100;
   int newton_iterations = 1;
 
   template <LinearisedSystem S>
@@ -72,7 +72,7 @@ struct ThetaScheme {
         change.setZero();
     }
     Scalar const least = std::max(static_cast<Scalar>(tolerance), 4 * std::numeric_limits<Scalar>::epsilon());
-    int left = std::isfinite(size) ? most_iterations : 0;
+    int left = std::isfinite(size) ? max_iterations : 0;
     for (int k = 0; k < newton_iterations && left > 0; ++k) {
       if (k > 0) {
         auto&& later_x = padded_view(system.scratch(6));

@@ -25,7 +25,7 @@ struct BodyCounts {
   std::uint64_t stability_checks = 0;           ///< how often a body in motion was looked at, whether its stable step had fallen
   std::uint64_t guarded = 0;         ///< ticks in which tissue moved so fast that the guaranteed step was kept
   std::uint64_t diverged = 0;        ///< steps refused because they diverged; the rest of the tick is left out
-  int most_steps_a_tick = 0;
+  int max_steps_a_tick = 0;
   int max_steps_wanted = 0;          ///< of a capped tick; 1e9 where no step is stable
   double seconds = 0.0;              ///< of simulated time, that the ticks were to cover
   double lag = 0.0;                  ///< s of that, which were left out: the body is so far behind the hand
@@ -48,8 +48,8 @@ class BodyLoop {
   using Scalar = typename BodyType::Scalar;
   using Vector = Vector3<Scalar>;
 
-  BodyLoop(BodyType body, CutterType cutter, ContactCoupling const& coupling, int most_steps)
-      : body_(std::move(body)), cutter_(std::move(cutter)), coupling_(coupling), most_steps_(most_steps) {
+  BodyLoop(BodyType body, CutterType cutter, ContactCoupling const& coupling, int max_steps)
+      : body_(std::move(body)), cutter_(std::move(cutter)), coupling_(coupling), max_steps_(max_steps) {
     find_stable_step();
   }
 
@@ -143,7 +143,7 @@ class BodyLoop {
   /// The steps of one tick; `before(i, steps, each)` is called before each of them, i from 1 to steps, each so many seconds.
   template <class Before>
   void step(Scalar h, Before before) {
-    auto const [steps, each, capped, wanted] = split_duration(h, step_for(h), most_steps_);
+    auto const [steps, each, capped, wanted] = split_duration(h, step_for(h), max_steps_);
     if (capped) ++counts_.capped, counts_.max_steps_wanted = std::max(counts_.max_steps_wanted, wanted);
     if (cutter_.state() == CuttingPhase::no_contact) diverged_ = false;
     int taken = 0;
@@ -164,7 +164,7 @@ class BodyLoop {
     counts_.seconds += static_cast<double>(h);
     if (double const left_out = static_cast<double>(h) - covered; left_out > 1e-5 * static_cast<double>(h)) counts_.lag += left_out;   // not rounding
     counts_.steps += static_cast<std::uint64_t>(taken);
-    counts_.most_steps_a_tick = std::max(counts_.most_steps_a_tick, taken);
+    counts_.max_steps_a_tick = std::max(counts_.max_steps_a_tick, taken);
   }
 
   void find_stable_step() {
@@ -212,7 +212,7 @@ class BodyLoop {
   CutterType cutter_;
   ContactCoupling coupling_;
   SurfaceSensor<Scalar> sensor_;
-  int most_steps_;
+  int max_steps_;
   Scalar stable_step_ = 0;
   std::size_t stable_for_ = 0;
   int ticks_unseen_ = 0;

@@ -93,8 +93,8 @@ inline std::string lag_text(BodyCounts const& body) {
   std::string text = detail::message("the body lags ", detail::rounded(body.lag), " s behind the hand, ", detail::rounded(100.0 * body.lag / body.seconds), " % of ",
                                      detail::rounded(body.seconds), " s");
   if (body.capped > 0)
-    text += detail::message("; ", body.capped, " of ", body.ticks, " ticks wanted up to ", body.max_steps_wanted, " steps where ", body.most_steps_a_tick,
-                            " are allowed: raise SimulatorOptions::most_body_steps, or make the stable step longer with softer links, less damping, more mass or a coarser mesh");
+    text += detail::message("; ", body.capped, " of ", body.ticks, " ticks wanted up to ", body.max_steps_wanted, " steps where ", body.max_steps_a_tick,
+                            " are allowed: raise SimulatorOptions::max_body_steps, or make the stable step longer with softer links, less damping, more mass or a coarser mesh");
   if (body.diverged > 0) text += detail::message("; ", body.diverged, " steps diverged: see the stable step");
   if (body.capped == 0 && body.diverged == 0) text += "; its ticks came too late: compute fewer particles, lower SimulatorOptions::body_rate, or leave its thread a core";
   return text + "\n";

@@ -38,12 +38,12 @@ struct RealtimeOptions {
                                             "; choose 1 to 98, for instance 75: 99 is the kernel's own, and whoever shares it can stop the machine"));
     if (core && (*core < 0 || *core >= 1024))
       throw InvalidArgument(detail::message("the servo's core is ", *core, "; cores are numbered from 0 to at most 1023"));
-    if (prefault_stack > most_stack)
-      throw InvalidArgument(detail::message("prefault_stack is ", prefault_stack, " bytes; a servo tick needs far less than ", most_stack));
+    if (prefault_stack > max_stack)
+      throw InvalidArgument(detail::message("prefault_stack is ", prefault_stack, " bytes; a servo tick needs far less than ", max_stack));
     static_cast<void>(Pacer::checked_spin(spin));
   }
 
-  static constexpr std::size_t most_stack = 4 * 1024 * 1024;   // bytes
+  static constexpr std::size_t max_stack = 4 * 1024 * 1024;   // bytes
 };
 
 /// One request and what became of it.

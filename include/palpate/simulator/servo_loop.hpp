@@ -188,7 +188,7 @@ class ServoLoop {
     if (!safety.dead_man && options_.clutch != 0) safety.dead_man = limits_for(safety, capabilities, model_rate).dead_man & ~options_.clutch;   // a clutch holds no dead man
     chain_.begin(safety, capabilities, model_rate, mapping_);
     max_force_ = static_cast<DeviceScalar>(chain_.limits().max_force);
-    if constexpr (LimitsStiffness<Force>) force_.limit_stiffness(chain_.stiffest(force_.most_stiffness()));
+    if constexpr (LimitsStiffness<Force>) force_.limit_stiffness(chain_.stiffest(force_.max_stiffness()));
     rate_ = capabilities.rate;
     if constexpr (BeginsSession<Force, Scalar>)
       force_.begin_session(capabilities, mapping_, model_rate);

@@ -28,7 +28,7 @@ namespace palpate {
 
 struct SimulatorOptions {
   ContactCoupling coupling = {};
-  int most_body_steps = 100;      ///< a tick is split into no more body steps than this; where it needs more, the body lags behind
+  int max_body_steps = 100;      ///< a tick is split into no more body steps than this; where it needs more, the body lags behind
   double body_rate = 500.0;       ///< Hz, of the body's thread in real time; in lock-step the body is ticked with the servo
   double snapshot_rate = 60.0;    ///< Hz of simulated time, how often a snapshot is published for drawing
   ServoOptions servo = {};        ///< safety, frames and clutch
@@ -77,7 +77,7 @@ class Simulator {
   Simulator(Device device, Body body, CutterType cutter, Force force, SimulatorOptions const& options = {})
       : options_(checked(options)),
         servo_(std::move(device), std::move(force), options.servo),
-        loop_(std::move(body), std::move(cutter), options.coupling, options.most_body_steps),
+        loop_(std::move(body), std::move(cutter), options.coupling, options.max_body_steps),
         snapshots_(std::make_unique<SnapshotChannel<Scalar>>()),
         live_(std::make_unique<LiveStatistics>()),
         told_(std::make_unique<Told>()) {
@@ -287,8 +287,8 @@ class Simulator {
   static SimulatorOptions const& checked(SimulatorOptions const& options) {
     options.coupling.validate();
     options.realtime.validate();
-    if (options.most_body_steps < 1)
-      throw InvalidArgument(detail::message("most_body_steps is ", options.most_body_steps, "; a tick needs at least one"));
+    if (options.max_body_steps < 1)
+      throw InvalidArgument(detail::message("max_body_steps is ", options.max_body_steps, "; a tick needs at least one"));
     for (double const rate : {options.body_rate, options.snapshot_rate}) static_cast<void>(Pacer::period_of(rate));   // throws
     return options;
   }
@@ -370,7 +370,7 @@ class Simulator {
   };
 
   void body_thread(Exchange& between) {
-    constexpr std::uint64_t most_caught_up = 4;   // a body too slow for its rate falls behind rather than taking ever longer steps
+    constexpr std::uint64_t max_caught_up = 4;   // a body too slow for its rate falls behind rather than taking ever longer steps
     double const period = 1.0 / options_.body_rate;
     double since_snapshot = 0.0;
     std::uint64_t since_live = 0;   // ticks
@@ -382,8 +382,8 @@ class Simulator {
       if (between.driven) watch.look(between.beats.load(std::memory_order_relaxed));
       auto const slot = pacer.wait();
       auto const started = std::chrono::steady_clock::now();
-      double const h = period * static_cast<double>(1 + std::min(slot.skipped, most_caught_up));
-      if (slot.skipped > most_caught_up) loop_.leave_out(period * static_cast<double>(slot.skipped - most_caught_up));
+      double const h = period * static_cast<double>(1 + std::min(slot.skipped, max_caught_up));
+      if (slot.skipped > max_caught_up) loop_.leave_out(period * static_cast<double>(slot.skipped - max_caught_up));
       placed = between.poses.fetch() || placed;
       Pose const& pose = between.poses.front();
       if (placed) {

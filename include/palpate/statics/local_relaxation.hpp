@@ -64,7 +64,7 @@ struct LocalRelaxation {
     for (std::size_t k = 0; k < n; ++k) stiffness[k] = net.stiffness(static_cast<int>(k));
     Random random(seed);
     Equilibrium<Scalar> result;
-    double const most_visits = sweeps * static_cast<double>(n);
+    double const max_visits = sweeps * static_cast<double>(n);
     double visited = 0;
     Scalar largest = 0, last_largest = 0;
     bool spent = false, through = true;   // the last sweep went through the body
@@ -74,7 +74,7 @@ struct LocalRelaxation {
         if (!std::isfinite(result.imbalance)) return result;
         if (result.converged) break;
       }
-      if (spent || visited >= most_visits) break;
+      if (spent || visited >= max_visits) break;
       bool const weigh = sweep % 8 == 0 || !(largest <= last_largest);   // hardening links have another bound by now
       bool const to_the_end = order != VisitOrder::breadth_first || sweep % 8 == 7 || largest <= problem.tolerance;
       last_largest = largest;
@@ -99,7 +99,7 @@ struct LocalRelaxation {
         x.col(i) += static_cast<Scalar>(relaxation) / stiffness[at(k)] * force;
         visited += 1;
         if (limited && visit % 64 == 63) spent = clock() - start >= seconds;
-        if (spent || visited >= most_visits) break;
+        if (spent || visited >= max_visits) break;
       }
       if (limited) spent = spent || clock() - start >= seconds;
       if (!std::isfinite(largest)) spent = true;
@@ -137,7 +137,7 @@ struct LocalRelaxation {
       if (queue.empty())
         for (int i = 0; i < static_cast<int>(problem.applied.cols()); ++i)
           if (!problem.applied.col(i).isZero(0)) reach(i);
-      if (queue.empty() && n > 0) reach(net.particle(most_unbalanced(net, x)));
+      if (queue.empty() && n > 0) reach(net.particle(max_unbalanced(net, x)));
       for (std::size_t head = 0, end = queue.size(); head < queue.size(); ++head) {
         if (head == end) {
           end_ring();
@@ -154,7 +154,7 @@ struct LocalRelaxation {
   }
 
   template <class Net, class Columns>
-  static int most_unbalanced(Net& net, Columns const& x) {
+  static int max_unbalanced(Net& net, Columns const& x) {
     auto const force = net.at(x);
     int most = 0;
     for (int k = 1; k < net.count(); ++k)

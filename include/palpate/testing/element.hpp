@@ -65,9 +65,9 @@ Violations check_element(E const& element, NodeColumns<Scalar, E::nodes> const& 
 
   Vector const start = vector(rest);
   Square const stiffness_at_rest = stiffness_at(start);
-  Scalar const step = reach * (single ? Scalar(3e-2) : Scalar(1e-4)), least_scale = stiffness_at_rest.norm();
-  if (!(least_scale > 0) || !std::isfinite(least_scale)) return {message("the stiffness at rest is ", least_scale, " N/m; it must be finite and positive")};
-  if (checks.relaxed && !(force_at(start).norm() <= tolerance * least_scale * reach)) say("there is a force at rest; with pre-tension say relaxed = false");
+  Scalar const step = reach * (single ? Scalar(3e-2) : Scalar(1e-4)), min_scale = stiffness_at_rest.norm();
+  if (!(min_scale > 0) || !std::isfinite(min_scale)) return {message("the stiffness at rest is ", min_scale, " N/m; it must be finite and positive")};
+  if (checks.relaxed && !(force_at(start).norm() <= tolerance * min_scale * reach)) say("there is a force at rest; with pre-tension say relaxed = false");
 
   for (int place = 0; place < checks.places; ++place) {
     Vector const x = start + noise(reach), d = noise(1), v = noise(reach), force = force_at(x);
@@ -76,7 +76,7 @@ Violations check_element(E const& element, NodeColumns<Scalar, E::nodes> const& 
       say("energy, force or stiffness is not finite");
       continue;
     }
-    Scalar const scale = std::max(least_scale, stiffness.norm()), force_scale = std::max(force.norm(), scale * reach);
+    Scalar const scale = std::max(min_scale, stiffness.norm()), force_scale = std::max(force.norm(), scale * reach);
     auto const differ = [&](auto const& a, auto const& b, Scalar size) { return !((a - b).norm() <= tolerance * size); };
     for (int k = 0; k < n; ++k) {
       Vector ahead = x, behind = x;

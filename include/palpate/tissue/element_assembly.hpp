@@ -64,7 +64,7 @@ class ElementAssembly {
   }
   int force_columns() const noexcept { return static_cast<int>(particles_.size()); }
   static int max_force_columns(int particles) noexcept { return particles; }
-  int blocks() const noexcept { return std::clamp(moving() / least_block_size, 1, most_blocks); }
+  int blocks() const noexcept { return std::clamp(moving() / min_block_size, 1, max_blocks); }
 
   /// Takes the tangent of every element at x, positive semidefinite, for the two below.
   template <class X>
@@ -171,13 +171,13 @@ class ElementAssembly {
     for_each_kind(*this, [&](auto& kind) {
       kind.nodes.reserve(*count), kind.elements.reserve(*count), kind.ends.reserve(at(particles));
       for (auto& some : kind.of_block)
-        if (particles >= 2 * least_block_size) some.reserve(*count);
+        if (particles >= 2 * min_block_size) some.reserve(*count);
       ++count;
     });
   }
 
  private:
-  static constexpr int least_block_size = 2048, most_blocks = 8;
+  static constexpr int min_block_size = 2048, max_blocks = 8;
 
   using Padded = Eigen::Map<Matrix<Scalar, 4, Dynamic>>;
   using ConstPadded = Eigen::Map<Matrix<Scalar, 4, Dynamic> const>;
@@ -194,7 +194,7 @@ class ElementAssembly {
     std::vector<E> elements;
     std::vector<int> ends;                                       // of those whose first chosen particle is each of the moving ones
     std::vector<Tangent<E::nodes>> tangents;                     // since linearise()
-    std::array<std::vector<int>, most_blocks> of_block;          // elements that act on particles of each block, where there are several
+    std::array<std::vector<int>, max_blocks> of_block;          // elements that act on particles of each block, where there are several
   };
 
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }

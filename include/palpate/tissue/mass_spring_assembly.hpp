@@ -90,7 +90,7 @@ class MassSpringAssembly {
   }
   /// Of what accelerate() needs: one for each particle, then a window for each block.
   int force_columns() const noexcept { return static_cast<int>(particles().size()) + blocks() * layout_.window(); }
-  static int max_force_columns(int particles) noexcept { return particles + Layout::most_window_columns(particles); }
+  static int max_force_columns(int particles) noexcept { return particles + Layout::max_window_columns(particles); }
   /// Blocks that accelerate() walks: those that can be walked at once.
   int blocks() const noexcept { return static_cast<int>(layout_.blocks().size()); }
 
@@ -152,7 +152,7 @@ class MassSpringAssembly {
   using Kept = std::conditional_t<std::is_trivially_copyable_v<Law>, Law, Law const&>;   // in registers where the law is trivially copyable
 
   static constexpr int width = Layout::width;
-  static constexpr int most_rows = Layout::most_rows;   // of a pass
+  static constexpr int max_rows = Layout::max_rows;   // of a pass
   /// Squared lengths below this count as this: such a link is far shorter than any rounding of its ends.
   static constexpr Scalar least = std::numeric_limits<Scalar>::min() * 4096 * 4096;
 
@@ -321,14 +321,14 @@ class MassSpringAssembly {
   void add_link_forces(X const* x, V const* v, F* f, int first_row, int first_group, int end_group, Ahead<Count> ahead = {}) const noexcept {
     if (first_group == end_group) return;
     Row const* row = layout_.rows().data() + first_row;
-    Wide difference[4 * most_rows], squared_length[most_rows], factor[most_rows];
+    Wide difference[4 * max_rows], squared_length[max_rows], factor[max_rows];
     auto const* const end = layout_.groups().data() + end_group;
     bool const is_uniform = layout_.has_one_law() && layout_.weights_are_one();
     Kept const one_law = layout_.laws(0)[0];
     for (auto const* group = layout_.groups().data() + first_group; group != end;) {
       int rows = 0;
       auto const* last = group;
-      for (; last != end && rows + last->rows <= most_rows; ++last) {
+      for (; last != end && rows + last->rows <= max_rows; ++last) {
         ahead.call();
         Wide own_x[4], own_v[4];
 #pragma GCC unroll 4

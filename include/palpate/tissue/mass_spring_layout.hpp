@@ -59,7 +59,7 @@ class MassSpringLayout {
     Scalar inverse_mass;         // 1/kg
   };
 
-  static constexpr int most_rows = 8;   // of a group
+  static constexpr int max_rows = 8;   // of a group
 
   std::span<int const> particles() const noexcept { return particles_; }   // local particle → particle of the body
   int moving() const noexcept { return moving_; }
@@ -94,7 +94,7 @@ class MassSpringLayout {
     local_.resize(static_cast<std::size_t>(tissue.size()), -1);
     particles_.assign(moving.begin(), moving.end());
     moving_ = static_cast<int>(moving.size());
-    block_size_ = std::max(least_block_size, (moving_ / most_blocks / part_size + 1) * part_size);
+    block_size_ = std::max(min_block_size, (moving_ / max_blocks / part_size + 1) * part_size);
     for (int i = 0; i < moving_; ++i) local_[at(moving[at(i)])] = i;
 
     rest_.clear(), coefficients_.clear(), blocks_.clear(), parts_.clear(), groups_.clear(), rows_.clear(), laws_.clear(), weights_.clear();
@@ -126,20 +126,20 @@ class MassSpringLayout {
   }
 
   /// As many columns as the windows of all blocks take, at most.
-  static int most_window_columns(int particles) noexcept { return particles > least_block_size ? particles / 2 + least_block_size / 2 + particles / most_blocks : 0; }
+  static int max_window_columns(int particles) noexcept { return particles > min_block_size ? particles / 2 + min_block_size / 2 + particles / max_blocks : 0; }
 
   void reserve(int particles, int links) {
     auto const n = static_cast<std::size_t>(particles), m = static_cast<std::size_t>(links);
     particles_.reserve(n), local_.reserve(n), rest_.reserve(n), coefficients_.reserve(n), groups_.reserve(n);
     rows_.reserve(m / 2 + 64), laws_.reserve(m / 2 + 64), weights_.reserve(m / 2 + 64);
-    parts_.reserve(n / part_size + 1), blocks_.reserve(most_blocks);
+    parts_.reserve(n / part_size + 1), blocks_.reserve(max_blocks);
     inside_.ends.reserve(n), leaving_.ends.reserve(n), inside_.links.reserve(m);
-    if (particles > least_block_size) leaving_.links.reserve(m);
+    if (particles > min_block_size) leaving_.links.reserve(m);
   }
 
  private:
   static constexpr int part_size = 32;
-  static constexpr int most_blocks = 8, least_block_size = 4096;
+  static constexpr int max_blocks = 8, min_block_size = 4096;
 
   struct OwnLink {
     int link, other;
@@ -208,10 +208,10 @@ class MassSpringLayout {
   void add_group(Tissue const& tissue, Own const& own, Members const& members, int count) {
     int const most = own.count(members[0]);   // none has more
     for (int k = 0; k < most; ++k) {
-      if (k % most_rows == 0) {
+      if (k % max_rows == 0) {
         Group& group = groups_.emplace_back();
         for (std::size_t m = 0; m < width; ++m) group.own[m] = 4 * members[m];
-        group.rows = std::min(most_rows, most - k);
+        group.rows = std::min(max_rows, most - k);
       }
       Row& row = rows_.emplace_back();
       Laws& laws = laws_.emplace_back();

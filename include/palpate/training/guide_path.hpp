@@ -21,7 +21,7 @@ template <RealScalar S>
 class GuidePath {
  public:
   using Vector = Vector3<S>;
-  static constexpr std::size_t most_pieces = 20'000;
+  static constexpr std::size_t max_pieces = 20'000;
 
   explicit GuidePath(Matrix3X<double> const& points, double spacing = 5e-4) {
     if (!(spacing > 0.0) || !std::isfinite(spacing))
@@ -35,9 +35,9 @@ class GuidePath {
     if (corners_.size() < 2 || length() < static_cast<S>(spacing))
       throw InvalidArgument(detail::message("GuidePath: the path is ", corners_.size() < 2 ? S(0) : length(), " m long with ", points.cols(),
                                             " points; give one longer than its spacing, ", spacing, " m"));
-    if (pieces() > most_pieces)
+    if (pieces() > max_pieces)
       throw InvalidArgument(detail::message("GuidePath: there are ", pieces(), " pieces; give a larger spacing than ", spacing, " m, so that ",
-                                            most_pieces, " are enough"));
+                                            max_pieces, " are enough"));
   }
   /// Where the tip of a recording went.
   explicit GuidePath(Recording const& recording, double spacing = 5e-4) : GuidePath(tips(recording), spacing) {}

@@ -69,7 +69,7 @@ class BladeWay {
     }
     stretches_.push_back({corners_.back(), blade_});
     if (!is_far(next_, corners_.back())) next_ = blade_;
-    if (corners_.size() > most_corners) drop(1);
+    if (corners_.size() > max_corners) drop(1);
   }
 
   /// Forgets what lies before the place nearest to a point.
@@ -98,7 +98,7 @@ class BladeWay {
   }
 
  private:
-  static constexpr std::size_t most_corners = 32;
+  static constexpr std::size_t max_corners = 32;
 
   bool is_far(BladePoint<Scalar> const& a, BladePoint<Scalar> const& b) const { return (a.point - b.point).norm() >= spacing_; }
 

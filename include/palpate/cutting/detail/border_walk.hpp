@@ -57,11 +57,11 @@ template <class Body>
 BorderPlace<typename Body::Scalar> border_edge_at(Body const& body, int particle, VectorOf<Body> const& point) {
   using Scalar = typename Body::Scalar;
   using Vector = VectorOf<Body>;
-  constexpr int most_edges = 100;
+  constexpr int max_edges = 100;
   auto const& surface = body.tissue().surface();
   for (bool const ahead : {true, false}) {
     int at = particle;
-    for (int k = 0; k < most_edges && at >= 0; ++k) {
+    for (int k = 0; k < max_edges && at >= 0; ++k) {
       int next = -1;
       for (int const t : surface.triangles_at(at)) {
         auto const c = surface.corners(t);

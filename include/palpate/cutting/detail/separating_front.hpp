@@ -59,10 +59,10 @@ class SeparatingFront {
   /// The blade is beside the surface, and the cut has gone on to the border there.
   bool is_outside() const noexcept { return is_outside_; }
 
-  /// Punctures: the cut begins at the vertex nearest to a point of a triangle. `most_edges`: that a call goes over.
+  /// Punctures: the cut begins at the vertex nearest to a point of a triangle. `max_edges`: that a call goes over.
   template <class Body>
-  void start(Body const& body, int triangle, Vector const& barycentric, int most_edges) {
-    most_edges_ = most_edges;
+  void start(Body const& body, int triangle, Vector const& barycentric, int max_edges) {
+    max_edges_ = max_edges;
     report_ = {};
     lips_.clear();
     restart(body, triangle, barycentric);
@@ -253,7 +253,7 @@ class SeparatingFront {
         bool const is_across = next == stage.nearest;
         if (is_across) next = nearer_beyond(body, stage.nearest, stage.blade.point);
         arrived = next == stage.nearest;
-        if (arrived || edges == most_edges_) break;
+        if (arrived || edges == max_edges_) break;
         crosses = crosses || is_across;
         stage.nearest = next;
         ++edges;
@@ -264,7 +264,7 @@ class SeparatingFront {
         stage.blade = on_way(std::clamp(beside, before, part));
       }
       if (crosses && beyond_wound.nearest < 0) beyond_wound = stage;
-      if (edges == most_edges_ || steps / 2 == most_edges_) return beyond_wound.nearest < 0 ? stage : beyond_wound;
+      if (edges == max_edges_ || steps / 2 == max_edges_) return beyond_wound.nearest < 0 ? stage : beyond_wound;
       before = part;
     }
   }
@@ -398,7 +398,7 @@ class SeparatingFront {
   std::vector<int> fan_;
   int goal_ = -1;            // the vertex nearest to the blade
   int nearest_ = -1;         // the same; beside a border that the blade goes on beyond, off its way
-  int most_edges_ = 1;       // that a call goes over
+  int max_edges_ = 1;       // that a call goes over
   bool is_behind_ = false;
   Target target_;            // of a front that is behind
   BladeWay<Scalar> way_;

@@ -33,12 +33,12 @@ Vector3<Scalar> clamped(Vector3<Scalar> const& w) {
 template <RealScalar Scalar>
 class Snapping {
  public:
-  explicit Snapping(Scalar distance = 0, Scalar share = 0) noexcept : distance_(distance), share_(std::max(share, least_share)) {}
+  explicit Snapping(Scalar distance = 0, Scalar share = 0) noexcept : distance_(distance), share_(std::max(share, min_share)) {}
 
   /// The same, but at least so near that triangles of a body with this mean edge [m] keep an area, however often they are cut.
   Snapping on(Scalar mean_edge) const noexcept {
     Snapping result = *this;
-    result.distance_ = std::max(distance_, least_share * mean_edge);
+    result.distance_ = std::max(distance_, min_share * mean_edge);
     return result;
   }
 
@@ -70,13 +70,13 @@ class Snapping {
 
  private:
   /// Shares of an edge, and of the body's mean edge, below which a point is not told from its end: smaller triangles have no reliable area.
-  static constexpr Scalar least_share = std::same_as<Scalar, float> ? Scalar(5e-3) : Scalar(1e-4);
+  static constexpr Scalar min_share = std::same_as<Scalar, float> ? Scalar(5e-3) : Scalar(1e-4);
 
   /// The foot on an edge may be nearer to a corner than the point was: there it moves off, or is the corner.
   template <class Body>
   Spot<Scalar> on_edge(Body const& body, std::array<int, 3> const& c, Spot<Scalar> spot) const {
     std::size_t const from = (spot.corner + 1) % 3, to = (spot.corner + 2) % 3;
-    if (std::min(spot.s, 1 - spot.s) <= least_share) return {SpotKind::vertex, spot.s <= Scalar(0.5) ? from : to, Scalar(0)};
+    if (std::min(spot.s, 1 - spot.s) <= min_share) return {SpotKind::vertex, spot.s <= Scalar(0.5) ? from : to, Scalar(0)};
     Scalar const length = rest_length(body, c[from], c[to]);
     Scalar const least = near(length) / (2 * length);
     spot.s = std::clamp(spot.s, std::min(Scalar(0.5), least), std::max(Scalar(0.5), 1 - least));

@@ -25,8 +25,8 @@ template <RealScalar Scalar>
 class VertexSlide {
  public:
   using Vector = Vector3<Scalar>;
-  static constexpr Scalar least_quality = Scalar(0.4);
-  static constexpr Scalar least_cosine = Scalar(0.8660254);
+  static constexpr Scalar min_quality = Scalar(0.4);
+  static constexpr Scalar min_cosine = Scalar(0.8660254);
 
   template <class Body>
   static Slide<Scalar> move(Body& body, int p, Vector const& wanted) {
@@ -68,7 +68,7 @@ class VertexSlide {
     auto const& surface = body.tissue().surface();
     Vector const at = body.tissue().rest_position(p);
     Way best;
-    Scalar most_inside = -std::numeric_limits<Scalar>::infinity();
+    Scalar max_inside = -std::numeric_limits<Scalar>::infinity();
     for (int const t : surface.triangles_at(p)) {
       auto const c = surface.corners(t);
       auto const k = static_cast<std::size_t>(surface.corner_of(t, p));
@@ -78,13 +78,13 @@ class VertexSlide {
       if (!(determinant > 0)) continue;
       Scalar const ahead = (we * ff - wf * ef) / determinant, behind = (wf * ee - we * ef) / determinant;
       Scalar const inside = std::min(ahead, behind) / (std::abs(ahead) + std::abs(behind));
-      if (!(inside > most_inside)) continue;
+      if (!(inside > max_inside)) continue;
       Scalar const a = std::max(ahead, Scalar(0)), b = std::max(behind, Scalar(0));
       Vector const step = a * e + b * f;
       Scalar const along = step.dot(wanted);
       if (!(along > 0)) continue;
       Scalar const stretch = std::min(wanted.squaredNorm() / along, Scalar(1.5));   // the triangle is inclined to the direction
-      most_inside = inside;
+      max_inside = inside;
       best = {t, stretch * a, stretch * b, stretch * step};
     }
     // Not beyond the triangle: nine tenths of the way to its far edge.
@@ -104,11 +104,11 @@ class VertexSlide {
       auto const k = static_cast<std::size_t>(surface.corner_of(t, p));
       Vector const q = body.tissue().rest_position(c[(k + 1) % 3]), r = body.tissue().rest_position(c[(k + 2) % 3]);
       Vector const before = (q - at).cross(r - at), after = (q - there).cross(r - there);
-      if (!(after.dot(before) >= least_cosine * after.norm() * before.norm())) return false;
+      if (!(after.dot(before) >= min_cosine * after.norm() * before.norm())) return false;
       Scalar const side = (q - r).squaredNorm();
       Scalar const quality_before = quality(before, side + (q - at).squaredNorm() + (r - at).squaredNorm());
       Scalar const quality_after = quality(after, side + (q - there).squaredNorm() + (r - there).squaredNorm());
-      if (!(quality_after >= std::min(quality_before, least_quality))) return false;
+      if (!(quality_after >= std::min(quality_before, min_quality))) return false;
     }
     return true;
   }

@@ -149,7 +149,7 @@ class Servo {
     sound_ = moves && convert(native, has_wrist_, state_);
     if (!sound_) {
       ++counts_.unreadable;
-      if (++unsound_ == most_unsound) fail(DeviceStatus::fault, 0, "ten reads without a sound state");
+      if (++unsound_ == max_unsound) fail(DeviceStatus::fault, 0, "ten reads without a sound state");
       return false;
     }
     if (known_ && (state_.position - before).norm() > jump_ * (1.0 + repeated_)) begin_again(counts_.jumps);
@@ -170,7 +170,7 @@ class Servo {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr unsigned most_unsound = 10;
+  static constexpr unsigned max_unsound = 10;
 
   int send(Wrench<double> const& wrench) noexcept {
     auto const f = to_native(wrench.force), t = to_native(wrench.torque);

@@ -113,8 +113,8 @@ class Runtime {
 
  private:
   static constexpr double usual_rate = 1000.0;   // Hz
-  static constexpr std::size_t most_devices = 8;
-  static constexpr int most_errors = 32;   // a tick
+  static constexpr std::size_t max_devices = 8;
+  static constexpr int max_errors = 32;   // a tick
 
   Runtime() : thread_([this] { let_go(); }) {}
 
@@ -125,7 +125,7 @@ class Runtime {
     auto const place = std::find(servos_.begin(), servos_.end(), nullptr);
     if (place == servos_.end()) {
       library_->functions.disable_device(servo->handle());
-      throw PhantomError(PhantomProblem::driver, message("more than ", most_devices, " devices are open; close one first"));
+      throw PhantomError(PhantomProblem::driver, message("more than ", max_devices, " devices are open; close one first"));
     }
     *place = servo;
   }
@@ -219,7 +219,7 @@ class Runtime {
 
   /// Errors that came in this device's frame, oldest first; one that names another device is that one's.
   void distribute(Functions const& hd, Servo& here) noexcept {
-    std::array<NativeError, most_errors> errors;
+    std::array<NativeError, max_errors> errors;
     std::size_t count = 0;
     for (; count < errors.size(); ++count) {
       errors[count] = hd.next_error();
@@ -241,7 +241,7 @@ class Runtime {
   std::mutex control_;
   ControlThread thread_;
   std::unique_ptr<Library> library_;   // once there, for ever
-  std::array<std::shared_ptr<Servo>, most_devices> servos_;   // changed only while the scheduler stands still
+  std::array<std::shared_ptr<Servo>, max_devices> servos_;   // changed only while the scheduler stands still
   Task task_ = 0;
   bool running_ = false;
   double rate_ = 0.0;   // Hz

@@ -116,7 +116,7 @@ class Servo {
   /// After the errors of the tick have come: the host may see it.
   void publish(Functions const& hd) noexcept {
     if (!bad_tick_) bad_ticks_ = 0;
-    if (bad_tick_ && ++bad_ticks_ == most_bad_ticks && is_usable(status.load(std::memory_order_relaxed))) {
+    if (bad_tick_ && ++bad_ticks_ == max_bad_ticks && is_usable(status.load(std::memory_order_relaxed))) {
       ending.push({.status = DeviceStatus::fault, .native_code = 0, .what = "ten ticks without a sound state"});
       fail(hd, DeviceStatus::fault);
     }
@@ -151,8 +151,8 @@ class Servo {
   }
 
  private:
-  static constexpr unsigned most_bad_ticks = 10;
-  static constexpr unsigned most_attempts = 5;   // of the driver to calibrate, before the user has to help
+  static constexpr unsigned max_bad_ticks = 10;
+  static constexpr unsigned max_attempts = 5;   // of the driver to calibrate, before the user has to help
   static constexpr double long_ago = 1e9;   // ticks
 
   void begin_again(std::atomic<std::uint64_t>& counter) noexcept {
@@ -224,7 +224,7 @@ class Servo {
       Number const found = hd.check_calibration();
       if (found != calibration::needs_update) attempts_ = 0;
       Calibration const now = found == calibration::good                                           ? Calibration::good
-                              : found == calibration::needs_update && attempts_ < most_attempts ? Calibration::needs_update
+                              : found == calibration::needs_update && attempts_ < max_attempts ? Calibration::needs_update
                                                                                                 : Calibration::needs_hand;
       calibrated.store(now);
       until_check_ = now == Calibration::good ? checked_every_ : std::max(1u, checked_every_ / 10);
