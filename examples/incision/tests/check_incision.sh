@@ -131,7 +131,7 @@ refused cut_faces "cut short\|border\|hole" --mesh cut_faces.obj --unit cm
 refused empty "the file is empty" --mesh empty.obj
 sed '10s/.*/v 1 nan 0/' good.obj >nan.obj
 refused nan "not a finite number" --mesh nan.obj --unit cm
-refused missing "there is no such file" --mesh missing.stl
+refused missing "the file does not exist" --mesh missing.stl
 refused kind "not a known kind of mesh file" --mesh "$0"
 
 # --- another unit than the one that is read: the message names the likely one ------------------------------------------

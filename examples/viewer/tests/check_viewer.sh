@@ -71,7 +71,7 @@ refused no_session "not a session in binary form; give a file that was recorded"
 refused missing "does not exist" --script missing.script
 printf 'move 10\n' >bad.script
 refused bad "line 1" --script bad.script
-refused no_recording "no such file" --replay missing.session
+refused no_recording "the file does not exist" --replay missing.session
 refused option "resolution" --resolution 3
 refused words "not expected: --bogus one two (see" --bogus one two
 refused not_a_number "nan is not a number" --seconds nan
