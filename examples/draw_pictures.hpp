@@ -4,6 +4,7 @@
 #include "picture.hpp"
 
 #include <palpate/core/error.hpp>
+#include <palpate/vtk/plot.hpp>
 #include <palpate/vtk/virtual_display.hpp>
 
 #include <cstdio>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/vtk/plot.hpp>
+#include <palpate/vtk/plot_style.hpp>
 
 #include <cstddef>
 #include <cstdio>
@@ -13,7 +13,7 @@
 namespace drawing {
 
 /// In the order of write_plot's palette.
-enum Colour : std::size_t { blue, orange, green, pink, yellow, sky, black, colours };
+enum Colour : std::size_t { blue, orange, green, pink, yellow, sky, black, colours = palpate::plot_colours };
 
 /// One chart: what is drawn, and the numbers that the page with it quotes.
 class Picture {
@@ -24,7 +24,7 @@ class Picture {
     style_.x.title = std::move(across), style_.y.title = std::move(up);
   }
 
-  // write_plot gives the second seven series dashes; each is labelled once.
+  // write_plot gives the second twelve series dashes; each is labelled once.
   palpate::PlotSeries& line(Colour colour, std::string label) { return add(colour, std::move(label), true, false); }
   palpate::PlotSeries& dashes(Colour colour, std::string label) { return add(colours + colour, std::move(label), true, false); }
   palpate::PlotSeries& dots(Colour colour, std::string label) { return add(2 * colours + colour, std::move(label), false, true); }

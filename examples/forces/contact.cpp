@@ -76,6 +76,7 @@ Picture hunt_crossley() {
   for (auto const& [colour, label, fastest] : {std::tuple(blue, "up to 10 mm/s", 0.010), std::tuple(orange, "up to 50 mm/s", 0.050),
                                                std::tuple(green, "up to 100 mm/s", 0.100)}) {
     PlotSeries& series = picture.line(colour, label);
+    series.arrows = true;
     double taken = 0.0;
     constexpr int steps = 400;
     for (int k = 0; k <= steps; ++k) {

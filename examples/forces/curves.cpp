@@ -40,7 +40,8 @@ Picture liver_loop() {
   Picture picture("forces_liver_loop", "The liver's loop, and a reversal inside it", "depth [mm]", "force [N]");
   auto const curve = liver_hysteresis<double>();
   sample(picture.line(blue, "loading"), 0.014, liver_range<double>().high, 1000.0, [&](double d) { return curve(d, Phase::loading); });
-  sample(picture.line(orange, "unloading"), 0.014, liver_range<double>().high, 1000.0, [&](double d) { return curve(d, Phase::unloading); });
+  sample(picture.line(orange, "unloading"), liver_range<double>().high, 0.014, 1000.0, [&](double d) { return curve(d, Phase::unloading); });
+  picture.line(blue, "loading").arrows = picture.line(orange, "unloading").arrows = true;
   std::vector<double> const ways{0.010, 0.0205, 0.0175, 0.0215};
   follow(picture.dashes(black, "over 1 mm"), CuttingForce(curve), ways, 0.016);
   follow(picture.dashes(pink, "at once (thesis)"), CuttingForce(curve, CurveJoin<double>{.reversal_depth = 0.0}), ways, 0.016);

@@ -23,6 +23,7 @@ Picture needle() {
   double before = 0.0;
   bool punctured = false;
   auto const go = [&](PlotSeries& series, double to) {   // up to 20 mm/s, gently at both ends
+    series.arrows = true;
     double const seconds = 1.875 * std::abs(to - before) / 0.020;
     auto const way = Trajectory<double>::start({0.0, 0.0, -before}).line({0.0, 0.0, -to}, seconds, Pace::minimum_jerk);
     for (double t = 0.0; t <= way.duration(); t += tick) {

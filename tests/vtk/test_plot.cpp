@@ -24,13 +24,13 @@ using namespace palpate;
 namespace {
 
 /// How many pixels within `reach` of a point of the frame, in shares of the frame from its lower left corner, have this colour.
-int pixels_at(std::filesystem::path const& file, double across, double up, int reach, std::array<int, 3> const& colour) {
+int pixels_at(std::filesystem::path const& file, double across, double up, int reach, std::array<int, 3> const& colour, double right = 0.97) {
   vtkNew<vtkPNGReader> reader;
   reader->SetFileName(file.string().c_str());
   reader->Update();
   auto* const image = reader->GetOutput();
   int const width = image->GetDimensions()[0], height = image->GetDimensions()[1];
-  int const x = static_cast<int>(std::lround((0.11 + (0.77 - 0.11) * across) * width));
+  int const x = static_cast<int>(std::lround((0.11 + (right - 0.11) * across) * width));
   int const y = static_cast<int>(std::lround((0.12 + (0.91 - 0.12) * up) * height));
   int found = 0;
   for (int row = y - reach; row <= y + reach; ++row)
@@ -81,6 +81,52 @@ TEST_CASE("without limits an axis is rounded to whole decades and whole ticks", 
   // 3e-3 … 20: decades 1e-3 … 1e2, so 0.1^½ is the middle. 1.2 … 8.7: ticks of 2, so 0 … 10 and 5 is the middle.
   write_plot(file, std::vector<PlotSeries>{{"ends", {3e-3, 20.0}, {1.2, 8.7}, false}, {"middle", {std::sqrt(0.1)}, {5.0}, false}}, {.x = {"x", true}, .y = {"y"}});
   CHECK(pixels_at(file, 0.5, 0.5, 4, orange) > 20);
+}
+
+TEST_CASE("the legend stands in a corner without lines, or beside the frame", "[vtk][plot]") {
+  VirtualDisplay const display;
+  if (!display.ready()) PALPATE_SKIP(display.problem());
+  ScratchFolder const folder;
+  auto const file = folder.path() / "plot.png";
+  // A rising line leaves the upper left corner free: the frame is wide, and the legend's sample of the line is drawn there.
+  PlotSeries line{"rising", {0.0, 10.0}, {0.0, 10.0}, true, false};
+  write_plot(file, std::vector{line});
+  CHECK(pixels_at(file, 0.5, 0.5, 4, blue) > 4);
+  CHECK(pixels_at(file, 0.05, 0.95, 30, blue) > 20);
+  CHECK(pixels_at(file, 0.95, 0.05, 30, blue) == 0);
+  // A line through all four corners leaves none: the frame ends at 0.77, and the legend stands to the right of its lower end.
+  line.x = {0.0, 10.0, 10.0, 0.0, 0.0, 10.0}, line.y = {0.0, 0.0, 10.0, 10.0, 0.0, 10.0};
+  write_plot(file, std::vector{line});
+  CHECK(pixels_at(file, 0.5, 0.5, 4, blue, 0.77) > 4);
+  CHECK(pixels_at(file, 1.07, 0.03, 30, blue, 0.77) > 20);
+}
+
+TEST_CASE("arrows on a line show its direction, exponents are raised", "[vtk][plot]") {
+  VirtualDisplay const display;
+  if (!display.ready()) PALPATE_SKIP(display.problem());
+  ScratchFolder const folder;
+  auto const file = folder.path() / "plot.png";
+  // From left to right at half the height: heads at a third and two thirds, blunt on the left and pointed on the right.
+  PlotSeries line{"way", {}, {}, true, false};
+  for (int k = 0; k <= 300; ++k) line.x.push_back(0.01 * k), line.y.push_back(0.5);
+  PlotStyle style;
+  style.x.from = 0.0, style.x.to = 3.0, style.y.from = 0.0, style.y.to = 1.0;
+  write_plot(file, std::vector{line}, style);
+  int const plain = pixels_at(file, 0.5, 0.5, 8, blue);
+  line.arrows = true;
+  write_plot(file, std::vector{line}, style);
+  double const aside = 7.0 / (0.86 * 1280);
+  CHECK(pixels_at(file, 0.5, 0.5, 8, blue) == plain);
+  for (double const at : {1.0 / 3, 2.0 / 3}) {
+    CHECK(pixels_at(file, at, 0.5, 8, blue) > plain + 20);
+    CHECK(pixels_at(file, at - aside, 0.5, 3, blue) > pixels_at(file, at + aside, 0.5, 3, blue) + 10);
+  }
+  // The label of 10^-2 and of 1 under a logarithmic axis: both have black pixels where their digits belong, and nothing between them has.
+  style.x = {"", true, 1e-2, 1.0};
+  write_plot(file, std::vector<PlotSeries>{{"one", {0.1}, {0.5}}}, style);
+  constexpr std::array<int, 3> black{0, 0, 0};
+  for (double const at : {0.0, 0.5, 1.0}) CHECK(pixels_at(file, at, -0.035, 14, black) > 5);
+  CHECK(pixels_at(file, 0.25, -0.035, 14, black) == 0);
 }
 
 TEST_CASE("what can not be drawn is refused", "[vtk][plot][error]") {

@@ -5,6 +5,7 @@
 #include <palpate/vtk/detail/message_trap.hpp>
 #include <palpate/vtk/detail/off_screen.hpp>
 
+#include <vtkAbstractContextItem.h>
 #include <vtkAxis.h>
 #include <vtkChartXY.h>
 #include <vtkContextScene.h>
@@ -48,6 +49,9 @@ class ChartWindow {
   }
 
   vtkChartXY* chart() { return chart_; }
+
+  /// Over the chart.
+  void add(vtkAbstractContextItem* item) { view_->GetScene()->AddItem(item); }
 
   void set_title(std::string const& title, int text_size) {
     chart_->SetTitle(title);

@@ -2,14 +2,17 @@
 #pragma once
 
 #include <palpate/vtk/detail/chart_window.hpp>
-#include <palpate/vtk/plot_axis.hpp>
+#include <palpate/vtk/detail/plot_ink.hpp>
+#include <palpate/vtk/plot_style.hpp>
 
 #include <vtkAxis.h>
 #include <vtkDoubleArray.h>
 #include <vtkNew.h>
 #include <vtkStringArray.h>
+#include <vtkTextProperty.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -56,19 +59,30 @@ class PlotRange {
     if (!(high_ > low_)) high_ = low_ + tick_;
   }
 
-  void put_on(vtkAxis* axis, std::string const& title, int text_size) const {
+  /// Where a value lies between the ends of the axis: 0 … 1.
+  double share(double value) const { return (place(value) - low_) / (high_ - low_); }
+
+  /// The powers of ten of a logarithmic axis are drawn by `ink`: at (x, y) begins the axis, `way` [pixels] leads to its end.
+  void put_on(vtkAxis* axis, std::string const& title, PlotInk& ink, std::array<float, 2> begin, std::array<float, 2> way) const {
+    float const gap = 0.5F * static_cast<float>(ink.text_size);
     vtkNew<vtkDoubleArray> places;
     vtkNew<vtkStringArray> labels;
     for (double k = std::ceil(low_ / tick_ - 1e-9); k * tick_ <= high_ + 1e-9 * tick_; ++k) {
       char text[32];
-      if (logarithmic_)
-        std::snprintf(text, sizeof text, "1e%d", static_cast<int>(std::lround(k * tick_)));
-      else
+      if (logarithmic_) {
+        auto const at = static_cast<float>((k * tick_ - low_) / (high_ - low_));
+        bool const up = way[1] > way[0];
+        int const exponent = static_cast<int>(std::lround(k * tick_));
+        ink.powers.push_back({begin[0] + at * way[0] - (up ? gap : 0.0F), begin[1] + at * way[1] - (up ? gap : 7.0F + 2.3F * gap), exponent, up});
+        std::snprintf(text, sizeof text, "1e%d", exponent);   // not seen, keeps the place
+      } else {
         std::snprintf(text, sizeof text, "%g", k == 0 ? 0.0 : k * tick_);
+      }
       places->InsertNextValue(k * tick_);
-      labels->InsertNextValue(logarithmic_ && std::lround(k * tick_) == 0 ? "1" : text);
+      labels->InsertNextValue(text);
     }
-    dress_axis(axis, title, text_size);
+    dress_axis(axis, title, ink.text_size);
+    if (logarithmic_) axis->GetLabelProperties()->SetOpacity(0.0);
     axis->SetRange(low_, high_);
     axis->SetCustomTickPositions(places, labels);
   }
