@@ -86,3 +86,21 @@ ellipsoid() {
     for (j = 0; j < n; ++j) printf "f %d %d %d\n", last, 2+(m-2)*n+(j+1)%n, 2+(m-2)*n+j
   }'
 }
+
+# album NAME...: draws the album of an example of numbers; each NAME.png has to be there, a picture and small, and no other. Without a display, or built
+# without VTK, the numbers alone are checked, and finish says so. Then arguments that it does not take.
+album() {
+  run drawn 0 pictures/here
+  if grep -q 'no pictures' drawn.err; then
+    undrawn drawn.err
+  else
+    for name; do
+      file=pictures/here/$name.png
+      [ "$(head -c 4 "$file" | tail -c 3)" = PNG ] || fail "$file is no picture"
+      [ "$(wc -c <"$file")" -lt 102400 ] || fail "$file is larger than 100 kB"
+    done
+    [ "$(find pictures -type f | wc -l)" -eq $# ] || fail "not $# pictures: $(ls pictures/here)"
+  fi
+  run no_folder 2 --what
+  run two_folders 2 one two
+}

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "album.hpp"
+
+#include <palpate/core/error.hpp>
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <system_error>
+
+#ifdef PALPATE_EXAMPLES_DRAW
+#include <palpate/vtk/picture.hpp>
+#include <palpate/vtk/plot.hpp>
+#include <palpate/vtk/virtual_display.hpp>
+#endif
+
+namespace drawing {
+
+namespace {
+
+#ifdef PALPATE_EXAMPLES_DRAW
+
+/// Each triangle with corners of its own: a vertex normal is then the triangle's.
+palpate::TriangleMesh<double> faceted(palpate::TriangleMesh<double> const& mesh) {
+  palpate::TriangleMesh<double> apart;
+  apart.points.resize(3, 3 * mesh.triangles.cols());
+  apart.triangles.resize(3, mesh.triangles.cols());
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      apart.points.col(3 * t + k) = mesh.points.col(mesh.triangles(k, t));
+      apart.triangles(k, t) = static_cast<int>(3 * t) + k;
+    }
+  return apart;
+}
+
+/// Returns why nothing can be drawn, or nothing.
+std::string draw(Album const& album, std::filesystem::path const& folder) {
+  palpate::VirtualDisplay const display;
+  if (!display.ready()) return display.problem();
+  std::error_code problem;
+  std::filesystem::create_directories(folder, problem);
+  if (problem || !std::filesystem::is_directory(folder))
+    throw palpate::FileError(palpate::detail::message("can not make the folder ", folder.string(), "; choose another"));
+  for (Picture const& chart : album.charts) palpate::write_plot(folder / (chart.name() + ".png"), chart.series(), chart.style());
+  for (View const& view : album.views) {
+    palpate::PictureStyle const style{.width = 560, .height = 480, .wound_depth = 0.0};
+    palpate::write_picture(folder / (view.name + ".png"), view.has_facets ? faceted(view.mesh) : view.mesh, palpate::framing(view.mesh, view.from, view.up, 560.0 / 480.0),
+                           std::nullopt, style);
+  }
+  return {};
+}
+
+#else
+
+std::string draw(Album const&, std::filesystem::path const&) { return "this program was built without the component vtk (Debian: libvtk9-dev)"; }
+
+#endif
+
+}  // namespace
+
+int run_example(char const* name, int argc, char** argv, Album (*example)()) {
+  std::string const folder = argc > 1 ? argv[1] : "";
+  if (argc > 2 || (argc == 2 && (folder.empty() || folder.front() == '-'))) {
+    bool const asked = folder == "--help";
+    std::fprintf(asked ? stdout : stderr, "usage: %s [FOLDER]\nprints its numbers, and draws its pictures into the folder\n", name);
+    return asked ? 0 : 2;
+  }
+  try {
+    Album const album = example();
+    std::string names;
+    for (Picture const& chart : album.charts) names += ' ' + chart.name() + ".png";
+    for (View const& view : album.views) names += ' ' + view.name + ".png";
+    if (folder.empty()) {
+      std::printf("%s FOLDER also draws%s\n", name, names.c_str());
+      return 0;
+    }
+    if (std::string const reason = draw(album, folder); reason.empty())
+      std::printf("drawn in %s:%s\n", folder.c_str(), names.c_str());
+    else
+      std::fprintf(stderr, "%s: no pictures, without%s: %s\n", name, names.c_str(), reason.c_str());
+    return 0;
+  } catch (palpate::Error const& error) {
+    std::fprintf(stderr, "%s: %s\n", name, error.what());
+    return 2;
+  } catch (std::exception const& error) {
+    std::fprintf(stderr, "%s: stopped: %s\n", name, error.what());
+    return 1;
+  }
+}
+
+}  // namespace drawing
