@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "album.hpp"
+#include "exit_code.hpp"
 
 #include <palpate/core/error.hpp>
 
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <system_error>
 
@@ -65,7 +65,7 @@ int run_example(char const* name, int argc, char** argv, Album (*example)()) {
     std::fprintf(asked ? stdout : stderr, "usage: %s [FOLDER]\nprints its numbers, and draws its pictures into the folder\n", name);
     return asked ? 0 : 2;
   }
-  try {
+  return exit_code_of(name, [&]() -> int {
     Album const album = example();
     std::string names;
     for (Picture const& chart : album.charts) names += ' ' + chart.name() + ".png";
@@ -79,13 +79,7 @@ int run_example(char const* name, int argc, char** argv, Album (*example)()) {
     else
       std::fprintf(stderr, "%s: no pictures, without%s: %s\n", name, names.c_str(), reason.c_str());
     return 0;
-  } catch (palpate::Error const& error) {
-    std::fprintf(stderr, "%s: %s\n", name, error.what());
-    return 2;
-  } catch (std::exception const& error) {
-    std::fprintf(stderr, "%s: stopped: %s\n", name, error.what());
-    return 1;
-  }
+  });
 }
 
 }  // namespace drawing

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "exit_code.hpp"
 #include "picture.hpp"
 
 #include <palpate/core/error.hpp>
@@ -8,7 +9,6 @@
 #include <palpate/vtk/virtual_display.hpp>
 
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <initializer_list>
 #include <string>
@@ -46,16 +46,10 @@ inline int draw_pictures(char const* name, int argc, char** argv, std::initializ
     folder = argument;
   }
   if (folder.empty()) return std::fprintf(stderr, "%s: say in which folder the pictures go\nusage: %s FOLDER\n", name, name), 2;
-  try {
+  return exit_code_of(name, [&]() -> int {
     draw_all(pictures, folder);
     return 0;
-  } catch (palpate::Error const& error) {
-    std::fprintf(stderr, "%s: %s\n", name, error.what());
-    return 2;
-  } catch (std::exception const& error) {
-    std::fprintf(stderr, "%s: stopped: %s\n", name, error.what());
-    return 1;
-  }
+  });
 }
 
 }  // namespace drawing

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Six strokes of a scalpel over a liver under pre-tension: each on a liver of its own, which moves while it is cut and gapes. Two pictures
 // of each show the mesh and the wound.
+#include "../exit_code.hpp"
 #include "pictures.hpp"
 #include "strokes.hpp"
 
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -167,14 +167,8 @@ int main(int argc, char** argv) {
   if (folder.empty()) return std::fprintf(stderr, "cutting: say in which folder the pictures go\n%s\n", usage), 2;
   if (name != "progressive" && name != "separating")
     return std::fprintf(stderr, "cutting: no cutter is called \"%s\"\n%s\n", name.c_str(), usage), 2;
-  try {
+  return exit_code_of("cutting", [&]() -> int {
     if (name == "separating") return show_all(SeparatingCutter<double>({.puncture_depth = puncture_depth}), folder);
     return show_all(ProgressiveCutter<double>({.puncture_depth = puncture_depth}), folder);
-  } catch (Error const& error) {
-    std::fprintf(stderr, "cutting: %s\n", error.what());
-    return 2;
-  } catch (std::exception const& error) {
-    std::fprintf(stderr, "cutting: stopped: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Measured forces on a tool become a force model: fitted, judged, drawn, and kept in a file that a simulator loads.
+#include "../exit_code.hpp"
 #include "check.hpp"
 #include "fitting.hpp"
 #include "generated.hpp"
@@ -11,7 +12,6 @@
 #include <palpate/fitting/measurements.hpp>
 
 #include <cstdio>
-#include <exception>
 #include <string>
 #include <vector>
 
@@ -50,7 +50,7 @@ void run_fit(Options const& options) {
 
 /// Exit codes: 0 done; 2 the input or the output can not be used, said in one line on standard error; 1 anything else.
 int main(int argc, char** argv) {
-  try {
+  return exit_code_of("palpate-fit", [&]() -> int {
     Parsed const parsed = parse_options(argc, argv);
     if (parsed.exit_code) return *parsed.exit_code;
     Options const& options = parsed.options;
@@ -61,11 +61,5 @@ int main(int argc, char** argv) {
     else
       run_fit(options);
     return 0;
-  } catch (palpate::Error const& error) {
-    std::fprintf(stderr, "palpate-fit: %s\n", error.what());
-    return 2;
-  } catch (std::exception const& error) {
-    std::fprintf(stderr, "palpate-fit: stopped: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The main job: a liver is palpated, punctured, cut and released under a scripted hand.
+#include "../exit_code.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
 #include "report.hpp"
@@ -9,12 +10,11 @@
 #include <palpate/core/error.hpp>
 
 #include <cstdio>
-#include <exception>
 
 /// Exit codes: 0 done; 2 the input or the output folder can not be used, said in one line on standard error; 1 anything else.
 int main(int argc, char** argv) {
   using namespace incision;
-  try {
+  return exit_code_of("incision", [&]() -> int {
     Parsed const parsed = parse_options(argc, argv);
     if (parsed.exit_code) return *parsed.exit_code;
     Options const& options = parsed.options;
@@ -26,11 +26,5 @@ int main(int argc, char** argv) {
     auto const written = write_outputs(options, organ, hand, outcome);
     std::fputs(summary(options, organ, hand, outcome, written).c_str(), stdout);
     return outcome.body_counts.diverged > 0 ? 1 : 0;
-  } catch (palpate::Error const& error) {
-    std::fprintf(stderr, "incision: %s\n", error.what());
-    return 2;
-  } catch (std::exception const& error) {
-    std::fprintf(stderr, "incision: stopped: %s\n", error.what());
-    return 1;
-  }
+  });
 }

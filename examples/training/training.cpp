@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // An expert's stroke is recorded; a novice, whose hand trembles and goes beside it, repeats it without and with guidance; both are scored.
+#include "../exit_code.hpp"
 #include "charts.hpp"
 #include "hand.hpp"
 
@@ -8,7 +9,6 @@
 #include <palpate/vtk/virtual_display.hpp>
 
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <numbers>
 #include <string>
@@ -137,13 +137,7 @@ int main(int argc, char** argv) {
   std::string const folder = argc == 2 ? argv[1] : "";
   if (folder == "--help") return std::printf("%s\n", usage), 0;
   if (folder.empty() || folder.front() == '-') return std::fprintf(stderr, "training: say in which folder the files go\n%s\n", usage), 2;
-  try {
+  return exit_code_of("training", [&]() -> int {
     return train(folder);
-  } catch (Error const& error) {
-    std::fprintf(stderr, "training: %s\n", error.what());
-    return 2;
-  } catch (std::exception const& error) {
-    std::fprintf(stderr, "training: stopped: %s\n", error.what());
-    return 1;
-  }
+  });
 }

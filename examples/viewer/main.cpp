@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A window in which the mouse palpates and cuts a liver.
+#include "../exit_code.hpp"
 #include "engine.hpp"
 #include "options.hpp"
 #include "script.hpp"
@@ -11,7 +12,6 @@
 
 #include <cstdint>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <optional>
 #include <system_error>
@@ -61,16 +61,10 @@ void run(viewer::Options const& options) {
 
 /// Exit codes: 0 done; 2 the input or the output folder can not be used, or there is no display, said in one line on standard error; 1 anything else.
 int main(int argc, char** argv) {
-  try {
+  return exit_code_of("viewer", [&]() -> int {
     viewer::Parsed const parsed = viewer::parse_options(argc, argv);
     if (parsed.exit_code) return *parsed.exit_code;
     run(parsed.options);
     return 0;
-  } catch (palpate::Error const& error) {
-    std::fprintf(stderr, "viewer: %s\n", error.what());
-    return 2;
-  } catch (std::exception const& error) {
-    std::fprintf(stderr, "viewer: stopped: %s\n", error.what());
-    return 1;
-  }
+  });
 }

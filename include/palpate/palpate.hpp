@@ -10,9 +10,9 @@
 // core: scalars, errors, random numbers, units, frames
 #include <palpate/core/error.hpp>
 #include <palpate/core/event_ring.hpp>
+#include <palpate/core/execution.hpp>
 #include <palpate/core/flush_denormals.hpp>
 #include <palpate/core/instruction_set.hpp>
-#include <palpate/core/execution.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/core/policy.hpp>

@@ -493,7 +493,7 @@ WaitCase const wait_cases[] = {
     {ArmingWaitsFor::calibration, [](Bench& b) { b.reading.calibration = Calibration::needs_hand; }, [](Bench& b) { b.reading.calibration = Calibration::good; }},
     {ArmingWaitsFor::steady_ticks, [](Bench& b) { b.reading.seconds = 0.0051; }, [](Bench& b) { b.reading.seconds = 0.001; }},
     {ArmingWaitsFor::slower_hand, [](Bench& b) { b.reading.position.x() += 0.002; }, [](Bench&) {}},
-    {ArmingWaitsFor::converged_body, [](Bench& b) { b.wanted.diverged = true; }, [](Bench& b) { b.wanted.diverged = false; }},
+    {ArmingWaitsFor::undiverged_body, [](Bench& b) { b.wanted.diverged = true; }, [](Bench& b) { b.wanted.diverged = false; }},
     {ArmingWaitsFor::answer_of_body, [](Bench& b) { b.wanted.valid = false; }, [](Bench& b) { b.wanted.valid = true; }},
     {ArmingWaitsFor::fresh_model, [](Bench& b) { b.wanted.age = 0.2; }, [](Bench& b) { b.wanted.age = 0.0; }},
     {ArmingWaitsFor::tool_outside, [](Bench& b) { b.wanted.inside = true; }, [](Bench& b) { b.wanted.inside = false; }},

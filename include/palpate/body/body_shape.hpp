@@ -345,7 +345,7 @@ class BodyShape {
   }
   /// A cut that is being made ends a tick on a particle that may have been there before: whoever has parted that one no longer joins it again.
   void advance_cut_epoch() noexcept { ++cut_epoch_; }
-  std::size_t stands() const noexcept { return cut_epoch_; }
+  std::size_t cut_epoch() const noexcept { return cut_epoch_; }
   /// The particle that a temporary one has become, or −1; told once.
   int take_kept(TemporaryId id) noexcept { return temporaries_.take_kept(id); }
 

@@ -70,7 +70,7 @@ class BodySystem {
     accelerate(at, speed, std::array<Scalar const*, 2>{at.data(), speed.data()}, [](int, int) {}, [&](int) { return store; });
   }
 
-  /// A whole step of an integrator that FusedStep: see palpate::step_by_parts. In a body of more than one block no copy is kept: a
+  /// A whole step of an integrator with FusedStep: see palpate::step_by_parts. In a body of more than one block no copy is kept: a
   /// particle that would leave the bound stays, and where there is one, the step is undone.
   template <class Parts>
   void step_by_parts(Parts const& parts) {

@@ -276,8 +276,8 @@ class SafetyChain {
   void check_model(WantedForce<S> const& wanted) noexcept {
     if (!wanted.valid) miss(ArmingWaitsFor::answer_of_body);
     if (wanted.diverged) {
-      if (!diverged_) disarm(DeviceEvent::disarm, SafetyEvent::body_diverged, ArmingWaitsFor::converged_body);
-      miss(ArmingWaitsFor::converged_body);
+      if (!diverged_) disarm(DeviceEvent::disarm, SafetyEvent::body_diverged, ArmingWaitsFor::undiverged_body);
+      miss(ArmingWaitsFor::undiverged_body);
     }
     diverged_ = wanted.diverged;
     bool const stale = wanted.age > limits_.stale_after;

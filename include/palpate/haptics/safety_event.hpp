@@ -53,7 +53,7 @@ enum class ArmingWaitsFor {
   calibration,     ///< of the device
   steady_ticks,    ///< there was a gap between ticks, or a jump of the position
   slower_hand,     ///< it is above the limit of speed
-  converged_body,      ///< it has diverged
+  undiverged_body,   ///< it has diverged
   answer_of_body,  ///< there is none yet
   fresh_model,     ///< the last one is too old, or the device has had no new sample for so long
   tool_outside,    ///< the tip is in the tissue
@@ -70,7 +70,7 @@ constexpr char const* to_string(ArmingWaitsFor what) noexcept {
     case ArmingWaitsFor::calibration: return "a calibrated device";
     case ArmingWaitsFor::steady_ticks: return "ticks without gaps and jumps";
     case ArmingWaitsFor::slower_hand: return "a slower hand";
-    case ArmingWaitsFor::converged_body: return "a body that has not diverged";
+    case ArmingWaitsFor::undiverged_body: return "a body that has not diverged";
     case ArmingWaitsFor::answer_of_body: return "the first answer of the body";
     case ArmingWaitsFor::fresh_model: return "a fresh local model";
     case ArmingWaitsFor::tool_outside: return "the tool to leave the tissue";

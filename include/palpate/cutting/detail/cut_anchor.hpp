@@ -113,7 +113,7 @@ class CutAnchor {
     if (opens && body.keep_temporaries_at(left_)) fan_to_the_right(body, host);   // their triangles have other numbers now
     if (opens) {
       right_ = body.split_particle(left_, {});
-      cut_epoch_ = body.stands();
+      cut_epoch_ = body.cut_epoch();
       lips_.push_back({left_, right_});
       report.particles_added += 1;
     }
@@ -195,7 +195,7 @@ class CutAnchor {
   /// Whether the anchor's copies can become one again: another blade has added nothing since they were parted, and none has come to stand on one.
   template <class Body>
   bool can_close(Body const& body) const noexcept {
-    return !is_open() || (cut_epoch_ == body.stands() && std::max(left_, right_) == body.size() - body.temporary_count() - 1);
+    return !is_open() || (cut_epoch_ == body.cut_epoch() && std::max(left_, right_) == body.size() - body.temporary_count() - 1);
   }
 
   /// Nothing is cut at the anchor after all: its copies become one again.
