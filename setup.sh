@@ -228,6 +228,7 @@ run_long_tests() {
   part "$PALPATE_SOAK_SESSIONS sessions of a hand, $PALPATE_SOAK_TICKS ticks each" build/ci/tests/test_simulator '[soak]'
   part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting 'random strokes across each other*'
   part "$PALPATE_ORGANS organs, 200 strokes each" build/ci/tests/test_cutting 'strokes across each other leave*'
+  part "$PALPATE_ORGANS times five uneven meshes, 40 strokes each" build/ci/tests/test_cutting 'strokes over uneven meshes*'
 
   step "clang 16, thread sanitizer"
   configure tsan -D CMAKE_CXX_COMPILER=clang++-16

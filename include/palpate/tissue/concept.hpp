@@ -260,9 +260,14 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, T const& seen, in
   tissue.remove_temporary(i, corners);
 };
 
-/// Refinement: evens out the masses around a particle that a cut has left too light; see MassSpring::even_mass.
+/// Refinement: evens out the masses around a particle that a cut has left too light, and says where there is too little to divide an edge or a
+/// triangle; see MassSpring::even_mass and has_mass_to_divide.
 template <class T>
-concept RedistributesMass = CuttableTissue<T> && requires(T& tissue, int i) { tissue.even_mass(i, [](int, int, typename T::Scalar) {}); };
+concept RedistributesMass = CuttableTissue<T> && requires(T& tissue, T const& seen, int i, typename T::Scalar s, Vector3<typename T::Scalar> const& barycentric) {
+  tissue.even_mass(i, [](int, int, typename T::Scalar) {});
+  { seen.has_mass_to_divide(i, i, s) } -> std::same_as<bool>;
+  { seen.has_mass_to_divide(i, barycentric) } -> std::same_as<bool>;
+};
 
 /// Refinement: makes tissue of one or more of its pieces alone: their particles, in the order given, with all that hangs on them.
 template <class T>

@@ -17,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -137,6 +138,19 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
     });
   }
 
+  /// Whether the particles around have, or can lend, the mass that the pieces of an edge divided at s, and the links to the corners that face it, ask for
+  /// at the rate that even_mass() keeps to; short pieces are stiff.
+  bool has_mass_to_divide(int a, int b, Scalar s) const {
+    int const left = surface_.triangle_with_edge(a, b), right = surface_.triangle_with_edge(b, a);
+    return has_mass_to_divide((1 - s) * rest_[a] + s * rest_[b], {left, right},
+                              {a, b, left < 0 ? -1 : Elements::third(left, a, b), right < 0 ? -1 : Elements::third(right, a, b)});
+  }
+  /// The same for a triangle divided at barycentric weights w.
+  bool has_mass_to_divide(int t, Vector3<Scalar> const& w) const {
+    auto const c = surface_.corners(t);
+    return has_mass_to_divide(w[0] * rest_[c[0]] + w[1] * rest_[c[1]] + w[2] * rest_[c[2]], {t}, {c[0], c[1], c[2]});
+  }
+
   /// The tissue of these particles alone, in this order: one or more whole pieces. Throws InvalidArgument where a link, triangle or tetrahedron leads
   /// out of them; then, and always, this tissue stays as it is.
   MassSpring part(std::span<int const> particles) const {
@@ -250,6 +264,29 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
   }
 
   void note_rate(int i) noexcept { fastest_ = std::max(fastest_, this->stiffness_bound(i) / mass_[at(i)]); }
+
+  /// Triangles divided at a point, that is how much stiffer all links become [N/m], beside what their corners can bear; −1 is none.
+  bool has_mass_to_divide(Vector3<Scalar> const& point, std::initializer_list<int> triangles, std::initializer_list<int> corners) const {
+    auto const squared_length = [](Vector3<Scalar> const& a, Vector3<Scalar> const& b) { return (a - b).squaredNorm(); };
+    Scalar needed = 0, spare = 0;
+    for (int const t : triangles) {
+      if (t < 0) continue;
+      auto const c = surface_.corners(t);
+      Scalar const modulus = Elements::link_modulus(t, Elements::triangle_area(t));
+      for (std::size_t k = 0; k < 3; ++k) {
+        Vector3<Scalar> const a = rest_[c[k]], b = rest_[c[(k + 1) % 3]];
+        Scalar const area = (a - point).cross(b - point).norm() / 2;
+        needed += modulus * area * (1 / squared_length(a, point) + 1 / squared_length(b, point) + 1 / squared_length(a, b));
+        if (int const l = links_.find(c[k], c[(k + 1) % 3]); l >= 0) needed -= elements_[at(t)].share[k] * this->spring(l).stiffness_bound() / (2 * links_[l].weight);
+      }
+    }
+    for (int const i : corners) {
+      if (i < 0) continue;
+      Scalar const bound = 4 * fastest_ * mass_[at(i)];
+      spare += nailed(i) ? bound : std::min(Scalar(0.75) * bound, bound - this->stiffness_bound(i));
+    }
+    return 4 * needed <= spare;   // a link of stiffness k adds 2 k to the bounds of both its ends
+  }
 
   Scalar fastest_ = 0;   // 1/s², the largest stiffness bound over mass that the host has asked for
 };

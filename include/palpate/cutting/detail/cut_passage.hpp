@@ -55,7 +55,7 @@ class CutPassage {
       way = (start + s * edge - from).norm();
     }
     Scalar const limit = way < reach ? reach * reach / way : reach;   // a short way through a narrow corner
-    if (from_end() <= limit || off_way(std::min(s, 1 - s)) <= limit / 2) vertex = nearest_end();
+    if (from_end() <= limit || off_way(std::min(s, 1 - s)) <= limit / 2 || !has_mass_to_divide(body_, b, c, s)) vertex = nearest_end();
   }
 
  private:

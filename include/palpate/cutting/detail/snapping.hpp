@@ -3,6 +3,7 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/cutting/detail/rest_walk.hpp>
+#include <palpate/tissue/concept.hpp>
 
 #include <algorithm>
 #include <array>
@@ -28,8 +29,18 @@ Vector3<Scalar> clamped(Vector3<Scalar> const& w) {
   return inside / inside.sum();
 }
 
+/// Whether the particles around have mass enough for an edge (a, b, s), or a triangle (t, weights), to be divided there. Tissue that does not say so
+/// has.
+template <class Body, class... Where>
+bool has_mass_to_divide(Body const& body, Where const&... where) {
+  if constexpr (RedistributesMass<typename Body::Tissue>)
+    return body.tissue().has_mass_to_divide(where...);
+  else
+    return true;
+}
+
 /// When a point of a cut is taken for a vertex or put on an edge: nearer than a given length, or than a share of the edge or height it lies on,
-/// in the undeformed shape.
+/// in the undeformed shape; and from anywhere where there is too little mass for the pieces of the edge or triangle.
 template <RealScalar Scalar>
 class Snapping {
  public:
@@ -59,9 +70,10 @@ class Snapping {
     }
     if (spot.kind == SpotKind::vertex) return spot;
     Scalar const mean_edge = (rest_length(body, c[0], c[1]) + rest_length(body, c[1], c[2]) + rest_length(body, c[2], c[0])) / 3;
+    bool const anywhere = !has_mass_to_divide(body, t, w);
     for (std::size_t k = 0; k < 3; ++k) {
       Scalar const height = rest_height(body, t, k), distance = height * w[static_cast<int>(k)];
-      if (!(distance <= near(std::max(height, mean_edge / 2))) || (nearest >= 0 && distance >= nearest)) continue;
+      if (!(anywhere || distance <= near(std::max(height, mean_edge / 2))) || (nearest >= 0 && distance >= nearest)) continue;
       Scalar const ahead = w[static_cast<int>((k + 1) % 3)], behind = w[static_cast<int>((k + 2) % 3)];
       nearest = distance, spot = {SpotKind::edge, k, behind / (ahead + behind)};
     }
@@ -80,6 +92,7 @@ class Snapping {
     Scalar const length = rest_length(body, c[from], c[to]);
     Scalar const least = near(length) / (2 * length);
     spot.s = std::clamp(spot.s, std::min(Scalar(0.5), least), std::max(Scalar(0.5), 1 - least));
+    if (!has_mass_to_divide(body, c[from], c[to], spot.s)) return {SpotKind::vertex, spot.s <= Scalar(0.5) ? from : to, Scalar(0)};
     return spot;
   }
 

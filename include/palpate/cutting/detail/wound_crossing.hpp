@@ -18,7 +18,7 @@ template <class Body>
 BorderPlace<typename Body::Scalar> snapped(Body const& body, BorderPlace<typename Body::Scalar> const& place, Snapping<typename Body::Scalar> const& snapping) {
   using Scalar = typename Body::Scalar;
   Scalar const length = rest_length(body, place.a, place.b);
-  if (std::min(place.s, 1 - place.s) * length > snapping.near(length)) return place;
+  if (std::min(place.s, 1 - place.s) * length > snapping.near(length) && has_mass_to_divide(body, place.a, place.b, place.s)) return place;
   return {place.s <= Scalar(0.5) ? place.a : place.b};
 }
 
