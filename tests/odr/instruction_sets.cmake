@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # cmake -Dcompiler=… -Dinclude=… -Dwork=… -P instruction_sets.cmake
-# Units for the same registers make a program; one with AVX2 and one without are refused by the linker, which names what differs.
+# Units for the same registers make a program; one with AVX2, or plain, and one without are refused by the linker, which names what differs.
 file(MAKE_DIRECTORY "${work}")
 file(WRITE "${work}/unit.cpp" "#include <palpate/core/instruction_set.hpp>\nint unit() { return 0; }\n")
 file(WRITE "${work}/main.cpp" "#include <palpate/core/instruction_set.hpp>\nint unit();\nint main() { return unit(); }\n")
@@ -21,7 +21,7 @@ foreach(flags IN ITEMS -msse2 -mavx2 -mavx512f)
     message(FATAL_ERROR "two units with ${flags} do not make a program:\n${said}")
   endif()
 endforeach()
-foreach(flags IN ITEMS "-msse2 -mavx2 avx" "-mavx2 -msse2 avx" "-mavx2 -mavx512f avx512")
+foreach(flags IN ITEMS "-msse2 -mavx2 avx" "-mavx2 -msse2 avx" "-mavx2 -mavx512f avx512" "-msse2 -DPALPATE_PLAIN_SIMD plain_simd")
   separate_arguments(flags)
   list(GET flags 0 first)
   list(GET flags 1 second)

@@ -4,12 +4,12 @@
 #include <palpate/body/divergence.hpp>
 #include <palpate/body/particle_state.hpp>
 #include <palpate/core/flush_denormals.hpp>
-#include <palpate/core/four.hpp>
 #include <palpate/core/padded_columns.hpp>
 #include <palpate/core/serial.hpp>
+#include <palpate/core/simd.hpp>
 #include <palpate/integrator/concept.hpp>
-#include <palpate/tissue/concept.hpp>
 #include <palpate/tissue/column_force.hpp>
+#include <palpate/tissue/concept.hpp>
 
 #include <algorithm>
 #include <array>
@@ -62,7 +62,7 @@ class BodySystem {
     auto&& result = padded_view(out);
     auto const store = [&result](int i, auto const& a) {
       if constexpr (int{std::remove_cvref_t<decltype(result)>::RowsAtCompileTime} == 4)
-        detail::store(result.data() + 4 * static_cast<std::ptrdiff_t>(i), a);
+        simd::store(result.data() + 4 * static_cast<std::ptrdiff_t>(i), a);
       else
         for (int k = 0; k < static_cast<int>(sizeof(a) / sizeof(Scalar)); ++k)
           if (k % 4 < 3) result(k % 4, i + k / 4) = a[k];
@@ -86,14 +86,14 @@ class BodySystem {
           std::ptrdiff_t const last = 4 * static_cast<std::ptrdiff_t>(end);
           auto const start = [=]<class Columns>(std::type_identity<Columns>, std::ptrdiff_t at) {
             Columns x_i, v_i, m_i;
-            detail::load(x_i, x + at), detail::load(v_i, v + at), detail::load(m_i, m + at);
-            if (keeps) detail::store(kept_x + at, x_i), detail::store(kept_v + at, v_i), detail::store(kept_m + at, m_i);
+            simd::load(x_i, x + at), simd::load(v_i, v + at), simd::load(m_i, m + at);
+            if (keeps) simd::store(kept_x + at, x_i), simd::store(kept_v + at, v_i), simd::store(kept_m + at, m_i);
             parts.before(x_i, std::as_const(v_i), m_i);
-            detail::store(x + at, x_i), detail::store(m + at, m_i);
+            simd::store(x + at, x_i), simd::store(m + at, m_i);
           };
-          constexpr int several = 4 * detail::columns_in_register<Scalar>;
+          constexpr int several = 4 * simd::columns_in_register<Scalar>;
           if constexpr (several > 4)
-            for (; k + several <= last; k += several) start(std::type_identity<detail::ColumnsInRegister<Scalar>>{}, k);
+            for (; k + several <= last; k += several) start(std::type_identity<simd::Pack<Scalar, several>>{}, k);
           for (; k < last; k += 4) start(std::type_identity<Four>{}, k);
         },
         [&, bound = bound_](int block) {
@@ -101,14 +101,14 @@ class BodySystem {
           return [=]<class Columns>(int i, Columns const& accelerations) {
             std::ptrdiff_t const k = 4 * static_cast<std::ptrdiff_t>(i);
             Columns x_i, v_i, a_i = accelerations;
-            detail::load(x_i, x + k), detail::load(v_i, v + k);
+            simd::load(x_i, x + k), simd::load(v_i, v + k);
             parts.after(x_i, v_i, a_i);
-            if (detail::all_below(Columns(x_i * x_i + (v_i - v_i)), bound * bound)) [[likely]] {   // v − v is NaN where v is not finite
-              detail::store(x + k, x_i), detail::store(v + k, v_i), detail::store(m + k, a_i);
+            if (simd::all_below(Columns(x_i * x_i + (v_i - v_i)), bound * bound)) [[likely]] {   // v − v is NaN where v is not finite
+              simd::store(x + k, x_i), simd::store(v + k, v_i), simd::store(m + k, a_i);
               return;
             }
             std::array<Scalar, sizeof(Columns) / sizeof(Scalar)> each;
-            detail::store(each.data(), accelerations);
+            simd::store(each.data(), accelerations);
             for (int one = 0; 4 * one < static_cast<int>(each.size()); ++one)
               after_or_stay(parts, i + one, x + k + 4 * one, v + k + 4 * one, m + k + 4 * one, each.data() + 4 * one, bound, *found);
           };
@@ -245,7 +245,7 @@ class BodySystem {
   }
 
  private:
-  using Four = detail::Four<Scalar>;
+  using Four = simd::Pack<Scalar, 4>;
   using Narrow = typename PaddedColumns<Scalar>::ConstView;
   static Narrow narrow(PaddedView<Scalar> const& columns) noexcept { return Narrow(columns.data(), 3, columns.cols()); }
 
@@ -254,15 +254,15 @@ class BodySystem {
   [[gnu::noinline]] static void after_or_stay(Parts const& parts, int i, Scalar* x, Scalar* v, Scalar* m, Scalar const* acceleration,
                                               Scalar bound, Divergence<Scalar>& found) noexcept {
     Four x_i, v_i, a_i;
-    detail::load(x_i, x), detail::load(v_i, v), detail::load(a_i, acceleration);
+    simd::load(x_i, x), simd::load(v_i, v), simd::load(a_i, acceleration);
     parts.after(x_i, v_i, a_i);
-    if (!detail::all_below(Four(x_i * x_i + (v_i - v_i)), bound * bound)) {
+    if (!simd::all_below(Four(x_i * x_i + (v_i - v_i)), bound * bound)) {
       if (found.particle < 0 || i < found.particle) found = {i, diverged_value<Scalar>(x_i, v_i, bound)};
-      detail::load(x_i, x), detail::load(v_i, v);
+      simd::load(x_i, x), simd::load(v_i, v);
       a_i = Four{};
       parts.after(x_i, v_i, a_i);
     }
-    detail::store(x, x_i), detail::store(v, v_i), detail::store(m, a_i);
+    simd::store(x, x_i), simd::store(v, v_i), simd::store(m, a_i);
   }
 
   static void copy(PaddedColumns<Scalar> const& from, int first, int count, PaddedColumns<Scalar>& to, int place) noexcept {
@@ -280,9 +280,9 @@ class BodySystem {
   void undo(Parts const& parts, Scalar* x, Scalar* v, Scalar const* m) const noexcept {
     for (std::ptrdiff_t k = 0; k < 4 * static_cast<std::ptrdiff_t>(moving_); k += 4) {
       Four x_i, v_i, a_i;
-      detail::load(x_i, x + k), detail::load(v_i, v + k), detail::load(a_i, m + k);
+      simd::load(x_i, x + k), simd::load(v_i, v + k), simd::load(a_i, m + k);
       parts.undo(x_i, v_i, a_i);
-      detail::store(x + k, x_i), detail::store(v + k, v_i);
+      simd::store(x + k, x_i), simd::store(v + k, v_i);
     }
   }
 

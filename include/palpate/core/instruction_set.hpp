@@ -2,7 +2,8 @@
 #pragma once
 
 /// Units of one program have to be compiled for the same vector registers: inline functions of the same name would be different code, of which the
-/// linker keeps one. Where a unit with AVX meets one without, ld and gold refuse: a name that is thread-local in one unit only can not be linked.
+/// linker keeps one. Where a unit with AVX, or with PALPATE_PLAIN_SIMD, meets one without, ld and gold refuse: a name that is thread-local in one
+/// unit only can not be linked.
 /// Limits     not seen by lld, nor between a program and its shared libraries.
 #if defined(__ELF__)
 namespace palpate::detail {
@@ -16,6 +17,12 @@ namespace palpate::detail {
 [[gnu::used]] inline thread_local char palpate_units_with_and_without_avx = 0;
 #else
 [[gnu::used]] inline char palpate_units_with_and_without_avx = 0;
+#endif
+
+#if defined(PALPATE_PLAIN_SIMD)
+[[gnu::used]] inline thread_local char palpate_units_with_and_without_plain_simd = 0;
+#else
+[[gnu::used]] inline char palpate_units_with_and_without_plain_simd = 0;
 #endif
 
 }  // namespace palpate::detail

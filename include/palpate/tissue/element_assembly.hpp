@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/four.hpp>
 #include <palpate/core/serial.hpp>
+#include <palpate/core/simd.hpp>
 #include <palpate/tissue/column_force.hpp>
 #include <palpate/tissue/element.hpp>
 
@@ -57,7 +57,7 @@ class ElementAssembly {
         for (; push != pushes.end() && push->column == i; ++push) sum += push->force;
         f.col(i).setZero();
         sum = inverse_mass_[at(i)] * sum + gravity;
-        after(i, detail::Four<Scalar>{sum[0], sum[1], sum[2], Scalar(0)});
+        after(i, simd::Pack<Scalar, 4>{sum[0], sum[1], sum[2], Scalar(0)});
       }
     });
     f.rightCols(f.cols() - moving()).setZero();

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/four.hpp>
 #include <palpate/core/padded_view.hpp>
+#include <palpate/core/simd.hpp>
+#include <palpate/tissue/column_force.hpp>
 #include <palpate/tissue/mass_spring_layout.hpp>
 #include <palpate/tissue/mass_spring_tangent.hpp>
-#include <palpate/tissue/column_force.hpp>
 
 #include <algorithm>
 #include <array>
@@ -140,9 +140,9 @@ class MassSpringAssembly {
   }
 
  private:
-  using Four = detail::Four<Scalar>;
+  using Four = simd::Pack<Scalar, 4>;
   using Layout = MassSpringLayout<Scalar, Law>;
-  using Wide = std::conditional_t<Layout::width == 8, detail::Eight<Scalar>, Four>;   // a number of each link of a row, or width / 4 columns
+  using Wide = simd::Pack<Scalar, Layout::width>;   // a number of each link of a row, or width / 4 columns
   using Row = typename Layout::Row;
   using Laws = typename Layout::Laws;
   using Group = typename Layout::Group;
@@ -208,8 +208,8 @@ class MassSpringAssembly {
       return &columns;
   }
   /// The column at 4 i: what rows and groups hold, so that the processor need not multiply.
-  static void take_at(Four& to, Scalar const* from, int offset) noexcept { detail::load(to, from + offset); }
-  static void put_at(Scalar* to, int offset, Four const& from) noexcept { detail::store(to + offset, from); }
+  static void take_at(Four& to, Scalar const* from, int offset) noexcept { simd::load(to, from + offset); }
+  static void put_at(Scalar* to, int offset, Four const& from) noexcept { simd::store(to + offset, from); }
   template <class Columns>
   static void take_at(Four& to, Columns const* from, int offset) noexcept {
     Columns const& columns = *from;
@@ -226,7 +226,7 @@ class MassSpringAssembly {
     if constexpr (width == 8) {
       Four low, high;
       take_at(low, from, offsets[at(k)]), take_at(high, from, offsets[at(k + 4)]);
-      detail::join(to, low, high);
+      simd::join(to, low, high);
     } else {
       take_at(to, from, offsets[at(k)]);
     }
@@ -236,7 +236,7 @@ class MassSpringAssembly {
   static void add_at(Columns* to, std::array<int, width> const& offsets, int k, Wide const& what) noexcept {
     if constexpr (width == 8) {
       Four low, high;
-      detail::split(low, high, what);
+      simd::split(low, high, what);
       add_at(to, offsets[at(k)], low), add_at(to, offsets[at(k + 4)], high);
     } else {
       add_at(to, offsets[at(k)], what);
@@ -281,7 +281,7 @@ class MassSpringAssembly {
   static void home_force(Columns& force, Columns const& position, Columns const& velocity, Scalar const* at_rest,
                          Spread<Columns> const& own) noexcept {
     Columns rest;
-    detail::load(rest, at_rest);
+    simd::load(rest, at_rest);
     force = own.stiffness * (rest - position) - own.damping * velocity;
   }
 
@@ -294,15 +294,15 @@ class MassSpringAssembly {
       for (int k = 0; k < 3; ++k) f[4 * next_push->column + k] += next_push->force[k];
     After const after = after_some;   // a copy that no store reaches stays in registers
     Scalar const* const rest = layout_.rest().front().data();
-    using Several = detail::ColumnsInRegister<Scalar>;
-    constexpr int count = detail::columns_in_register<Scalar>;
+    constexpr int count = simd::columns_in_register<Scalar>;
+    using Several = simd::Pack<Scalar, 4 * count>;
     std::array<Scalar, 4 * count> gravities{};
     for (int k = 0; k < 4 * count; ++k) gravities[at(k)] = k % 4 < 3 ? gravity[k % 4] : Scalar(0);
     auto const finish_at = [=]<class Columns>(int i, Spread<Columns> const& own) {
       std::ptrdiff_t const k = 4 * static_cast<std::ptrdiff_t>(i);
       Columns sum, home, position, velocity, weight;
-      detail::load(sum, f + k), detail::load(position, x + k), detail::load(velocity, v + k), detail::load(weight, gravities.data());
-      detail::store(f + k, Columns{});
+      simd::load(sum, f + k), simd::load(position, x + k), simd::load(velocity, v + k), simd::load(weight, gravities.data());
+      simd::store(f + k, Columns{});
       home_force(home, position, velocity, rest + k, own);
       after(i, Columns(own.inverse_mass * (sum + home) + weight));
     };
@@ -334,18 +334,18 @@ class MassSpringAssembly {
 #pragma GCC unroll 4
         for (int k = 0; k < 4; ++k) take_at(own_x[k], x, last->own, k), take_at(own_v[k], v, last->own, k);
         for (int const after = rows + last->rows; rows < after; ++rows) {
-          decltype(detail::fold(own_x[0])) squares[4], products[4];
+          decltype(simd::fold(own_x[0])) squares[4], products[4];
 #pragma GCC unroll 4
           for (int k = 0; k < 4; ++k) {
             Wide other_x, other_v;
             take_at(other_x, x, row[rows].other, k), take_at(other_v, v, row[rows].other, k);
             Wide const d = own_x[k] - other_x;
             difference[4 * rows + k] = d;
-            squares[k] = detail::fold(Wide(d * d));
-            products[k] = detail::fold(Wide(d * (own_v[k] - other_v)));
+            squares[k] = simd::fold(Wide(d * d));
+            products[k] = simd::fold(Wide(d * (own_v[k] - other_v)));
           }
-          detail::sum_each(squared_length[rows], squares);
-          detail::sum_each(factor[rows], products);   // d·(v_i − v_j)
+          simd::sum_each(squared_length[rows], squares);
+          simd::sum_each(factor[rows], products);   // d·(v_i − v_j)
         }
       }
       if (is_uniform)
@@ -356,14 +356,14 @@ class MassSpringAssembly {
           Laws const& laws = layout_.laws(number);
           Wide weight;
           set_factor(factor[r], squared_length[r], row[r], [&](std::size_t k) -> Law const& { return laws[k]; });
-          detail::load(weight, layout_.weights(number).data());
+          simd::load(weight, layout_.weights(number).data());
           factor[r] *= weight;
         }
       for (int r = 0; group != last; ++group) {
         Wide sum[4] = {};
         for (int const after = r + group->rows; r < after; ++r) {
           Wide pulls[4];
-          detail::scale_each(pulls, difference + 4 * r, factor[r]);
+          simd::scale_each(pulls, difference + 4 * r, factor[r]);
 #pragma GCC unroll 4
           for (int k = 0; k < 4; ++k) {
             add_at(f, row[r].other, k, pulls[k]);
@@ -381,9 +381,9 @@ class MassSpringAssembly {
   template <class LawOf>
   static void set_factor(Wide& factor, Wide const& squared_length, Row const& row, LawOf const& law_of) noexcept {
     Wide square = squared_length, length, per_length, rest_length;
-    detail::load(rest_length, row.rest_length.data());
-    detail::raise_to(square, least);
-    detail::root_and_inverse(length, per_length, square);
+    simd::load(rest_length, row.rest_length.data());
+    simd::raise_to(square, least);
+    simd::root_and_inverse(length, per_length, square);
     Wide const elongation = length - rest_length;
     auto const tension_of = [&](std::size_t k) { return static_cast<Scalar>(law_of(k).tension(elongation[k], rest_length[k])); };
     auto const damping_of = [&](std::size_t k) { return static_cast<Scalar>(law_of(k).damping); };
@@ -401,7 +401,7 @@ class MassSpringAssembly {
   void set_tangent(TangentRow& to, X const& x, Group const& group, int row_number, int first) const noexcept {
     Row const& row = layout_.rows()[at(row_number)];
     Four squares[4], squared_length, length, rest_length, weight;
-    detail::load(rest_length, row.rest_length.data() + first), detail::load(weight, layout_.weights(row_number).data() + first);
+    simd::load(rest_length, row.rest_length.data() + first), simd::load(weight, layout_.weights(row_number).data() + first);
     for (int k = 0; k < 4; ++k) {
       Four own, other;
       to.other[at(k)] = row.other[at(first + k)];
@@ -409,9 +409,9 @@ class MassSpringAssembly {
       to.direction[k] = own - other;
       squares[k] = to.direction[k] * to.direction[k];
     }
-    detail::sum_each(squared_length, squares);
-    detail::raise_to(squared_length, least);
-    detail::square_root(length, squared_length);
+    simd::sum_each(squared_length, squares);
+    simd::raise_to(squared_length, least);
+    simd::square_root(length, squared_length);
     Four const elongation = length - rest_length;
     Four const per_length = Scalar(1) / length;
     std::array<Scalar, 4> across, more_along, damping;
@@ -425,7 +425,7 @@ class MassSpringAssembly {
       damping[k] = static_cast<Scalar>(law.damping);
       to.direction[k] *= per_length[k];
     }
-    detail::load(to.across, across.data()), detail::load(to.more_along, more_along.data()), detail::load(to.damping, damping.data());
+    simd::load(to.across, across.data()), simd::load(to.more_along, more_along.data()), simd::load(to.damping, damping.data());
     to.across *= weight, to.more_along *= weight, to.damping *= weight;
   }
 

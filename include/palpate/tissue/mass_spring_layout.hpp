@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/four.hpp>
 #include <palpate/core/huge_page_vector.hpp>
+#include <palpate/core/simd.hpp>
 #include <palpate/tissue/mass_spring_options.hpp>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ template <RealScalar Scalar, SpringLaw<Scalar> Law>
 class MassSpringLayout {
  public:
   /// Links of a row: as many numbers as a register holds.
-  static constexpr int width = detail::register_holds_eight<Scalar> ? 8 : 4;
+  static constexpr int width = simd::row_width<Scalar>;
 
   /// A link of each of a group's particles.
   struct Row {

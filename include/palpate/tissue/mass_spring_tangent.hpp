@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/four.hpp>
+#include <palpate/core/simd.hpp>
 
 #include <array>
 #include <cstddef>
@@ -21,7 +21,7 @@ namespace palpate {
 template <RealScalar Scalar>
 class MassSpringTangent {
  public:
-  using Four = detail::Four<Scalar>;
+  using Four = simd::Pack<Scalar, 4>;
 
   /// A link of each of a group's particles.
   struct Row {
@@ -49,37 +49,37 @@ class MassSpringTangent {
   void multiply(Scalar mass, Scalar damping, Scalar stiffness, Scalar const* d, Scalar* out) const noexcept {
     Four value;
     for (std::size_t i = 0; i < particles.size(); ++i) {
-      detail::load(value, d + 4 * i);
-      detail::store(out + 4 * i, Four(of_particle(mass, damping, stiffness, i) * value));
+      simd::load(value, d + 4 * i);
+      simd::store(out + 4 * i, Four(of_particle(mass, damping, stiffness, i) * value));
     }
     clear_border(out);
     if (damping == 0 && stiffness == 0) return;
     Row const* row = rows.data();
     for (Group const& group : groups) {
       Four own[4], sum[4] = {};
-      for (std::size_t k = 0; k < 4; ++k) detail::load(own[k], column(d, group.own[k]));
+      for (std::size_t k = 0; k < 4; ++k) simd::load(own[k], column(d, group.own[k]));
       for (Row const* const end = row + group.rows; row != end; ++row) {
         Four difference[4], product[4], along;
         for (std::size_t k = 0; k < 4; ++k) {
-          detail::load(difference[k], column(d, row->other[k]));
+          simd::load(difference[k], column(d, row->other[k]));
           difference[k] = own[k] - difference[k];
           product[k] = row->direction[k] * difference[k];
         }
-        detail::sum_each(along, product);   // n·w
+        simd::sum_each(along, product);   // n·w
         along *= damping * row->damping + stiffness * row->more_along;
         Four const across = stiffness * row->across;
         for (std::size_t k = 0; k < 4; ++k) {
           Four const pull = across[k] * difference[k] + along[k] * row->direction[k];
           Four there;
-          detail::load(there, column(out, row->other[k]));
-          detail::store(column(out, row->other[k]), Four(there - pull));
+          simd::load(there, column(out, row->other[k]));
+          simd::store(column(out, row->other[k]), Four(there - pull));
           sum[k] += pull;
         }
       }
       for (std::size_t k = 0; k < 4; ++k) {
         Four here;
-        detail::load(here, column(out, group.own[k]));
-        detail::store(column(out, group.own[k]), Four(here + sum[k]));
+        simd::load(here, column(out, group.own[k]));
+        simd::store(column(out, group.own[k]), Four(here + sum[k]));
       }
     }
   }
@@ -88,7 +88,7 @@ class MassSpringTangent {
   void diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
     Four const ones = {1, 1, 1, 0};
     for (std::size_t i = 0; i < particles.size(); ++i)
-      detail::store(out + 4 * i, Four(of_particle(mass, damping, stiffness, i) * ones));
+      simd::store(out + 4 * i, Four(of_particle(mass, damping, stiffness, i) * ones));
     clear_border(out);
     Row const* row = rows.data();
     for (Group const& group : groups)
@@ -99,8 +99,8 @@ class MassSpringTangent {
           Four const add = across[k] * ones + along[k] * row->direction[k] * row->direction[k];
           for (Scalar* const end_of_link : {column(out, row->other[k]), column(out, group.own[k])}) {
             Four there;
-            detail::load(there, end_of_link);
-            detail::store(end_of_link, Four(there + add));
+            simd::load(there, end_of_link);
+            simd::store(end_of_link, Four(there + add));
           }
         }
       }
@@ -115,7 +115,7 @@ class MassSpringTangent {
   }
 
   void clear_border(Scalar* out) const noexcept {
-    for (std::size_t i = particles.size(); i < static_cast<std::size_t>(all); ++i) detail::store(out + 4 * i, Four{});
+    for (std::size_t i = particles.size(); i < static_cast<std::size_t>(all); ++i) simd::store(out + 4 * i, Four{});
   }
 };
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
-#include <palpate/core/four.hpp>
+#include <palpate/core/simd.hpp>
 #include <palpate/tissue/column_force.hpp>
 #include <palpate/tissue/concept.hpp>
 #include <palpate/tissue/element_assembly.hpp>
@@ -165,10 +165,10 @@ class Supported<Tissue, Law>::Assembly : public Tissue::Assembly {
     Inner::accelerate(x, v, gravity, pushes, force, run, columns, before, [&](int block) {
       return [x, v, &supports = supports_, after = after_of(block)]<class Columns>(int i, Columns const& tissue_alone) {
         std::array<Scalar, sizeof(Columns) / sizeof(Scalar)> a;
-        detail::store(a.data(), tissue_alone);
+        simd::store(a.data(), tissue_alone);
         for (std::size_t k = 0; k < a.size(); k += 4) supports.add_acceleration(i + static_cast<int>(k / 4), x, v, a.data() + k);
         Columns accelerations;
-        detail::load(accelerations, a.data());
+        simd::load(accelerations, a.data());
         after(i, accelerations);
       };
     });
