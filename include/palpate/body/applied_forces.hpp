@@ -19,8 +19,8 @@ class AppliedForces {
 
   template <RealScalar Scalar>
   void add(ParticleState<Scalar>& state, int i, Vector3<Scalar> const& force) {
-    if (force.isZero(0)) return;
-    if (state.applied[i].isZero(0)) forced_.push_back(i);
+    if (is_zero(force)) return;
+    if (is_zero(state.applied[i])) forced_.push_back(i);
     state.applied[i] += force;
   }
 
@@ -44,8 +44,8 @@ class AppliedForces {
     std::erase_if(forced_, [&](int i) { return i >= state.size(); });
     for (int const i : disturbed) {
       if (i >= state.size()) continue;
-      if (!state.applied[i].isZero(0)) forced_.push_back(i);
-      if (!state.load[i].isZero(0)) loaded_.push_back(i);
+      if (!is_zero(state.applied[i])) forced_.push_back(i);
+      if (!is_zero(state.load[i])) loaded_.push_back(i);
     }
   }
 
@@ -56,7 +56,7 @@ class AppliedForces {
     forced_ = forced;
     loaded_.clear();
     for (int i = 0; i < state.size(); ++i)
-      if (!state.load[i].isZero(0)) loaded_.push_back(i);
+      if (!is_zero(state.load[i])) loaded_.push_back(i);
   }
 
   void reserve(int particle_count) {

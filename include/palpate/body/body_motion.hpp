@@ -269,9 +269,9 @@ class BodyMotion : public BodyShape<TissueType> {
 
   BodyMotion(Tissue matter, RegionType region, ExecutionType execution)
       : Shape(std::move(matter)), system_(std::move(execution)), moving_(std::move(region)) {
-    Vector const diagonal = positions().rowwise().maxCoeff() - positions().rowwise().minCoeff();
-    bound_ = 1000 * diagonal.norm();
-    offset_ = positions().cwiseAbs().maxCoeff();
+    auto const [low, high] = low_and_high(positions());
+    bound_ = 1000 * Vector(high - low).norm();
+    offset_ = std::max(Vector(low.cwiseAbs()).maxCoeff(), Vector(high.cwiseAbs()).maxCoeff());
     moving_.set_scale(mean_edge_, offset_);
     reserve(size(), tissue_.surface().triangle_count());
     home_revision_ = revision();
@@ -280,7 +280,7 @@ class BodyMotion : public BodyShape<TissueType> {
   }
 
   static void require_finite(std::string_view what, int i, Vector const& value) {
-    if (!value.allFinite())
+    if (!is_finite(value))
       throw InvalidArgument(detail::message(what, i < 0 ? std::string() : detail::message(" ", i), " is (", value[0], ", ", value[1], ", ",
                                             value[2], "); it must be finite"));
   }

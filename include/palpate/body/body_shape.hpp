@@ -17,6 +17,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -75,16 +76,16 @@ class BodyShape {
   /// The diagonal of the undisturbed body's bounding box [m]: found once, and anew when the home shape has changed. What a cut adds lies within.
   Scalar home_diagonal() {
     if (!home_box_is_known_) {
-      home_low_ = state_.home.view().rowwise().minCoeff(), home_high_ = state_.home.view().rowwise().maxCoeff();
+      std::tie(home_low_, home_high_) = low_and_high(state_.home.view());
       home_box_is_known_ = true;
     }
-    return (home_high_ - home_low_).norm();
+    return Vector(home_high_ - home_low_).norm();
   }
 
   // --- where a tool is nearest --------------------------------------------------------------------------------------
   /// The surface vertex nearest to a point, on the body as it is now.
   int nearest_vertex(Vector const& point) {
-    if (!point.allFinite()) throw InvalidArgument("nearest_vertex: the point is not finite");
+    if (!is_finite(point)) throw InvalidArgument("nearest_vertex: the point is not finite");
     fit_tree();
     return tree_.nearest_vertex(state_.position.view(), point);
   }

@@ -30,8 +30,8 @@ template <RealScalar Scalar>
 Divergence<Scalar> find_diverged(StridedView<Scalar> const& x, StridedView<Scalar> const& v, Scalar bound) noexcept {
   if (padded_view(x).squaredNorm() < bound * bound && padded_view(v).squaredNorm() <= std::numeric_limits<Scalar>::max()) return {};   // no NaN passes
   for (int i = 0; i < x.cols(); ++i)
-    if (!(x.col(i).cwiseAbs().maxCoeff() < bound) || !x.col(i).allFinite() || !v.col(i).allFinite())
-      return {i, diverged_value<Scalar>(x.col(i), v.col(i), bound)};
+    for (int k = 0; k < 3; ++k)
+      if (!(std::abs(x(k, i)) < bound) || !std::isfinite(v(k, i))) return {i, diverged_value<Scalar>(x.col(i), v.col(i), bound)};
   return {};
 }
 

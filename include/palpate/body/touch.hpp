@@ -57,7 +57,7 @@ class Touch {
   /// A tip that is not finite changes nothing.
   template <class Body>
   SurfaceContact<Scalar> const& update(Body& body, Vector const& tip, bool keep_beside = false) {
-    if (!tip.allFinite()) return contact_;
+    if (!is_finite(tip)) return contact_;
     if (was_restored(body)) end();
     restorations_ = body.restorations();
     if (contact_.touching) {
@@ -235,9 +235,9 @@ class Touch {
     for (int const t : surface.triangles_at(v)) {
       auto const c = surface.corners(t);
       auto const k = static_cast<std::size_t>(surface.corner_of(t, v));
-      Vector const e = (body.positions().col(c[(k + 1) % 3]) - body.positions().col(v)).normalized();
-      Vector const f = (body.positions().col(c[(k + 2) % 3]) - body.positions().col(v)).normalized();
-      sum += std::acos(std::min(Scalar(1), std::max(Scalar(-1), e.dot(f)))) * facet_normal(body, t).normalized();
+      Vector const vertex = body.positions().col(v), next = body.positions().col(c[(k + 1) % 3]), last = body.positions().col(c[(k + 2) % 3]);
+      Vector const e = (next - vertex).normalized(), f = (last - vertex).normalized(), n = facet_normal(body, t).normalized();
+      sum += std::acos(std::min(Scalar(1), std::max(Scalar(-1), e.dot(f)))) * n;
       if (surface.triangle_with_edge(c[(k + 1) % 3], v) < 0 || surface.triangle_with_edge(v, c[(k + 2) % 3]) < 0) on_border = true;
     }
     return sum.normalized();
@@ -246,8 +246,8 @@ class Touch {
   template <class Body>
   static Vector facet_normal(Body const& body, int t) {
     auto const c = body.tissue().surface().corners(t);
-    Vector const a = body.positions().col(c[0]);
-    return (body.positions().col(c[1]) - a).cross(body.positions().col(c[2]) - a);
+    Vector const a = body.positions().col(c[0]), u = body.positions().col(c[1]) - a, v = body.positions().col(c[2]) - a;
+    return u.cross(v);
   }
 
   /// Where a walk over the surface ended.

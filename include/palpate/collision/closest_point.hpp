@@ -109,7 +109,7 @@ OriginPoint<Scalar> closest_on_thin(Vector3<Scalar> const& a, Vector3<Scalar> co
   Scalar const side_along = base.dot(side) / longest2;
   Vector3<Scalar> const height = side - side_along * base;
   Scalar const along = -base.dot(*corner[i]) / longest2;
-  Vector3<Scalar> const across = -*corner[i] - along * base;   // without its part along the base, which would drown the height
+  Vector3<Scalar> const apart = *corner[i] + along * base, across = -apart;   // without its part along the base, which would drown the height
   Scalar const w_k = height.dot(across) / height.squaredNorm();
   Scalar const w_j = along - w_k * side_along;
   Scalar const w_i = 1 - w_j - w_k;

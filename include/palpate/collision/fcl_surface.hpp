@@ -60,7 +60,7 @@ class FclSurface {
         if (corner < 0 || corner >= mesh.points.cols())
           throw InvalidMesh(detail::message("triangle ", t, " has corner ", corner, ", but there are ", mesh.points.cols(),
                                             " points; renumber the triangles or pass all points"));
-        if (!mesh.points.col(corner).allFinite())
+        if (!is_finite(mesh.points.col(corner)))
           throw InvalidMesh(detail::message("triangle ", t, " has corner ", corner,
                                             ", whose coordinates are not finite; repair the mesh first"));
       }
@@ -83,7 +83,7 @@ class FclSurface {
     if (points.cols() != vertices())
       throw InvalidArgument(detail::message("refit with ", points.cols(), " points, but the surface has ", vertices(),
                                             "; after a change of topology build a new surface"));
-    if (!points.allFinite()) throw InvalidArgument("refit with coordinates that are not finite; the surface keeps its old ones");
+    if (!is_finite(points)) throw InvalidArgument("refit with coordinates that are not finite; the surface keeps its old ones");
     check(model_.beginReplaceModel());
     check(model_.replaceSubModel(columns(points)));
     check(model_.endReplaceModel(true, false));
@@ -136,7 +136,7 @@ class FclSurface {
   }
 
   FclDistance tool_distance(Vector3<double> const& from, Vector3<double> const& to, double radius) const {
-    if (!from.allFinite() || !to.allFinite() || !(radius >= 0))
+    if (!is_finite(from) || !is_finite(to) || !(radius >= 0))
       throw InvalidArgument(detail::message("a tool of radius ", radius, " m, or its place, is not a finite shape; ",
                                             "give finite coordinates and radius ≥ 0"));
     Model tool;   // a triangle shrunk to a segment or a point

@@ -97,7 +97,7 @@ class SurfaceTree {
   /// changes nothing else; any other value is ignored.
   SurfacePoint<Scalar> nearest(Points const& points, Vector3<Scalar> const& query, int hint = -1) const noexcept {
     SurfacePoint<Scalar> nearest;
-    if (empty() || !query.allFinite()) return nearest;
+    if (empty() || !is_finite(query)) return nearest;
     // A computed foot point may leave its box by the rounding of coordinates as large as the farthest corner's.
     Scalar const rounding = 16 * std::numeric_limits<Scalar>::epsilon() * tree_.farthest(query);
     auto const widened = [&](Scalar squared) {
@@ -131,7 +131,7 @@ class SurfaceTree {
 
   /// The nearest of the vertices that triangles use, the lowest index among equals; −1 when there is none or the query is not finite.
   int nearest_vertex(Points const& points, Vector3<Scalar> const& query, int hint = -1) const noexcept {
-    if (empty() || !query.allFinite()) return -1;
+    if (empty() || !is_finite(query)) return -1;
     int vertex = -1;
     Scalar best = std::numeric_limits<Scalar>::infinity();
     Scalar limit = best;

@@ -20,7 +20,6 @@ class Columns {
   using View = Eigen::Map<Matrix<T, Rows, Dynamic>>;
   using ConstView = Eigen::Map<Matrix<T, Rows, Dynamic> const>;
   using Column = Eigen::Map<Matrix<T, Rows, 1>>;
-  using ConstColumn = Eigen::Map<Matrix<T, Rows, 1> const>;
 
   Columns() = default;
 
@@ -36,7 +35,7 @@ class Columns {
   ConstView view() const noexcept { return ConstView(numbers(), Rows, size()); }
 
   Column operator[](int column) noexcept { return Column(data_[static_cast<std::size_t>(column)].data()); }
-  ConstColumn operator[](int column) const noexcept { return ConstColumn(data_[static_cast<std::size_t>(column)].data()); }
+  Matrix<T, Rows, 1> operator[](int column) const noexcept { return Matrix<T, Rows, 1>(data_[static_cast<std::size_t>(column)].data()); }
 
   template <class Derived>
   void push_back(Eigen::MatrixBase<Derived> const& column) {

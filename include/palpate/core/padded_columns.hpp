@@ -15,7 +15,6 @@ class PaddedColumns {
  public:
   using ConstView = Eigen::Map<Matrix3X<Scalar> const, Eigen::Unaligned, Eigen::OuterStride<4>>;
   using Column = Eigen::Map<Vector3<Scalar>>;
-  using ConstColumn = Eigen::Map<Vector3<Scalar> const>;
 
   int size() const noexcept { return columns_.size(); }
 
@@ -26,7 +25,7 @@ class PaddedColumns {
   typename Columns<Scalar, 4>::ConstView padded_view() const noexcept { return columns_.view(); }
 
   Column operator[](int column) noexcept { return Column(columns_[column].data()); }
-  ConstColumn operator[](int column) const noexcept { return ConstColumn(columns_[column].data()); }
+  Vector3<Scalar> operator[](int column) const noexcept { return columns_[column].template head<3>(); }
 
   template <class Derived>
   void push_back(Eigen::MatrixBase<Derived> const& column) {

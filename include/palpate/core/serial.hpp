@@ -13,6 +13,4 @@ struct Serial {
   }
 };
 
-static_assert(Execution<Serial>);
-
 }  // namespace palpate

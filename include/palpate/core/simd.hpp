@@ -237,6 +237,16 @@ inline void raise_to(Halves<Half, Scalar>& value, Scalar bound) noexcept {
   raise_to(value.low, bound), raise_to(value.high, bound);
 }
 
+/// Each that is below its bound, or NaN, becomes that.
+template <class Numbers>
+inline void raise_each(Numbers& value, Numbers const& bound) noexcept {
+  value = value > bound ? value : bound;
+}
+template <class Half, class Scalar>
+inline void raise_each(Halves<Half, Scalar>& value, Halves<Half, Scalar> const& bound) noexcept {
+  raise_each(value.low, bound.low), raise_each(value.high, bound.high);
+}
+
 /// What sum_each() needs of a column: of one in halves their sum, which is half as many registers.
 template <class Numbers>
 inline Numbers fold(Numbers const& column) noexcept {

@@ -27,10 +27,10 @@ class Similarity {
 
   /// From scale, rotation and translation. Throws `InvalidArgument` for a scale that is not positive, a quaternion without direction, or a value that is not finite.
   static Similarity make(S scale, Eigen::Quaternion<S> const& rotation, Vector3<S> const& translation) {
-    S const norm = rotation.coeffs().stableNorm();
+    S const norm = stable_norm(rotation.coeffs());
     if (!(scale > S(0)) || !std::isfinite(scale)) throw InvalidArgument(detail::message("Similarity: the scale is ", scale, "; give a finite number above zero"));
     if (!(norm > S(0)) || !std::isfinite(norm)) throw InvalidArgument("Similarity: the rotation is a quaternion without direction; give a finite one that is not zero");
-    if (!translation.allFinite()) throw InvalidArgument(detail::message("Similarity: the translation is (", translation.x(), ", ", translation.y(), ", ", translation.z(), ") m; give finite numbers"));
+    if (!is_finite(translation)) throw InvalidArgument(detail::message("Similarity: the translation is (", translation.x(), ", ", translation.y(), ", ", translation.z(), ") m; give finite numbers"));
     Similarity result;
     result.scale_ = scale;
     result.rotation_ = Eigen::Quaternion<S>(Vector4(rotation.coeffs() / norm)).toRotationMatrix();
@@ -56,16 +56,18 @@ class Similarity {
     return make(scale, Eigen::Quaternion<S>(rotation), matrix.template topRightCorner<3, 1>());
   }
 
-  Vector3<S> point(Vector3<S> const& p) const noexcept { return Vector3<S>(scale_ * (rotation_ * p)) + translation_; }
-  Vector3<S> vector(Vector3<S> const& v) const noexcept { return scale_ * (rotation_ * v); }
-  Vector3<S> direction(Vector3<S> const& n) const noexcept { return rotation_ * n; }
+  Vector3<S> point(Vector3<S> const& p) const noexcept { return vector(p) + translation_; }
+  Vector3<S> vector(Vector3<S> const& v) const noexcept { return scale_ * direction(v); }
+  Vector3<S> direction(Vector3<S> const& n) const noexcept { return {turned(n, 0, 0), turned(n, 1, 0), turned(n, 2, 0)}; }
+  /// From the target frame back.
+  Vector3<S> direction_back(Vector3<S> const& n) const noexcept { return {turned(n, 0, 1), turned(n, 1, 1), turned(n, 2, 1)}; }
   Eigen::Quaternion<S> orientation(Eigen::Quaternion<S> const& q) const noexcept { return (Eigen::Quaternion<S>(rotation_) * q).normalized(); }
 
   Similarity inverse() const noexcept {
     Similarity result;
     result.scale_ = S(1) / scale_;
     result.rotation_ = rotation_.transpose();
-    result.translation_ = -(result.scale_ * (result.rotation_ * translation_));
+    result.translation_ = -result.vector(translation_);
     return result;
   }
   /// First `before`, then this one.
@@ -89,15 +91,24 @@ class Similarity {
 
   template <RealScalar T>
   Similarity<T> cast() const noexcept {
-    Similarity<T> result;
-    result.scale_ = T(scale_);
-    result.rotation_ = rotation_.template cast<T>();
-    result.translation_ = translation_.template cast<T>();
-    return result;
+    if constexpr (std::same_as<S, T>) {
+      return *this;
+    } else {
+      Similarity<T> result;
+      result.scale_ = T(scale_);
+      result.rotation_ = rotation_.template cast<T>();
+      result.translation_ = translation_.template cast<T>();
+      return result;
+    }
   }
 
  private:
   using Vector4 = Matrix<S, 4, 1>;
+  /// A component of R n, or of Rᵀ n. Not Eigen's product, whose types take as long to compile as the rest of this class.
+  S turned(Vector3<S> const& n, int i, int back) const noexcept {
+    auto const r = [&](int k) { return back == 0 ? rotation_(i, k) : rotation_(k, i); };
+    return r(0) * n[0] + (r(1) * n[1] + r(2) * n[2]);
+  }
   template <RealScalar T>
   friend class Similarity;
 

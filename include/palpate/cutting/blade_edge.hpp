@@ -19,7 +19,7 @@ struct BladeEdge {
   Scalar slip_force = 3;                                   ///< N, where the tissue slips along a blade that is held across
 
   void validate() const {
-    if (!axis.allFinite() || !(axis.norm() > 0)) throw InvalidArgument("the axis of the blade's edge must be finite and not zero");
+    if (!is_finite(axis) || !(axis.norm() > 0)) throw InvalidArgument("the axis of the blade's edge must be finite and not zero");
     if (!(angle > 0 && angle < std::numbers::pi_v<Scalar> / 2))
       throw InvalidArgument(detail::message("the angle of the blade's edge is ", angle, " rad; it must be between 0 and pi/2"));
     if (!(slip_force >= 0)) throw InvalidArgument(detail::message("the slip force of the blade's edge is ", slip_force, " N; it must not be negative"));

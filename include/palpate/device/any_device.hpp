@@ -164,8 +164,4 @@ class AnyDevice {
   std::unique_ptr<Interface> held_;
 };
 
-static_assert(HapticDevice<AnyDevice<double>> && HapticDevice<AnyDevice<float>, float> && OpensAndCloses<AnyDevice<double>> &&
-              Armable<AnyDevice<double>> && Calibratable<AnyDevice<double>> && AdvisesCalibration<AnyDevice<double>> && ReportsFaults<AnyDevice<double>> &&
-              DescribesItself<AnyDevice<double>> && !SelfClocked<AnyDevice<double>>);
-
 }  // namespace palpate

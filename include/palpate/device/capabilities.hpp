@@ -98,7 +98,7 @@ inline void require_valid(Capabilities const& capabilities) {
   require("damping", capabilities.damping, " N s/m");
   require("friction", capabilities.friction, " N");
   require("resolution", capabilities.resolution, " m");
-  if (capabilities.workspace.known() && !((capabilities.workspace.size().array() > 0.0).all() && capabilities.workspace.size().allFinite()))
+  if (capabilities.workspace.known() && !((capabilities.workspace.size().array() > 0.0).all() && is_finite(capabilities.workspace.size())))
     throw InvalidArgument("device workspace is empty or not finite; capabilities() must report a box whose upper corner is above its lower one");
 }
 

@@ -65,7 +65,7 @@ class FaultyDevice : public detail::WrappedDevice<Device, S> {
       if (!good)
         throw InvalidArgument(detail::message("FaultyDevice: the fault at tick ", planned.tick, " has .size = ", planned.size,
                                               "; give a gap 1 to 1e6 ticks, a stall 0 to 60 s, a chatter a button from 0 to 31"));
-      if (!planned.shift.allFinite())
+      if (!is_finite(planned.shift))
         throw InvalidArgument(detail::message("FaultyDevice: the fault at tick ", planned.tick, " has a .shift that is not finite; give metres"));
     }
     std::stable_sort(plan_.begin(), plan_.end(), [](PlannedFault const& a, PlannedFault const& b) { return a.tick < b.tick; });
@@ -143,7 +143,7 @@ class FaultyDevice : public detail::WrappedDevice<Device, S> {
   }
   DeviceStatus read_inner(DeviceState<S>& state) noexcept {
     state.position = position_, state.buttons = buttons_;   // as the device left them, whatever it leaves
-    if (!state.velocity.allFinite()) state.velocity = velocity_;
+    if (!is_finite(state.velocity)) state.velocity = velocity_;
     DeviceStatus const status = device_.read(state);
     position_ = state.position, velocity_ = state.velocity, buttons_ = state.buttons;
     return status;

@@ -139,8 +139,4 @@ class ForceDimensionDevice {
   std::unique_ptr<Servo> servo_;             // of the last opening: its counts and faults can be asked for afterwards
 };
 
-static_assert(HapticDevice<ForceDimensionDevice> && OpensAndCloses<ForceDimensionDevice> && Armable<ForceDimensionDevice>);
-static_assert(DescribesItself<ForceDimensionDevice> && ReportsFaults<ForceDimensionDevice> && !SelfClocked<ForceDimensionDevice>);
-static_assert(Calibratable<ForceDimensionDevice> && AdvisesCalibration<ForceDimensionDevice>);
-
 }  // namespace palpate

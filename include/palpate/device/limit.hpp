@@ -10,7 +10,7 @@ namespace palpate {
 /// Cost       noexcept, no allocation: the last stage before a device's `write`.
 template <RealScalar Scalar>
 Vector3<Scalar> limited(Vector3<Scalar> const& value, Scalar maximum) noexcept {
-  if (!value.allFinite() || !(maximum > Scalar(0))) return Vector3<Scalar>::Zero();
+  if (!is_finite(value) || !(maximum > Scalar(0))) return Vector3<Scalar>::Zero();
   Scalar const largest = value.cwiseAbs().maxCoeff();
   if (largest == Scalar(0)) return value;
   Vector3<Scalar> const scaled = value / largest;   // so that the squares neither overflow nor vanish

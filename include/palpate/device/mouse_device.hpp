@@ -77,7 +77,7 @@ class Mouse {
   /// While keys are held: m/s to the right, up and into the screen. Zeros when they are let go.
   void set_speed(double right, double up, double depth) noexcept {
     input_.speed = right * mapping_.right + up * mapping_.up + depth * mapping_.depth;
-    if (!input_.speed.allFinite()) input_.speed.setZero();
+    if (!is_finite(input_.speed)) input_.speed.setZero();
     tell();
   }
   /// Bit i: button i is pressed.
@@ -114,7 +114,7 @@ class Mouse {
   friend class MouseDevice;
 
   void shift(Vector3<double> const& by) noexcept {
-    if (!by.allFinite()) return;
+    if (!is_finite(by)) return;
     input_.moved += by;
     tell();
   }
@@ -143,7 +143,7 @@ class MouseDevice {
   /// One device a mouse; it may outlive the mouse.
   explicit MouseDevice(Mouse& mouse) : options_(mouse.options_), channel_(mouse.channel_), follows_(filter(options_)) {
     require_valid(capabilities());
-    if (!options_.start.allFinite()) throw InvalidArgument("MouseOptions: .start is not finite; give metres");
+    if (!is_finite(options_.start)) throw InvalidArgument("MouseOptions: .start is not finite; give metres");
     if (!(options_.buttons >= 0 && options_.buttons <= 32))
       throw InvalidArgument(detail::message("MouseOptions: .buttons is ", options_.buttons, "; give 0 to 32"));
     if (!channel_) throw InvalidArgument("MouseDevice: this mouse was moved away; use the one that it was moved to");
@@ -203,7 +203,5 @@ class MouseDevice {
   Vector3<Scalar> position_ = Vector3<Scalar>::Zero(), velocity_ = Vector3<Scalar>::Zero();
   bool begun_ = false;
 };
-
-static_assert(HapticDevice<MouseDevice<double>> && HapticDevice<MouseDevice<float>, float>);
 
 }  // namespace palpate

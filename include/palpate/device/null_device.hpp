@@ -31,6 +31,4 @@ class NullDevice {
   double rate_;   // Hz
 };
 
-static_assert(HapticDevice<NullDevice<double>> && HapticDevice<NullDevice<float>, float>);
-
 }  // namespace palpate

@@ -249,7 +249,4 @@ class PhantomDevice {
   bool lost_ = false, lost_told_ = false, waits_ = false;
 };
 
-static_assert(HapticDevice<PhantomDevice> && OpensAndCloses<PhantomDevice> && Armable<PhantomDevice> && DescribesItself<PhantomDevice>);
-static_assert(Calibratable<PhantomDevice> && ReportsFaults<PhantomDevice> && SelfClocked<PhantomDevice>);
-
 }  // namespace palpate

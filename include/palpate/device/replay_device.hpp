@@ -67,6 +67,4 @@ class ReplayDevice {
   Wrench<Scalar> last_wrench_;
 };
 
-static_assert(HapticDevice<ReplayDevice<double>> && HapticDevice<ReplayDevice<float>, float>);
-
 }  // namespace palpate

@@ -51,26 +51,42 @@ class SampledMass {
  private:
   /// The exponential of (A B; 0 0) T by scaling and squaring of its series.
   void discretise() {
-    Matrix<double, 3, 3> step = Matrix<double, 3, 3>::Zero();
-    step(0, 1) = 1.0;
-    step(1, 0) = -options_.stiffness / options_.mass;
-    step(1, 1) = -options_.damping / options_.mass;
-    step(1, 2) = 1.0 / options_.mass;
-    step /= options_.rate;
-    if (!step.allFinite())
+    using Rows = std::array<std::array<double, 3>, 2>;   // the third is zero
+    auto const each = [](Rows& rows, auto const& change) {
+      for (auto& row : rows)
+        for (double& number : row) change(number);
+    };
+    auto const product = [](Rows const& a, Rows const& b) {
+      Rows ab{};
+      for (std::size_t i = 0; i < 2; ++i)
+        for (std::size_t j = 0; j < 3; ++j) ab[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j];
+      return ab;
+    };
+    Rows step{{{0.0, 1.0, 0.0}, {-options_.stiffness / options_.mass, -options_.damping / options_.mass, 1.0 / options_.mass}}};
+    double largest = 0.0;
+    bool finite = true;
+    each(step, [&](double& number) {
+      number /= options_.rate;
+      finite = finite && std::isfinite(number);
+      largest = std::max(largest, std::abs(number));
+    });
+    if (!finite)
       throw InvalidArgument(detail::message("SampledMass: stiffness and damping over a mass of ", options_.mass, " kg are too large to compute; give a larger mass"));
     int squarings = 0;
-    for (double size = step.cwiseAbs().maxCoeff(); size > 0.125; size /= 2.0) ++squarings;
-    step /= std::ldexp(1.0, squarings);
-    Matrix<double, 3, 3> rest = Matrix<double, 3, 3>::Zero();   // e^step − 1: what it differs from one is kept to the last digit
-    Matrix<double, 3, 3> term = Matrix<double, 3, 3>::Identity();
+    for (; largest > 0.125; largest /= 2.0) ++squarings;
+    each(step, [&](double& number) { number = std::ldexp(number, -squarings); });
+    Rows rest{}, term{{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}}};   // rest: e^step − 1, what it differs from one is kept to the last digit
     for (int k = 1; k <= 16; ++k) {
-      term = (term * step / k).eval();
-      rest += term;
+      term = product(term, step);
+      each(term, [&](double& number) { number /= k; });
+      for (std::size_t i = 0; i < 6; ++i) rest[i / 3][i % 3] += term[i / 3][i % 3];
     }
-    for (int k = 0; k < squarings; ++k) rest = (2.0 * rest + rest * rest).eval();
-    x_of_x_ = S(1.0 + rest(0, 0)), x_of_v_ = S(rest(0, 1)), x_of_force_ = S(rest(0, 2));
-    v_of_x_ = S(rest(1, 0)), v_of_v_ = S(1.0 + rest(1, 1)), v_of_force_ = S(rest(1, 2));
+    for (int k = 0; k < squarings; ++k) {
+      Rows const square = product(rest, rest);
+      for (std::size_t i = 0; i < 6; ++i) rest[i / 3][i % 3] = 2.0 * rest[i / 3][i % 3] + square[i / 3][i % 3];
+    }
+    x_of_x_ = S(1.0 + rest[0][0]), x_of_v_ = S(rest[0][1]), x_of_force_ = S(rest[0][2]);
+    v_of_x_ = S(rest[1][0]), v_of_v_ = S(1.0 + rest[1][1]), v_of_force_ = S(rest[1][2]);
   }
 
   SampledMassOptions options_;

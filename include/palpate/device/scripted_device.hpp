@@ -103,6 +103,4 @@ class ScriptedDevice {
   Wrench<Scalar> last_wrench_;
 };
 
-static_assert(HapticDevice<ScriptedDevice<double>> && HapticDevice<ScriptedDevice<float>, float>);
-
 }  // namespace palpate

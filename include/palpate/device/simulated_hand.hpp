@@ -228,6 +228,4 @@ class SimulatedHand {
   Wrench<Scalar> last_wrench_;
 };
 
-static_assert(HapticDevice<SimulatedHand<double>> && HapticDevice<SimulatedHand<float>, float>);
-
 }  // namespace palpate

@@ -149,7 +149,7 @@ class SimulatedTouch {
       rates[1] -= folds / 2, rates[2] += folds / 2;
     }
     Vector3<Scalar> const velocity = kinematics_.jacobian(joints) * rates;
-    hand_.place(reached, velocity.allFinite() ? velocity : Vector3<Scalar>::Zero());
+    hand_.place(reached, is_finite(velocity) ? velocity : Vector3<Scalar>::Zero());
   }
   Vector3<Scalar> rates_at(Vector3<Scalar> const& joints) const noexcept {
     Matrix<Scalar, 3, 3> const inverse = kinematics_.jacobian(joints).inverse();
@@ -169,10 +169,5 @@ class SimulatedTouch {
   double cools_ = 0.0;   // share of the way to the final temperature in a tick
   double warm_ = 0.0;
 };
-
-static_assert(HapticDevice<SimulatedTouch<double>> && HapticDevice<SimulatedTouch<float>, float> && OpensAndCloses<SimulatedTouch<double>> &&
-              Armable<SimulatedTouch<double>> && Calibratable<SimulatedTouch<double>> && AdvisesCalibration<SimulatedTouch<double>> &&
-              ReportsFaults<SimulatedTouch<double>> &&
-              DescribesItself<SimulatedTouch<double>>);
 
 }  // namespace palpate

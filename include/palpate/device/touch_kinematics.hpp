@@ -64,7 +64,7 @@ struct TouchKinematics {
   /// The joints within their limits whose tip is near the position: where a hand that goes on is stopped. Exact where the arm reaches. A position
   /// that is not finite gives the inkwell.
   Joints nearest(Point const& position) const noexcept {
-    if (!position.allFinite()) return inkwell();
+    if (!is_finite(position)) return inkwell();
     Plane plane = in_plane(position);
     plane.distance = std::clamp(plane.distance, std::abs(first - second), first + second);
     if (!(plane.distance > Scalar(0))) return inkwell();

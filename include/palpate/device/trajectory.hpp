@@ -69,7 +69,7 @@ class Trajectory {
     require_finite("arc", centre);
     require_finite("arc", axis);
     if (!std::isfinite(angle)) throw InvalidArgument(detail::message("arc: the angle is ", angle, " rad; give a finite one"));
-    Scalar const length = axis.stableNorm();
+    Scalar const length = stable_norm(axis);
     if (!(length > Scalar(0))) throw InvalidArgument("arc: the axis is zero and has no direction; give one, for example {0, 0, 1}");
     Point const unit = axis / length;
     Point const along = unit * unit.dot(end_ - centre);
@@ -223,7 +223,7 @@ class Trajectory {
   }
 
   static void require_finite(char const* what, Point const& point) {
-    if (!point.allFinite())
+    if (!is_finite(point))
       throw InvalidArgument(detail::message(what, ": the point (", point.x(), ", ", point.y(), ", ", point.z(),
                                             ") is not finite; give metres in the world frame"));
   }

@@ -36,6 +36,5 @@ struct ForceArchetype {
     return contact.phase == CuttingPhase::no_contact || !(contact.depth > 0) ? Vector3<Scalar>::Zero() : Vector3<Scalar>(100 * contact.depth * contact.normal);
   }
 };
-static_assert(ForceModel<ForceArchetype<double>, double> && ForceModel<ForceArchetype<float>, float>);
 
 }  // namespace palpate::testing

@@ -30,6 +30,5 @@ struct IntegratorArchetype {
     system.positions() += h * system.velocities();
   }
 };
-static_assert(Integrator<IntegratorArchetype> && Integrator<IntegratorArchetype, float>);
 
 }  // namespace palpate::testing

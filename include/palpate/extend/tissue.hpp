@@ -58,7 +58,6 @@ struct ElementArchetype {
   Vector3<S> force(Vector3<S> const& x) const { return -10 * (x - rest); }
   NodeMatrix<S, 1> stiffness(Vector3<S> const&) const { return 10 * NodeMatrix<S, 1>::Identity(); }
 };
-static_assert(Element<ElementArchetype<double>, double> && Element<ElementArchetype<float>, float>);
 
 /// The least tissue: particles of 0.1 kg on springs of 10 N/m and 0.2 N·s/m to where they rest, joined by nothing but their neighbourhood, each
 /// with the next; the first one is nailed.
@@ -113,6 +112,5 @@ class TissueArchetype {
   Matrix3X<S> points_;
   SurfaceTopology surface_;
 };
-static_assert(TissueModel<TissueArchetype<double>> && TissueModel<TissueArchetype<float>>);
 
 }  // namespace palpate::testing

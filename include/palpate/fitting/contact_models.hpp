@@ -149,6 +149,4 @@ struct HuntCrossleyModel {
   HuntCrossleyContact<double> law(Eigen::VectorXd const& p, MeasuredRange const&) const noexcept { return {.stiffness = p[0], .exponent = p[1], .damping = p[2]}; }
 };
 
-static_assert(FittedModel<LinearModel> && FittedModel<PolynomialModel> && FittedModel<ExponentialModel> && FittedModel<HuntCrossleyModel>);
-
 }  // namespace palpate

@@ -160,7 +160,7 @@ StiffnessFit fit_stiffness(Build const& build, std::vector<StiffnessGuess> const
   residuals.differences(start, r, j);   // throws where the search would only go astray
   // First all together: the force grows with the stiffness of the whole body. A step that divides it as well may leave what acts less behind.
   Eigen::VectorXd const together = start.array() - std::log(residuals.share_of_measured(r));
-  if (together.allFinite() && residuals.is_computable(together)) start = together;
+  if (is_finite(together) && residuals.is_computable(together)) start = together;
   Eigen::VectorXd const lower = start.array() - std::log(1e6);
   LeastSquares found = minimise_least_squares(residuals, start, lower, options.search);
   if (found.free_count() < count) {   // left behind? From above once more

@@ -174,6 +174,4 @@ class FittedForce {
   std::uint64_t too_fast_ = 0, too_deep_ = 0;
 };
 
-static_assert(ForceModel<FittedForce<double>, double> && ForceModel<FittedForce<float>, float>);
-
 }  // namespace palpate

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -93,7 +94,7 @@ LeastSquares minimise_least_squares(Problem const& problem, Eigen::VectorXd star
   Eigen::VectorXd r(rows), trial_r(rows);
   Eigen::MatrixXd j(rows, count), trial_j(rows, count);
   problem.evaluate(start, r, j);
-  if (!r.allFinite() || !j.allFinite()) throw InvalidArgument("least squares: the model is not finite at the parameters it starts from; start elsewhere");
+  if (!is_finite(r) || !is_finite(j)) throw InvalidArgument("least squares: the model is not finite at the parameters it starts from; start elsewhere");
 
   LeastSquares found{.parameters = std::move(start), .sum_of_squares = r.squaredNorm(), .inverse_normal = {}, .at_bound = {}, .determined = {}};
   found.at_bound.assign(static_cast<std::size_t>(count), false);
@@ -126,7 +127,7 @@ LeastSquares minimise_least_squares(Problem const& problem, Eigen::VectorXd star
       Eigen::VectorXd const trial = (found.parameters - damped.ldlt().solve(slope)).cwiseMax(lower);
       problem.evaluate(trial, trial_r, trial_j);
       double const sum = trial_r.squaredNorm();
-      if (trial.allFinite() && trial_j.allFinite() && sum <= found.sum_of_squares) {   // false for a NaN
+      if (is_finite(trial) && is_finite(trial_j) && sum <= found.sum_of_squares) {   // false for a NaN
         found.converged = found.sum_of_squares - sum <= options.tolerance * found.sum_of_squares;
         found.parameters = trial;
         found.sum_of_squares = sum;

@@ -52,6 +52,4 @@ struct NeedleModel {
   NeedleForce<double> law(Eigen::VectorXd const& p, MeasuredRange const&) const { return NeedleForce<double>(options(p)); }
 };
 
-static_assert(FittedModel<NeedleModel>);
-
 }  // namespace palpate

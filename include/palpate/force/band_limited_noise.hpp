@@ -92,6 +92,4 @@ class BandLimitedNoise {
   double first_ = 0, second_ = 0;                                  // the filter's state
 };
 
-static_assert(ForceNoise<BandLimitedNoise<double>, double>);
-
 }  // namespace palpate

@@ -152,7 +152,7 @@ class CuttingForce {
       if (Scalar const work = noise.dot(contact.velocity) * contact.seconds; std::isfinite(work)) noise_energy_ += work;
       force += noise;
     }
-    return force.allFinite() ? force : Vector(Vector::Zero());
+    return is_finite(force) ? force : Vector(Vector::Zero());
   }
 
   /// Energy that the noise has given the hand since the start or reset() [J]: Σ ΔF·v Δt, v of the tick in which the noise is drawn;
@@ -186,7 +186,7 @@ class CuttingForce {
 
   /// Stores the force while the tool indents; after the puncture blends it into the present one.
   void join_at_puncture(Vector& force, ToolContact<Scalar> const& contact, bool moving) noexcept {
-    if (!force.allFinite()) return;
+    if (!is_finite(force)) return;
     if (!moving) {
       Scalar const resistance = force.dot(contact.normal), work = (resistance + last_resistance_) / 2 * (contact.depth - contact.previous_depth);
       if (std::isfinite(work)) put_in_ += work;

@@ -42,6 +42,4 @@ struct ExponentialContact {
   }
 };
 
-static_assert(ForceModel<ExponentialContact<double>, double>);
-
 }  // namespace palpate

@@ -43,6 +43,4 @@ struct HuntCrossleyContact {
   }
 };
 
-static_assert(ForceModel<HuntCrossleyContact<double>, double>);
-
 }  // namespace palpate

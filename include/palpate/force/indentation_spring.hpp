@@ -33,6 +33,4 @@ struct IndentationSpring {
   }
 };
 
-static_assert(ForceModel<IndentationSpring<double>, double>);
-
 }  // namespace palpate

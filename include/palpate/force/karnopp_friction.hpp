@@ -79,6 +79,4 @@ class KarnoppFriction {
   bool is_in_ = false;
 };
 
-static_assert(ForceModel<KarnoppFriction<double>, double>);
-
 }  // namespace palpate

@@ -76,6 +76,4 @@ class NeedleForce {
   S deepest_ = S(0);   // m, of this insertion
 };
 
-static_assert(ContactLaw<NeedleForce<double>, double>);
-
 }  // namespace palpate

@@ -75,6 +75,4 @@ class WhiteGaussianNoise {
   Random random_;
 };
 
-static_assert(ForceNoise<WhiteGaussianNoise<double>, double>);
-
 }  // namespace palpate

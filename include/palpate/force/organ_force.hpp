@@ -15,7 +15,7 @@ namespace detail {
 
 template <RealScalar S>
 void require_wall_normal(char const* who, Vector3<S> const& normal) {
-  if (!normal.allFinite() || !(normal.squaredNorm() > S(0)) || !std::isfinite(S(1) / normal.squaredNorm()))
+  if (!is_finite(normal) || !(normal.squaredNorm() > S(0)) || !std::isfinite(S(1) / normal.squaredNorm()))
     throw InvalidArgument(message(who, ": .wall_normal is (", normal.x(), ", ", normal.y(), ", ", normal.z(),
                                   "); give a finite direction other than zero"));
 }
@@ -90,7 +90,5 @@ struct OrganFriction {
     return -stiffness * std::abs(contact.depth) * (x / std::hypot(S(1), x)) / length * wall_normal;
   }
 };
-
-static_assert(ForceModel<OrganForce<double>, double> && ForceModel<OrganFriction<double>, double>);
 
 }  // namespace palpate

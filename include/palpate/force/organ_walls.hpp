@@ -43,7 +43,7 @@ class OrganWalls {
       Vector3<S> const n = walls[k].wall_normal.normalized();
       damping_per_depth_ += walls[k].coefficient * n * n.transpose();
     }
-    if (!damping_per_depth_.allFinite()) throw InvalidArgument("OrganWalls: the coefficients of the walls add up to more than the scalar holds; give smaller ones");
+    if (!is_finite(damping_per_depth_)) throw InvalidArgument("OrganWalls: the coefficients of the walls add up to more than the scalar holds; give smaller ones");
     largest_ = std::max(S(0), Eigen::SelfAdjointEigenSolver<Matrix<S, 3, 3>>(damping_per_depth_, Eigen::EigenvaluesOnly).eigenvalues()[2]);
   }
 
@@ -60,7 +60,5 @@ class OrganWalls {
   S largest_ = S(0);                                              // λ
   S max_damping_;
 };
-
-static_assert(ForceModel<OrganWalls<double>, double>);
 
 }  // namespace palpate

@@ -39,6 +39,4 @@ struct PolynomialContact {
   }
 };
 
-static_assert(ForceModel<PolynomialContact<double>, double>);
-
 }  // namespace palpate

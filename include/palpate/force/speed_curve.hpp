@@ -84,6 +84,4 @@ class SpeedCurve {
   CurveJoin<Scalar> join_;
 };
 
-static_assert(ForceModel<SpeedCurve<Network<double, 2, 5, 1>>, double> && ForceModel<SpeedCurve<Network<float, 2, 5, 3, 1>>, float>);
-
 }  // namespace palpate

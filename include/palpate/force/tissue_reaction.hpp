@@ -42,6 +42,4 @@ struct NoForce {
   }
 };
 
-static_assert(ForceModel<TissueReaction, double> && ForceModel<TissueReaction, float> && ForceModel<NoForce, double>);
-
 }  // namespace palpate

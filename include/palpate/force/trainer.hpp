@@ -71,7 +71,7 @@ TrainingResult descend(Problem const& problem, Eigen::VectorXd& parameters, int 
   double best_error = std::numeric_limits<double>::infinity();
   TrainingResult result{.epochs = 0, .stop = TrainingStop::epochs};
   for (;; ++result.epochs) {
-    double const error = parameters.allFinite() ? measure(parameters) : std::numeric_limits<double>::infinity();
+    double const error = is_finite(parameters) ? measure(parameters) : std::numeric_limits<double>::infinity();
     if (!std::isfinite(error)) {
       result.stop = TrainingStop::no_progress;
       break;
@@ -117,7 +117,7 @@ struct MomentumDescent {
     Eigen::VectorXd velocity = Eigen::VectorXd::Zero(parameters.size());
     auto const measure = [&](Eigen::VectorXd const& p) {
       double const error = problem.gradient(p, gradient);
-      return gradient.allFinite() ? error : std::numeric_limits<double>::infinity();
+      return is_finite(gradient) ? error : std::numeric_limits<double>::infinity();
     };
     return detail::descend(problem, parameters, epochs, goal, measure, [&](Eigen::VectorXd& p) {
       velocity = momentum * velocity - rate * gradient;
@@ -173,7 +173,7 @@ struct StochasticDescent {
     return detail::descend(problem, parameters, epochs, goal, measure, [&](Eigen::VectorXd& p) {
       std::span<std::size_t> left(order);
       shuffle(left, random);
-      while (!left.empty() && p.allFinite()) {   // what grew out of bounds ends with the epoch
+      while (!left.empty() && is_finite(p)) {   // what grew out of bounds ends with the epoch
         std::span<std::size_t const> const part = left.first(std::min(left.size(), static_cast<std::size_t>(batch)));
         problem.gradient(p, gradient, part);
         p -= rate * gradient;
@@ -216,7 +216,7 @@ struct LevenbergMarquardt {
         Eigen::MatrixXd damped = normal;
         damped.diagonal().array() += mu;
         trial = parameters - damped.ldlt().solve(slope);
-        trial_error = trial.allFinite() ? problem.mean_square(trial) : std::numeric_limits<double>::infinity();
+        trial_error = is_finite(trial) ? problem.mean_square(trial) : std::numeric_limits<double>::infinity();
         if (trial_error < error) break;
       }
       if (!(trial_error < error)) {

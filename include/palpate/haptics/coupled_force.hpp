@@ -94,8 +94,8 @@ class CoupledForce {
 
   /// Needs a session.
   Vector3<S> on_surface(LocalModel<S> const& local, ToolMotion<S> const& motion) noexcept {
-    if (!motion.continues || !motion.tip.allFinite()) begin_anew();
-    if (!motion.tip.allFinite()) return Vector3<S>::Zero();
+    if (!motion.continues || !is_finite(motion.tip)) begin_anew();
+    if (!is_finite(motion.tip)) return Vector3<S>::Zero();
     DeviceState<S> device;
     device.position = motion.tip;
     device.velocity = velocity_(motion.tip);
@@ -159,7 +159,5 @@ class CoupledForce {
   VirtualCoupling<S> coupling_{};
   S depth_ = S(0);   // m, of the tool, one servo tick ago
 };
-
-static_assert(SurfaceForce<CoupledForce<ProxyForce<double>>, double> && SurfaceForce<CoupledForce<ProxyForce<float>, BackwardDifference<float>>, float>);
 
 }  // namespace palpate

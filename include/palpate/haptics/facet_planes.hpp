@@ -24,14 +24,14 @@ int walked_to(Body const& body, int triangle, Vector3<typename Body::Scalar> con
   using S = typename Body::Scalar;
   constexpr int max_steps = 64;
   auto const& surface = body.tissue().surface();
-  auto const& x = body.positions();
+  auto const x = [&](int i) { return Vector3<S>(body.positions().col(i)); };
   auto const distance = [&](int t) {   // squared
     auto const c = surface.corners(t);
-    return (closest_point_on_triangle<S>(p, x.col(c[0]), x.col(c[1]), x.col(c[2])).point - p).squaredNorm();
+    return (closest_point_on_triangle<S>(p, x(c[0]), x(c[1]), x(c[2])).point - p).squaredNorm();
   };
   S least = distance(triangle);
   auto const corner = surface.corners(triangle);
-  if (!(least > S(1e-6) * (x.col(corner[1]) - x.col(corner[0])).squaredNorm())) return triangle;   // on it
+  if (!(least > S(1e-6) * (x(corner[1]) - x(corner[0])).squaredNorm())) return triangle;   // on it
   for (int step = 0; step < max_steps; ++step) {
     int next = triangle;
     for (int const v : surface.corners(triangle))
@@ -64,19 +64,19 @@ PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vec
   using S = typename Body::Scalar;
   constexpr S flat = S(0.01), same = S(0.9998);
   auto const& surface = body.tissue().surface();
-  auto const& x = body.positions();
+  auto const x = [&](int i) { return Vector3<S>(body.positions().col(i)); };
   auto const plane_of = [&](int t) {
     auto const c = surface.corners(t);
     ContactPlane<S> plane;
-    plane.normal = triangle_normal<S>(x.col(c[0]), x.col(c[1]), x.col(c[2]));
-    plane.offset = plane.normal.dot(x.col(c[0]));
+    plane.normal = triangle_normal<S>(x(c[0]), x(c[1]), x(c[2]));
+    plane.offset = plane.normal.dot(x(c[0]));
     return plane;
   };
   // How far the corners of a triangle are in front of a plane, the least and the most.
   auto const heights = [&](int t, ContactPlane<S> const& plane) {
     struct { S least, most; } range{std::numeric_limits<S>::infinity(), -std::numeric_limits<S>::infinity()};
     for (int const v : surface.corners(t)) {
-      S const height = plane.distance(x.col(v));
+      S const height = plane.distance(x(v));
       range.least = std::min(range.least, height), range.most = std::max(range.most, height);
     }
     return range;
@@ -86,7 +86,7 @@ PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vec
   ContactPlane<S> const touched = plane_of(triangle);
   auto const corner = surface.corners(triangle);
   S edge = S(0);
-  for (std::size_t k = 0; k < 3; ++k) edge = std::max(edge, (x.col(corner[k]) - x.col(corner[(k + 1) % 3])).norm());
+  for (std::size_t k = 0; k < 3; ++k) edge = std::max(edge, (x(corner[k]) - x(corner[(k + 1) % 3])).norm());
   if (!planes.try_add({touched.normal, touched.offset + radius})) return planes;
   while (planes.count() < 3) {
     std::array<Vector3<S>, 2> const felt{planes.project(tip).point, planes.project(ahead).point};
@@ -97,7 +97,7 @@ PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vec
         for (int const t : surface.triangles_at(v)) {
           if (t == triangle) continue;
           ContactPlane<S> plane = plane_of(t);
-          if (plane.normal.isZero(S(0))) continue;
+          if (is_zero(plane.normal)) continue;
           bool new_side = true;
           for (int k = 0; k < planes.count(); ++k) new_side = new_side && plane.normal.dot(planes[k].normal) < same;
           if (!new_side || heights(triangle, plane).least < -flat * flat * edge || !(heights(t, touched).most > flat * edge)) continue;

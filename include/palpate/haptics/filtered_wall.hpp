@@ -66,8 +66,6 @@ struct TickDelay {
   double delay(double period) const { return ticks * period; }
 };
 
-static_assert(LoopFilter<MovingAverage> && LoopFilter<OnePole> && LoopFilter<TickDelay>);
-
 /// Rule of thumb for the stiffest stable wall [N/m] of a mass with damping, with a delay t in the loop beside the hold.
 ///   K ≈ b / (T/2 + t)
 /// Units      kg, N·s/m, s. With `filters.delay(period)` for t it is within 2 % of `stable_wall(…, MovingAverage{…})`, 4 % of a OnePole,

@@ -52,7 +52,7 @@ class PatchHandover {
   /// A new patch, for the present tip. Returns false and changes nothing for one that is not newer or not valid, and for a tip that is
   /// not finite.
   bool take(SurfacePatch<S> const& patch, std::uint64_t sequence, Vector3<S> const& tip) noexcept {
-    if (!patch.valid() || !tip.allFinite()) {
+    if (!patch.valid() || !is_finite(tip)) {
       ++refused_;
       return false;
     }

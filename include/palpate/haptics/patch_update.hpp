@@ -4,10 +4,11 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/haptics/surface_patch.hpp>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 namespace palpate {
@@ -53,13 +54,16 @@ class PatchUpdate {
 
   /// Displacement of the surface along its normal [m] at p.
   void add(Vector3<S> const& p, S change) noexcept {
-    Vector3<double> const q = (p - patch_.point).template cast<double>(), n = patch_.normal.template cast<double>();
+    Vector3<double> const q = Vector3<S>(p - patch_.point).template cast<double>(), n = patch_.normal.template cast<double>();
     double const k = double(patch_.curvature), height = double(patch_.distance(p)), length = (n + k * q).norm();
-    Matrix<double, 4, 1> row(1.0 + k * q.dot(n), -q.dot(across_[0]), -q.dot(across_[1]), curved_ ? -(q.squaredNorm() - height * height) / 2 : 0.0);
-    row /= length;
-    if (!row.allFinite() || !std::isfinite(change)) return;
-    square_ += row * row.transpose();
-    right_ += double(change) * row;
+    std::array<double, 4> row{1.0 + k * q.dot(n), -q.dot(across_[0]), -q.dot(across_[1]), curved_ ? -(q.squaredNorm() - height * height) / 2 : 0.0};
+    bool finite = std::isfinite(change);
+    for (double& slope : row) finite = std::isfinite(slope /= length) && finite;
+    if (!finite) return;
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t j = 0; j < 4; ++j) square_[i][j] += row[i] * row[j];
+      right_[i] += double(change) * row[i];
+    }
     ++count_;
   }
   /// Displacement of the point at p [m].
@@ -69,13 +73,28 @@ class PatchUpdate {
 
   /// Least-squares change of the parameters; none without points.
   PatchChange<S> solve() const noexcept {
-    Matrix<double, 4, 1> scale;
-    for (Eigen::Index i = 0; i < 4; ++i) scale[i] = square_(i, i) > 0.0 ? 1.0 / std::sqrt(square_(i, i)) : 0.0;
-    Matrix<double, 4, 4> system = scale.asDiagonal() * square_ * scale.asDiagonal();
-    for (Eigen::Index i = 0; i < 4; ++i) system(i, i) += (i == 3 ? 1.0 : 1e-3) * damping_ + (scale[i] > 0.0 ? 0.0 : 1.0);
-    Matrix<double, 4, 1> const theta = scale.cwiseProduct(Matrix<double, 4, 1>(system.ldlt().solve(scale.cwiseProduct(right_))));
-    if (!theta.allFinite()) return {};
-    return {S(theta[0]), (theta[1] * across_[0] + theta[2] * across_[1]).template cast<S>(), S(theta[3])};
+    std::array<double, 4> scale, theta;
+    for (std::size_t i = 0; i < 4; ++i) scale[i] = square_[i][i] > 0.0 ? 1.0 / std::sqrt(square_[i][i]) : 0.0;
+    // Cholesky: the rows of L, then L y = D right, then Lᵀ θ = y. In place of Eigen's, which is a tenth of what a simulator takes to compile.
+    std::array<std::array<double, 4>, 4> factor{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) {
+        double sum = scale[i] * square_[i][j] * scale[j];
+        if (i == j) sum += (i == 3 ? 1.0 : 1e-3) * damping_ + (scale[i] > 0.0 ? 0.0 : 1.0);
+        for (std::size_t k = 0; k < j; ++k) sum -= factor[i][k] * factor[j][k];
+        factor[i][j] = i == j ? std::sqrt(sum) : sum / factor[j][j];
+      }
+      theta[i] = scale[i] * right_[i];
+      for (std::size_t k = 0; k < i; ++k) theta[i] -= factor[i][k] * theta[k];
+      theta[i] /= factor[i][i];
+    }
+    for (std::size_t i = 4; i-- > 0;) {
+      for (std::size_t k = i + 1; k < 4; ++k) theta[i] -= factor[k][i] * theta[k];
+      theta[i] /= factor[i][i];
+    }
+    for (std::size_t i = 0; i < 4; ++i)
+      if (!std::isfinite(theta[i] *= scale[i])) return {};
+    return {S(theta[0]), Vector3<double>(theta[1] * across_[0] + theta[2] * across_[1]).template cast<S>(), S(theta[3])};
   }
 
  private:
@@ -83,8 +102,8 @@ class PatchUpdate {
   bool curved_;
   double damping_;
   Vector3<double> across_[2];
-  Matrix<double, 4, 4> square_ = Matrix<double, 4, 4>::Zero();   // JᵀJ
-  Matrix<double, 4, 1> right_ = Matrix<double, 4, 1>::Zero();    // JᵀΔd
+  std::array<std::array<double, 4>, 4> square_{};   // JᵀJ
+  std::array<double, 4> right_{};                   // JᵀΔd
   int count_ = 0;
 };
 

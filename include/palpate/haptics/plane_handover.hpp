@@ -45,7 +45,7 @@ class PlaneHandover {
   /// A new set, with its stiffness [N/m], for the present tip; an empty set means no contact. Returns false and changes nothing for a set
   /// that is not newer, has more than three planes or a negative stiffness, and for a tip that is not finite.
   bool take(PlaneSet<S> const& planes, S stiffness, std::uint64_t sequence, Vector3<S> const& tip) noexcept {
-    if (planes.count() > max_planes || !(stiffness >= S(0)) || !std::isfinite(stiffness) || !tip.allFinite()) {
+    if (planes.count() > max_planes || !(stiffness >= S(0)) || !std::isfinite(stiffness) || !is_finite(tip)) {
       ++refused_;
       return false;
     }
@@ -139,7 +139,7 @@ class PlaneHandover {
   }
 
   PlaneSet<S> at(Vector3<S> const& tip) const noexcept {
-    if (tick_ >= ticks_ || !tip.allFinite()) return to_;
+    if (tick_ >= ticks_ || !is_finite(tip)) return to_;
     S const share = S(tick_) / S(ticks_);
     PlaneSet<S> planes;
     bool projected = false;

@@ -59,7 +59,7 @@ class PlaneSet {
   }
   /// The same without an exception, for the servo tick: returns false and adds nothing where `add` would throw.
   bool try_add(ContactPlane<S> const& plane) noexcept {
-    bool const unit = plane.normal.allFinite() && std::abs(plane.normal.norm() - S(1)) < S(1e-4);
+    bool const unit = is_finite(plane.normal) && std::abs(plane.normal.norm() - S(1)) < S(1e-4);
     if (count_ == capacity || !unit || !std::isfinite(plane.offset)) return false;
     planes_[static_cast<std::size_t>(count_++)] = plane;
     return true;
@@ -117,8 +117,7 @@ class PlaneSet {
   /// The point nearest to p on all of these planes; false where they do not push towards it, or have no point in common. In double: where planes are
   /// nearly parallel, float has no digits left.
   bool solve(Vector3<S> const& p, std::array<int, 3> const& chosen, int size, PlaneProjection<S>& result) const noexcept {
-    std::array<Vector3<double>, 3> normal;
-    Matrix<double, 3, 3> gram = Matrix<double, 3, 3>::Identity();
+    std::array<Vector3<double>, 3> normal, gram{Vector3<double>::UnitX(), Vector3<double>::UnitY(), Vector3<double>::UnitZ()};
     Vector3<double> lack = Vector3<double>::Zero(), point = p.template cast<double>();
     for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) {
       ContactPlane<S> const& plane = (*this)[chosen[i]];
@@ -126,10 +125,15 @@ class PlaneSet {
       normal[i] /= normal[i].norm();
       auto const row = static_cast<Eigen::Index>(i);
       lack[row] = double(plane.offset) - normal[i].dot(point);
-      for (std::size_t k = 0; k < i; ++k) gram(row, static_cast<Eigen::Index>(k)) = gram(static_cast<Eigen::Index>(k), row) = normal[i].dot(normal[k]);
+      for (std::size_t k = 0; k < i; ++k) gram[i][static_cast<Eigen::Index>(k)] = gram[k][row] = normal[i].dot(normal[k]);
     }
-    if (size > 1 && !(gram.determinant() > 1e-9)) return false;
-    Vector3<double> const lambda = size == 1 ? lack : Vector3<double>(gram.inverse() * lack);
+    Vector3<double> lambda = lack;
+    if (size > 1) {   // by Cramer's rule
+      Vector3<double> const across = gram[1].cross(gram[2]);
+      double const determinant = gram[0].dot(across);
+      if (!(determinant > 1e-9)) return false;
+      lambda = Vector3<double>(lack.dot(across), gram[0].dot(lack.cross(gram[2])), gram[0].dot(gram[1].cross(lack))) / determinant;
+    }
     for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) {
       double const push = lambda[static_cast<Eigen::Index>(i)];
       if (push < 0.0) return false;   // it would pull

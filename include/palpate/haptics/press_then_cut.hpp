@@ -99,6 +99,4 @@ class PressThenCut {
   bool cuts_ = false;
 };
 
-static_assert(SurfaceForce<PressThenCut<ProxyForce<double>>, double> && ContactLaw<PressedReaction<float>, float>);
-
 }  // namespace palpate

@@ -87,7 +87,7 @@ class ProxyForce {
       since_lost_ = S(0);
     }
     was_there_ = there;
-    if (!lost_.isZero(S(0))) {
+    if (!is_zero(lost_)) {
       since_lost_ += seconds;
       S const share = CurveJoin<S>{.puncture_time = S(options_.release)}.puncture_share(since_lost_);
       if (!there) force.setZero();   // the hand-over would be quicker
@@ -171,7 +171,5 @@ class ProxyForce {
   int between_ = 1;                 // ticks of a hand-over
   int model_ticks_ = 1, age_ = 0;   // between two models; since the last: a model that is late does not move on
 };
-
-static_assert(SurfaceForce<ProxyForce<double>, double> && SurfaceForce<ProxyForce<float>, float> && LimitsStiffness<ProxyForce<float>>);
 
 }  // namespace palpate

@@ -133,12 +133,12 @@ class SafetyChain {
     check_model(wanted);
     Vector3<S> force = Vector3<S>::Zero();
     if (usable_ && !wanted.diverged && wanted.valid) {
-      if (wanted.force.allFinite())
+      if (is_finite(wanted.force))
         force = wanted.force, not_finite_in_a_row_ = 0;
       else
         count_not_finite(), ++counts_.not_finite, miss(ArmingWaitsFor::finite_force);
     }
-    double const asked = static_cast<double>(mapping.force_to_device(force).stableNorm());   // damping may not make it look small
+    double const asked = static_cast<double>(stable_norm(mapping.force_to_device(force)));   // damping may not make it look small
     if (usable_) force = made_passive(wanted, force, mapping.velocity_to_world(position_));   // the hand's own way, also while a clutch holds the tip
     force = mapping.force_to_device(force);
     force = limited_to_maximum(force);
@@ -149,7 +149,7 @@ class SafetyChain {
     Vector3<S> out = Vector3<S>::Zero();
     if (usable_ && stage_.may_render() && !wanted.diverged && not_finite_in_a_row_ == 0 && gain_ > 0.0)
       out = ramped(force);
-    else if (!force.isZero(0))
+    else if (!is_zero(force))
       ++counts_.disarmed;
     out_ = out;
     passivity_.sent(mapping.force_to_world(out));
@@ -262,7 +262,7 @@ class SafetyChain {
   /// Checks jump and speed against the time since the last new sample; a repeated sample is not checked.
   void check_motion(Vector3<S> const& position, bool fresh) noexcept {
     if (has_position_ && !interrupted_ && fresh) {
-      double const way = static_cast<double>((position - position_).stableNorm()), ticks = std::max(1.0, since_sample_ / limits_.period);
+      double const way = static_cast<double>(stable_norm(position - position_)), ticks = std::max(1.0, since_sample_ / limits_.period);
       if (way > limits_.jump * ticks)
         interrupt(SafetyEvent::position_jump);
       else if (way > limits_.overspeed * std::max(since_sample_, limits_.period))
@@ -299,7 +299,7 @@ class SafetyChain {
 
   Vector3<S> limited_to_maximum(Vector3<S> const& force) noexcept {
     S const most = static_cast<S>(limits_.max_force);
-    if (S const wanted = force.stableNorm(); wanted > most) {
+    if (S const wanted = stable_norm(force); wanted > most) {
       ++counts_.limited;
       ++saturation_.ticks;
       saturation_.max_wanted = std::fmax(saturation_.max_wanted, static_cast<double>(wanted));

@@ -54,7 +54,7 @@ Vector3<typename Body::Scalar> shaded_normal(Body const& body, int triangle, Vec
   S const length = mixed.norm();
   if (!(length > S(1e-3))) return facet;
   mixed /= length;
-  if (facet.isZero(S(0))) return mixed;
+  if (is_zero(facet)) return mixed;
   constexpr S right = std::numbers::pi_v<S> / 2, steepest = S(85) / S(90) * right;
   S const tilt = max_tilt > S(0) ? (max_tilt < steepest ? max_tilt : steepest) : S(0);
   S const angle = std::atan2(facet.cross(mixed).norm(), facet.dot(mixed));

@@ -15,7 +15,7 @@ namespace palpate {
 template <RealScalar S>
 Vector3<S> slewed(Vector3<S> const& from, Vector3<S> const& to, S most) noexcept {
   Vector3<S> const way = to - from;
-  S const length = way.stableNorm();
+  S const length = stable_norm(way);
   if (length <= most) return to;
   if (!(most > S(0))) return from;
   return from + (most / length) * way;

@@ -59,10 +59,10 @@ class SpringThenTissue {
       return Vector3<S>::Zero();
     }
     S const speed = contact.velocity.norm(), push = contact.tissue_force.dot(contact.normal);
-    if (!std::isfinite(contact.depth + speed + push) || !contact.tissue_force.allFinite()) return Vector3<S>::Zero();
+    if (!std::isfinite(contact.depth + speed + push) || !is_finite(contact.tissue_force)) return Vector3<S>::Zero();
     S const seconds = contact.seconds > S(0) ? contact.seconds : S(0.001);   // false for a NaN
     S const depth = std::max(contact.depth, S(0));
-    arrived_ = arrived_ || !contact.tissue_force.isZero(S(0));
+    arrived_ = arrived_ || !is_zero(contact.tissue_force);
     if (arrived_) share_ -= (S(1) - share_) * std::expm1(-seconds / arrival_);
     elongation_ = std::max(elongation_ + depth - depth_, S(0));
     depth_ = depth;
@@ -92,7 +92,5 @@ class SpringThenTissue {
   S share_ = S(0), elongation_ = S(0), depth_ = S(0);
   bool arrived_ = false;
 };
-
-static_assert(ForceModel<SpringThenTissue<double>, double> && ContactLaw<SpringThenTissue<float>, float>);
 
 }  // namespace palpate

@@ -68,7 +68,7 @@ class SurfaceFit {
     barycentric_ = barycentric;
     gather(body);
     patch_ = tangent_plane(body, triangle, barycentric);
-    if (patch_.normal.isZero(S(0))) patch_.normal = Vector3<S>::UnitZ();
+    if (is_zero(patch_.normal)) patch_.normal = Vector3<S>::UnitZ();
     S const extent = reach_from(patch_.point), steepest = extent > S(0) ? S(2) / extent : S(0);
     SurfacePatch<S> best = patch_;
     residual_ = misses(patch_);

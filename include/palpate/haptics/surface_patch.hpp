@@ -37,11 +37,11 @@ struct SurfacePatch {
   }
 
   bool valid() const noexcept {
-    return point.allFinite() && normal.allFinite() && std::abs(normal.norm() - S(1)) < S(1e-4) && std::isfinite(curvature) && stiffness >= S(0) &&
-           std::isfinite(stiffness) && velocity.allFinite() && angular_velocity.allFinite() && reach >= S(0);
+    return is_finite(point) && is_finite(normal) && std::abs(normal.norm() - S(1)) < S(1e-4) && std::isfinite(curvature) && stiffness >= S(0) &&
+           std::isfinite(stiffness) && is_finite(velocity) && is_finite(angular_velocity) && reach >= S(0);
   }
   bool covers(Vector3<S> const& p) const noexcept { return (p - point).norm() <= reach; }
-  bool moves() const noexcept { return !velocity.isZero(S(0)) || !angular_velocity.isZero(S(0)); }
+  bool moves() const noexcept { return !is_zero(velocity) || !is_zero(angular_velocity); }
 
   /// Height over the surface [m], negative in the tissue.
   S distance(Vector3<S> const& p) const noexcept {

@@ -50,7 +50,7 @@ class SurfaceProxy {
 
   /// The same with another stiffness [N/m], which may change from tick to tick: that of the tissue there. The proxy does not depend on it.
   Vector3<S> operator()(PlaneSet<S> const& planes, Vector3<S> const& tip, S stiffness) noexcept {
-    if (!tip.allFinite()) return Vector3<S>::Zero();
+    if (!is_finite(tip)) return Vector3<S>::Zero();
     PlaneProjection<S> const free = planes.project(tip);
     held_by_ = free.count;
     if (free.count == 0) {
@@ -72,7 +72,7 @@ class SurfaceProxy {
 
   /// The surface under the proxy has moved by so much since the last tick [m].
   void carry(Vector3<S> const& way) noexcept {
-    if (touches_ && way.allFinite()) position_ += way;
+    if (touches_ && is_finite(way)) position_ += way;
   }
 
   Vector3<S> const& position() const noexcept { return position_; }

@@ -36,12 +36,12 @@ class SurfaceSensor {
   SurfaceModel<Scalar> const& look(Body& body, Contact const& contact, CuttingPhase phase, Vector3<Scalar> const& tip, Scalar radius, Scalar stiffness) {
     if (kind_ == SurfaceKind::none) return model_;
     ++model_.sequence;
-    way_ = looked_ && tip.allFinite() ? Vector3<Scalar>(tip - tip_) : Vector3<Scalar>(Vector3<Scalar>::Zero());
+    way_ = looked_ && is_finite(tip) ? Vector3<Scalar>(tip - tip_) : Vector3<Scalar>(Vector3<Scalar>::Zero());
     tip_ = tip;
-    looked_ = tip.allFinite();
+    looked_ = is_finite(tip);
     model_.patch.stiffness = 0;
     model_.planes.clear();
-    if (phase == CuttingPhase::moving || !tip.allFinite()) return model_;
+    if (phase == CuttingPhase::moving || !is_finite(tip)) return model_;
     if (phase == CuttingPhase::indenting && contact.touching && !contact.off_surface)
       see(body, contact.triangle, contact.barycentric, tip, radius, stiffness);
     else if (phase == CuttingPhase::no_contact && approach_ > Scalar(0))

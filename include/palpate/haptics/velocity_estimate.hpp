@@ -87,7 +87,7 @@ class PositionWindow {
  protected:
   /// False for a position that is no number: then there are none.
   bool take(Vector3<S> const& position) noexcept {
-    if (position.allFinite())
+    if (is_finite(position))
       last_.push(position);
     else
       reset();
@@ -196,9 +196,5 @@ class AdaptiveWindowVelocity : public detail::PositionWindow<S, Samples> {
   double quantum_;
   int window_ = 0;
 };
-
-static_assert(VelocityEstimator<BackwardDifference<double>, double> && VelocityEstimator<WindowedVelocity<double>, double> &&
-              VelocityEstimator<AdaptiveWindowVelocity<float>, float>);
-static_assert(AdaptsToDevice<BackwardDifference<double>> && AdaptsToDevice<WindowedVelocity<double>> && AdaptsToDevice<AdaptiveWindowVelocity<double>>);
 
 }  // namespace palpate

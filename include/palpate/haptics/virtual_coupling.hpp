@@ -205,7 +205,7 @@ class VirtualCoupling {
 
  private:
   static bool is_number(DeviceState<S> const& s) noexcept {
-    return s.position.allFinite() && s.velocity.allFinite() && s.orientation.coeffs().allFinite() && s.angular_velocity.allFinite();
+    return is_finite(s.position) && is_finite(s.velocity) && is_finite(s.orientation.coeffs()) && is_finite(s.angular_velocity);
   }
 
   /// v of (m + T B + T² (K + k)) v = push

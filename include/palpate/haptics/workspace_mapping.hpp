@@ -53,7 +53,7 @@ class WorkspaceMapping {
                                   Eigen::Quaternion<S> const& turn = Eigen::Quaternion<S>::Identity()) {
     Vector3<S> const size = upper - lower;
     if (!workspace.known()) throw InvalidArgument("WorkspaceMapping::fit_box: the device does not know its workspace; give capabilities().workspace a box");
-    if (!size.allFinite() || !(size.array() > S(0)).all())
+    if (!is_finite(size) || !(size.array() > S(0)).all())
       throw InvalidArgument(detail::message("WorkspaceMapping::fit_box: the scene's box is (", size.x(), ", ", size.y(), ", ", size.z(), ") m large; give a lower and an upper corner"));
     Vector3<S> const reach = (turn.toRotationMatrix().cwiseAbs() * workspace.size().template cast<S>()).eval();   // the device's box in the world's axes, for turns by quarters
     S const scale = (size.array() / reach.array()).maxCoeff();
@@ -65,12 +65,12 @@ class WorkspaceMapping {
   Vector3<S> to_world(Vector3<S> const& device_point) const noexcept { return world_from_device_.point(device_point); }
   Vector3<S> velocity_to_world(Vector3<S> const& device_velocity) const noexcept { return world_from_device_.vector(device_velocity); }
   Eigen::Quaternion<S> orientation_to_world(Eigen::Quaternion<S> const& device_from_tool) const noexcept { return world_from_device_.orientation(device_from_tool); }
-  Vector3<S> force_to_device(Vector3<S> const& world_force) const noexcept { return force_scale_ * (world_from_device_.rotation().transpose() * world_force); }
+  Vector3<S> force_to_device(Vector3<S> const& world_force) const noexcept { return force_scale_ * world_from_device_.direction_back(world_force); }
   /// N·m, about the tip in both frames.
   Vector3<S> torque_to_device(Vector3<S> const& world_torque) const noexcept {
-    return force_scale_ / world_from_device_.scale() * (world_from_device_.rotation().transpose() * world_torque);
+    return force_scale_ / world_from_device_.scale() * world_from_device_.direction_back(world_torque);
   }
-  Vector3<S> force_to_world(Vector3<S> const& device_force) const noexcept { return (world_from_device_.rotation() * device_force) / force_scale_; }
+  Vector3<S> force_to_world(Vector3<S> const& device_force) const noexcept { return world_from_device_.direction(device_force) / force_scale_; }
 
   /// N/m, what the hand feels of a stiffness in the scene.
   S felt_stiffness(S scene_stiffness) const noexcept { return force_scale_ * world_from_device_.scale() * scene_stiffness; }

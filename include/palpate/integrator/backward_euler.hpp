@@ -31,6 +31,4 @@ struct BackwardEuler {
   }
 };
 
-static_assert(StatesStableStep<BackwardEuler> && ImplicitIntegrator<BackwardEuler>);
-
 }  // namespace palpate

@@ -74,8 +74,6 @@ struct LinearisedSystemArchetype : SystemArchetype<S> {
   void tangent_diagonal(S, S, S, Out&&) {}
 };
 
-static_assert(System<SystemArchetype<double>> && !LinearisedSystem<SystemArchetype<double>> && LinearisedSystem<LinearisedSystemArchetype<double>>);
-
 /// A number that converts to S and to nothing else: who takes it as another number computes in that.
 template <RealScalar S>
 struct Exactly {

@@ -33,6 +33,4 @@ struct CrankNicolson {
   }
 };
 
-static_assert(StatesStableStep<CrankNicolson> && ImplicitIntegrator<CrankNicolson>);
-
 }  // namespace palpate

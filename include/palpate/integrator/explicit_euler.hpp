@@ -36,6 +36,4 @@ struct ExplicitEuler {
   }
 };
 
-static_assert(StatesStableStep<ExplicitEuler>);
-
 }  // namespace palpate

@@ -53,6 +53,4 @@ struct ExplicitMidpoint {
   }
 };
 
-static_assert(StatesStableStep<ExplicitMidpoint>);
-
 }  // namespace palpate

@@ -61,6 +61,4 @@ struct LeapfrogVerlet {
   }
 };
 
-static_assert(StatesStableStep<LeapfrogVerlet>);
-
 }  // namespace palpate

@@ -60,6 +60,4 @@ struct RungeKutta4 {
   }
 };
 
-static_assert(StatesStableStep<RungeKutta4>);
-
 }  // namespace palpate

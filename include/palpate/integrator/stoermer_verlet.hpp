@@ -42,6 +42,4 @@ struct StoermerVerlet {
   }
 };
 
-static_assert(StatesStableStep<StoermerVerlet>);
-
 }  // namespace palpate

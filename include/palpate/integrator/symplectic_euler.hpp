@@ -32,6 +32,4 @@ struct SymplecticEuler {
   }
 };
 
-static_assert(StatesStableStep<SymplecticEuler>);
-
 }  // namespace palpate

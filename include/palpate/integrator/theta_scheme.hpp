@@ -136,6 +136,4 @@ struct ThetaScheme {
   }
 };
 
-static_assert(StatesStableStep<ThetaScheme> && ImplicitIntegrator<ThetaScheme>);
-
 }  // namespace palpate

@@ -37,6 +37,4 @@ struct VelocityVerlet {
   }
 };
 
-static_assert(StatesStableStep<VelocityVerlet>);
-
 }  // namespace palpate

@@ -78,7 +78,7 @@ template <RealScalar Scalar, ImplicitField Field>
 TriangleMesh<Scalar> make_implicit(Field const& field, Eigen::AlignedBox<double, 3> const& box, int vertices) {
   if (vertices < 12 || vertices > 10'000'000)
     throw InvalidArgument(detail::message("an implicit surface of ", vertices, " vertices; give 12 … 10000000"));
-  if (box.isEmpty() || !box.min().allFinite() || !box.max().allFinite())
+  if (box.isEmpty() || !is_finite(box.min()) || !is_finite(box.max()))
     throw InvalidArgument("the box of the implicit surface is empty or not finite; give its two corners in metres");
 
   Vector3<double> const size = box.sizes();

@@ -32,7 +32,8 @@ Vector3<Scalar> triangle_normal(Vector3<Scalar> const& a, Vector3<Scalar> const&
   Vector3<Scalar> const n = triangle_area_vector(a, b, c);
   Scalar const largest = n.cwiseAbs().maxCoeff();   // scaled first: the square of a small area would vanish in float
   if (!(largest > Scalar(0))) return Vector3<Scalar>::Zero();
-  return (n / largest).normalized();
+  Vector3<Scalar> const scaled = n / largest;
+  return scaled.normalized();
 }
 
 /// The unit outward normal of one triangle of a mesh. Throws `OutOfRange`.
@@ -66,12 +67,16 @@ Matrix<Scalar, 3, Dynamic> vertex_normals(TriangleMesh<Scalar> const& mesh,
     Vector3<Scalar> const n = triangle_normal(p[0], p[1], p[2]);
     for (int c = 0; c < 3; ++c) {
       Vector3<Scalar> const u = p[(c + 1) % 3] - p[c], v = p[(c + 2) % 3] - p[c];
-      normals.col(mesh.triangles(c, t)) += std::atan2(u.cross(v).norm(), u.dot(v)) * n;
+      Vector3<Scalar> const across = u.cross(v);
+      normals.col(mesh.triangles(c, t)) += std::atan2(across.norm(), u.dot(v)) * n;
     }
   }
   for (Eigen::Index i = 0; i < normals.cols(); ++i) {
-    Scalar const largest = normals.col(i).cwiseAbs().maxCoeff();
-    if (largest > Scalar(0)) normals.col(i) = (normals.col(i) / largest).normalized().eval();
+    Vector3<Scalar> sum = normals.col(i);
+    Scalar const largest = sum.cwiseAbs().maxCoeff();
+    if (!(largest > Scalar(0))) continue;
+    sum /= largest;
+    normals.col(i) = sum.normalized();
   }
   return normals;
 }

@@ -148,7 +148,7 @@ void remove_flat_triangles(TriangleMesh<Scalar>& mesh, double tolerance, RepairR
   auto const look = [&](int t) {
     std::size_t const i = static_cast<std::size_t>(t);
     readable[i] = keep[i] && in_range(mesh.triangles, t, mesh.points.cols());
-    for (int c = 0; c < 3 && readable[i]; ++c) readable[i] = mesh.points.col(mesh.triangles(c, t)).allFinite();
+    for (int c = 0; c < 3 && readable[i]; ++c) readable[i] = is_finite(mesh.points.col(mesh.triangles(c, t)));
     flat[i] = readable[i] && flatness_of(mesh, t) <= tolerance;
   };
   for (int t = 0; t < static_cast<int>(count); ++t) look(t);
@@ -306,7 +306,7 @@ void repair_elements(TetrahedralMesh<Scalar>& mesh, double tolerance, RepairRepo
     if (!in_range(mesh.tetrahedra, t, mesh.points.cols())) continue;
     Matrix<double, 3, 4> p;
     for (int c = 0; c < 4; ++c) p.col(c) = mesh.points.col(mesh.tetrahedra(c, t)).template cast<double>();
-    if (!p.allFinite()) continue;
+    if (!is_finite(p)) continue;
     double const flat = flatness(p.col(0), p.col(1), p.col(2), p.col(3));
     if (std::abs(flat) <= tolerance) {
       keep[static_cast<std::size_t>(t)] = 0;

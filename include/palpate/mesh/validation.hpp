@@ -204,7 +204,7 @@ std::vector<MeshDefect> validate(TriangleMesh<Scalar> const& mesh, MeshRequireme
   for (int v = 0; v < static_cast<int>(length.size()); ++v)
     if (int const n = length[static_cast<std::size_t>(v)]; n > 0)
       defects.push_back({Kind::open_border, v, -1, static_cast<double>(n), 3});
-  if (!border.empty() || !oriented || sides.empty() || !mesh.points.allFinite()) return std::move(checks.defects);
+  if (!border.empty() || !oriented || sides.empty() || !is_finite(mesh.points)) return std::move(checks.defects);
   auto const pieces = detail::pieces_of(mesh, checks.sound);
   for (auto const& piece : pieces)
     if (detail::faces_inward(piece, detail::largest_of(pieces)))

@@ -16,6 +16,4 @@ struct WholeBody {
   }
 };
 
-static_assert(Region<WholeBody>);
-
 }  // namespace palpate

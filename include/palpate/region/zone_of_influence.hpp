@@ -61,6 +61,4 @@ struct ZoneOfInfluence {
   }
 };
 
-static_assert(Region<ZoneOfInfluence> && AdaptsToError<ZoneOfInfluence>);
-
 }  // namespace palpate

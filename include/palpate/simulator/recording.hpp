@@ -68,7 +68,7 @@ class Recording {
   double largest_force() const noexcept {
     double largest = 0.0;
     for (Tick const& tick : ticks_)
-      if (tick.force.allFinite()) largest = std::max(largest, tick.force.norm());
+      if (is_finite(tick.force)) largest = std::max(largest, tick.force.norm());
     return largest;
   }
 

@@ -91,7 +91,7 @@ class ServoLoop {
     DeviceStatus const status = device_.read(state);
     ++counts_.ticks;
     Vector const position = state.position.template cast<Scalar>();
-    usable_ = is_usable(status) && state.position.allFinite() && position.allFinite();
+    usable_ = is_usable(status) && is_finite(state.position) && is_finite(position);
     chain_.read({.works = is_usable(status),
                  .usable = usable_,
                  .fresh = status == DeviceStatus::ok,
@@ -112,11 +112,11 @@ class ServoLoop {
     work_clutch(position);
     Vector const tip = mapping_.clutch_open() ? mapping_.held() : mapping_.to_world(position);
     Vector const reported = mapping_.velocity_to_world(state.velocity.template cast<Scalar>());
-    if (placed_ && static_cast<double>((tip - tip_).stableNorm()) > longest_way()) ++pose_discontinuities_, answer_is_due_ = true;
+    if (placed_ && static_cast<double>(stable_norm(tip - tip_)) > longest_way()) ++pose_discontinuities_, answer_is_due_ = true;
     if (status == DeviceStatus::ok) since_sample_ = 0;
     if (mapping_.clutch_open())
       velocity_.setZero();
-    else if (reports_velocity_ && reported.allFinite())
+    else if (reports_velocity_ && is_finite(reported))
       velocity_ = reported;
     else if (follows_)
       velocity_ = (tip - tip_) / h;
@@ -159,7 +159,7 @@ class ServoLoop {
     if (asked) ask(model, contact, wanted);
     restorations_ = model.restorations;
     Vector const out = chain_(wanted, mapping_);
-    if (!asked || !wanted.force.allFinite() || !may_render(chain_.stage())) reset_force();
+    if (!asked || !is_finite(wanted.force) || !may_render(chain_.stage())) reset_force();
     Wrench<DeviceScalar> wrench;
     wrench.force = limited(Vector3<DeviceScalar>(out.template cast<DeviceScalar>()), max_force_);   // rounding to a float may lengthen it by a bit
     if (!is_usable(device_.write(wrench))) {
@@ -260,7 +260,7 @@ class ServoLoop {
 
   /// The force wanted, or, after a restoration, what is left of the force before.
   Vector faded(LocalModel<Scalar> const& model, Vector const& wanted) noexcept {
-    if (model.restorations != restorations_ && !last_force_.isZero(0)) {
+    if (model.restorations != restorations_ && !is_zero(last_force_)) {
       faded_force_ = last_force_;
       fade_left_ = fade_time;
     }

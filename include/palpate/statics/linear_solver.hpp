@@ -83,7 +83,7 @@ struct TangentOverRelaxation {
         Vector3<Scalar> const there = inverse[static_cast<std::size_t>(i)] * (f.col(i) - k.beside(i, p));
         Vector3<Scalar> const shift = static_cast<Scalar>(omega) * (there - p.col(i));
         p.col(i) += shift;
-        if (!p.col(i).allFinite()) return -1;
+        if (!is_finite(p.col(i))) return -1;
         largest = std::max(largest, p.col(i).cwiseAbs().maxCoeff());
         change = std::max(change, shift.cwiseAbs().maxCoeff());
       }

@@ -136,7 +136,7 @@ struct LocalRelaxation {
       for (int const i : problem.touched) reach(i);
       if (queue.empty())
         for (int i = 0; i < static_cast<int>(problem.applied.cols()); ++i)
-          if (!problem.applied.col(i).isZero(0)) reach(i);
+          if (!is_zero(problem.applied.col(i))) reach(i);
       if (queue.empty() && n > 0) reach(net.particle(max_unbalanced(net, x)));
       for (std::size_t head = 0, end = queue.size(); head < queue.size(); ++head) {
         if (head == end) {

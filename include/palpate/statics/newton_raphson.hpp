@@ -91,7 +91,7 @@ struct NewtonRaphson {
   int step(Problem const& problem, Net& net, Columns const& force, Columns const& p, Columns const& x, Columns& trial) const {
     using Scalar = typename Problem::Scalar;
     Scalar const slope = force.cwiseProduct(p).sum();
-    if (!(slope > 0) || !p.allFinite()) return too_many;
+    if (!(slope > 0) || !is_finite(p)) return too_many;
     auto const energy = [&](Columns const& positions) -> Scalar {
       if constexpr (HasPotentialEnergy<std::remove_cvref_t<decltype(problem.tissue)>>)
         return problem.tissue.potential_energy(positions) + net.potential_of_loads(positions);

@@ -245,7 +245,7 @@ class CutInvariants {
       if (body.is_temporary(i) ? mass != 0 : !(mass > 0)) report(found, "particle ", i, " weighs ", mass, " kg");
       if constexpr (HasHomeSprings<typename Body::Tissue>)
         if (!(body.tissue().home(i).stiffness >= 0 && body.tissue().home(i).damping >= 0)) report(found, "particle ", i, " has a negative home spring");
-      if (!body.positions().col(i).allFinite() || !body.velocities().col(i).allFinite()) report(found, "particle ", i, " has no finite state");
+      if (!is_finite(body.positions().col(i)) || !is_finite(body.velocities().col(i))) report(found, "particle ", i, " has no finite state");
       if (!(std::abs(body.reference_normal(i).norm() - 1) < Scalar(1e-3))) report(found, "particle ", i, " has no unit normal");
       check_nail(body, i, found);
     }

@@ -110,8 +110,8 @@ class DeviceTicks {
       return;
     }
     ++usable_;
-    if (!state_.position.allFinite()) tell("position", "the position is not finite");
-    if (capabilities_.reports_velocity && !state_.velocity.allFinite()) tell("speed", "the velocity is not finite");
+    if (!is_finite(state_.position)) tell("position", "the position is not finite");
+    if (capabilities_.reports_velocity && !is_finite(state_.velocity)) tell("speed", "the velocity is not finite");
     if (!capabilities_.reports_velocity && state_.velocity != untouched_.velocity)
       tell("no velocity", "the velocity was written, but capabilities() say that it is not reported");
     if (!capabilities_.reports_orientation &&
@@ -126,7 +126,7 @@ class DeviceTicks {
 
   /// Sums up how far velocities carry in pieces of 20 ticks, and by how much that misses the positions.
   void compare(DeviceStatus status) {
-    if (!capabilities_.reports_velocity || !state_.position.allFinite() || !state_.velocity.allFinite()) return;
+    if (!capabilities_.reports_velocity || !is_finite(state_.position) || !is_finite(state_.velocity)) return;
     Vector3<double> const x = state_.position.template cast<double>(), v = state_.velocity.template cast<double>();
     if (status != DeviceStatus::ok) {
       in_window_ = -1;

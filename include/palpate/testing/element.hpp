@@ -72,7 +72,7 @@ Violations check_element(E const& element, NodeColumns<Scalar, E::nodes> const& 
   for (int place = 0; place < checks.places; ++place) {
     Vector const x = start + noise(reach), d = noise(1), v = noise(reach), force = force_at(x);
     Square const stiffness = stiffness_at(x);
-    if (!force.allFinite() || !stiffness.allFinite() || !std::isfinite(energy(x))) {
+    if (!is_finite(force) || !is_finite(stiffness) || !std::isfinite(energy(x))) {
       say("energy, force or stiffness is not finite");
       continue;
     }

@@ -57,8 +57,8 @@ Violations check_force(Model const& model, ForceChecks const& checks = {}) {
   auto const felt = forces(first, false), turned = forces(third, true);
   Scalar largest = 0;
   for (std::size_t k = 0; k < felt.size(); ++k) {
-    if (!felt[k].allFinite()) return {message("tick ", k, ": the force is not finite")};
-    if (session[k].phase == CuttingPhase::no_contact && !felt[k].isZero(0)) return {message("tick ", k, ": ", felt[k].norm(), " N without contact; it must be zero")};
+    if (!is_finite(felt[k])) return {message("tick ", k, ": the force is not finite")};
+    if (session[k].phase == CuttingPhase::no_contact && !is_zero(felt[k])) return {message("tick ", k, ": ", felt[k].norm(), " N without contact; it must be zero")};
     largest = std::max(largest, felt[k].norm());
   }
   if (forces(second, false) != felt) found.push_back("a copy of the model answers the same contacts with other forces");
@@ -80,7 +80,7 @@ Violations check_force(Model const& model, ForceChecks const& checks = {}) {
       if (Scalar const out = normal.dot(fresh(still)); checks.pushes_out && phase == CuttingPhase::indenting && !(out >= -tolerance))
         found.push_back(message("a tool that stands still ", still.depth, " m deep is pulled in with ", -out, " N"));
       still.depth *= Scalar(1 / checks.depth), still.velocity = Vector(-10, 3, k % 2 == 0 ? 10 : -10);
-      if (!fresh(still).allFinite()) found.push_back(message("the force is not finite ", still.depth, " m deep at ", still.velocity.norm(), " m/s"));
+      if (!is_finite(fresh(still))) found.push_back(message("the force is not finite ", still.depth, " m deep at ", still.velocity.norm(), " m/s"));
     }
   return found;
 }

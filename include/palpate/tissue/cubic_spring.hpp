@@ -39,7 +39,4 @@ struct CubicSpring {
   }
 };
 
-static_assert(SpringLaw<CubicSpring<double>, double> && StatesStiffness<CubicSpring<double>, double> &&
-              StatesEnergy<CubicSpring<double>, double> && StatesMonotony<CubicSpring<double>, double>);
-
 }  // namespace palpate

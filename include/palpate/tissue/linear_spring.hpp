@@ -19,6 +19,4 @@ struct LinearSpring {
   bool monotone(Scalar /*rest_length*/) const noexcept { return stiffness > 0; }
 };
 
-static_assert(SpringLaw<LinearSpring<double>, double> && StatesStiffness<LinearSpring<double>, double>);
-
 }  // namespace palpate

@@ -53,7 +53,4 @@ struct LockingSpring {
   }
 };
 
-static_assert(SpringLaw<LockingSpring<double>, double> && StatesStiffness<LockingSpring<double>, double> &&
-              StatesEnergy<LockingSpring<double>, double> && StatesMonotony<LockingSpring<double>, double>);
-
 }  // namespace palpate

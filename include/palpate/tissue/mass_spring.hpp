@@ -142,7 +142,7 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
   /// at the rate that even_mass() keeps to; short pieces are stiff.
   bool has_mass_to_divide(int a, int b, Scalar s) const {
     int const left = surface_.triangle_with_edge(a, b), right = surface_.triangle_with_edge(b, a);
-    return has_mass_to_divide((1 - s) * rest_[a] + s * rest_[b], {left, right},
+    return has_mass_to_divide(Vector3<Scalar>((1 - s) * rest_[a] + s * rest_[b]), {left, right},
                               {a, b, left < 0 ? -1 : Elements::third(left, a, b), right < 0 ? -1 : Elements::third(right, a, b)});
   }
   /// The same for a triangle divided at barycentric weights w.
@@ -267,16 +267,15 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
 
   /// Triangles divided at a point, that is how much stiffer all links become [N/m], beside what their corners can bear; −1 is none.
   bool has_mass_to_divide(Vector3<Scalar> const& point, std::initializer_list<int> triangles, std::initializer_list<int> corners) const {
-    auto const squared_length = [](Vector3<Scalar> const& a, Vector3<Scalar> const& b) { return (a - b).squaredNorm(); };
     Scalar needed = 0, spare = 0;
     for (int const t : triangles) {
       if (t < 0) continue;
       auto const c = surface_.corners(t);
       Scalar const modulus = Elements::link_modulus(t, Elements::triangle_area(t));
       for (std::size_t k = 0; k < 3; ++k) {
-        Vector3<Scalar> const a = rest_[c[k]], b = rest_[c[(k + 1) % 3]];
-        Scalar const area = (a - point).cross(b - point).norm() / 2;
-        needed += modulus * area * (1 / squared_length(a, point) + 1 / squared_length(b, point) + 1 / squared_length(a, b));
+        Vector3<Scalar> const a = rest_[c[k]] - point, b = rest_[c[(k + 1) % 3]] - point, along = b - a;
+        Scalar const area = Vector3<Scalar>(a.cross(b)).norm() / 2;
+        needed += modulus * area * (1 / a.squaredNorm() + 1 / b.squaredNorm() + 1 / along.squaredNorm());
         if (int const l = links_.find(c[k], c[(k + 1) % 3]); l >= 0) needed -= elements_[at(t)].share[k] * this->spring(l).stiffness_bound() / (2 * links_[l].weight);
       }
     }
@@ -303,8 +302,5 @@ class MassSpring<S, SpringType> : detail::SpringLawSentences<SpringType, S> {
   MassSpring(TriangleMesh<S> const&, Options const&) {}
   MassSpring(TetrahedralMesh<S> const&, Options const&) {}
 };
-
-static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>> && RedistributesMass<MassSpring<double>> && DivisibleTissue<MassSpring<float>> &&
-              HasTangentOperator<MassSpring<double>>);
 
 }  // namespace palpate

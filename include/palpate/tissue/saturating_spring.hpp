@@ -34,6 +34,4 @@ struct SaturatingSpring {
   bool monotone(Scalar /*rest_length*/) const noexcept { return stiffness > 0 && largest_tension > 0; }
 };
 
-static_assert(SpringLaw<SaturatingSpring<double>, double> && StatesStiffness<SaturatingSpring<double>, double>);
-
 }  // namespace palpate

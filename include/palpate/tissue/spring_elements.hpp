@@ -160,8 +160,4 @@ struct AnchorSpring {
   Scalar damping_bound() const noexcept { return spring.damping; }
 };
 
-static_assert(Element<LinkSpring<double>, double> && HasElementProducts<LinkSpring<double>, double> && HasElementBounds<SupportSpring<float>, float> &&
-              HasElementDamping<SupportSpring<float>, float> && HasSemidefiniteStiffness<LinkSpring<float>, float> &&
-              HasElementProducts<AnchorSpring<double>, double> && HasElementBounds<AnchorSpring<float>, float>);
-
 }  // namespace palpate

@@ -55,7 +55,7 @@ class Supported : public Tissue {
     start();
   }
   Supported(Tissue tissue, Law law, Vector const& centre) : Tissue(std::move(tissue)), law_(std::move(law)), centre_(centre) {
-    if (!centre_.allFinite()) throw InvalidArgument("the centre of the support springs is not finite");
+    if (!is_finite(centre_)) throw InvalidArgument("the centre of the support springs is not finite");
     start();
   }
 

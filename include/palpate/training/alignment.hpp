@@ -46,7 +46,7 @@ inline Alignment align(Matrix3X<double> const& path, Matrix3X<double> const& oth
   for (auto const* const points : {&path, &other}) {
     if (points->cols() < 2) throw InvalidArgument(detail::message("align: a path has ", points->cols(), " points; give two or more"));
     for (Eigen::Index i = 0; i < points->cols(); ++i)
-      if (!points->col(i).allFinite()) throw InvalidArgument(detail::message("align: point ", i, " is not finite; leave such ticks out"));
+      if (!is_finite(points->col(i))) throw InvalidArgument(detail::message("align: point ", i, " is not finite; leave such ticks out"));
   }
   detail::Samples const rows(static_cast<std::size_t>(path.cols()), options.samples);
   detail::Samples const columns(static_cast<std::size_t>(other.cols()), options.samples);

@@ -130,7 +130,7 @@ inline Comparison compare(Session const& expert, Session const& trainee, Compari
       throw InvalidArgument(detail::message("compare: ", name, " is ", value, "; give a finite number, zero or more"));
   for (Session const* const session : {&expert, &trainee})
     for (Tick const& tick : session->recording.ticks())
-      if (!std::isfinite(tick.depth) || !tick.force.allFinite())
+      if (!std::isfinite(tick.depth) || !is_finite(tick.force))
         throw InvalidArgument(detail::message("compare: depth or force at ", tick.time, " s is not finite; leave such ticks out"));
 
   Comparison result;

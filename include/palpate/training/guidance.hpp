@@ -199,6 +199,4 @@ class PathGuidance {
   bool armed_;
 };
 
-static_assert(ForceOverlay<PathGuidance<double>, double> && ForceOverlay<PathGuidance<float>, float>);
-
 }  // namespace palpate

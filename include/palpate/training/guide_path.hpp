@@ -27,7 +27,7 @@ class GuidePath {
     if (!(spacing > 0.0) || !std::isfinite(spacing))
       throw InvalidArgument(detail::message("GuidePath: the spacing is ", spacing, " m; give a positive length, for example 0.0005"));
     for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      if (!points.col(i).allFinite()) throw InvalidArgument(detail::message("GuidePath: point ", i, " is not finite; leave it out"));
+      if (!is_finite(points.col(i))) throw InvalidArgument(detail::message("GuidePath: point ", i, " is not finite; leave it out"));
       Vector const point = points.col(i).template cast<S>();
       bool const last = i + 1 == points.cols();
       if (corners_.empty() || (point - corners_.back()).norm() >= static_cast<S>(spacing) || (last && point != corners_.back())) add(point);

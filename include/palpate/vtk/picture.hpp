@@ -38,7 +38,7 @@ struct Camera {
 
 /// A camera that sees a ball, from the direction `from` (any length) as seen from the ball's middle.
 inline Camera looking_at(Vector3<double> const& middle, double radius, Vector3<double> const& from, Vector3<double> const& up) {
-  if (!(radius > 0.0) || !(from.norm() > 0.0) || !(from.cross(up).norm() > 0.0) || !middle.allFinite())
+  if (!(radius > 0.0) || !(from.norm() > 0.0) || !(from.cross(up).norm() > 0.0) || !is_finite(middle))
     throw InvalidArgument(detail::message("a camera needs a ball of positive radius and two directions that differ; the radius is ", radius));
   Camera camera;
   camera.target = middle;

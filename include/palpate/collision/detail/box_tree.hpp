@@ -4,6 +4,7 @@
 #include <palpate/core/huge_page_vector.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/reserve_and_prefault.hpp>
+#include <palpate/core/simd.hpp>
 
 #include <algorithm>
 #include <array>
@@ -38,7 +39,11 @@ struct Box {
       high[k] = std::max(high[k], std::max(std::max(a[k], b[k]), c[k]));
     }
   }
-  bool overlaps(Box const& other) const noexcept { return (low.array() <= other.high.array() && other.low.array() <= high.array()).all(); }
+  bool overlaps(Box const& other) const noexcept {
+    for (int k = 0; k < 3; ++k)
+      if (!(low[k] <= other.high[k] && other.low[k] <= high[k])) return false;
+    return true;
+  }
   bool operator==(Box const& other) const noexcept { return low == other.low && high == other.high; }
   Scalar perimeter() const noexcept { return (high - low).sum(); }
 };
@@ -150,9 +155,15 @@ class BoxTree {
     while (true) {
       if (child >= 0) {
         Node const& node = nodes_[child];
-        Lanes squared = Lanes::Zero();
+        Lanes squared{};
+#pragma GCC unroll 3
         for (int k = 0; k < 3; ++k) {
-          Lanes const outside = (node.low[k] - query[k]).max(query[k] - node.high[k]).max(Scalar(0));
+          Lanes const at{query[k], query[k], query[k], query[k]};
+          Lanes low, high;
+          simd::load(low, node.low[k]), simd::load(high, node.high[k]);
+          Lanes outside = low - at;
+          simd::raise_each(outside, Lanes(at - high));
+          simd::raise_to(outside, Scalar(0));
           squared += outside * outside;
         }
         int const first = waiting;
@@ -189,7 +200,9 @@ class BoxTree {
   /// An upper bound of the distance from the query to any vertex.
   Scalar farthest(Vector3<Scalar> const& query) const noexcept {
     Box<Scalar> const all = nodes_[root].box();
-    return (query - all.low).cwiseMax(all.high - query).norm();
+    Vector3<Scalar> farthest;
+    for (int k = 0; k < 3; ++k) farthest[k] = std::max(query[k] - all.low[k], all.high[k] - query[k]);
+    return farthest.norm();
   }
 
   int depth() const noexcept {
@@ -220,7 +233,7 @@ class BoxTree {
   }
 
  private:
-  using Lanes = Eigen::Array<Scalar, 4, 1>;
+  using Lanes = simd::Pack<Scalar, 4>;
 
   static constexpr int width = 4;        // children of a node
   static constexpr int capacity = 6;     // triangles of a leaf
@@ -233,20 +246,19 @@ class BoxTree {
   };
 
   struct Node {
-    Lanes low[3] = {empty_low(), empty_low(), empty_low()};
-    Lanes high[3] = {-empty_low(), -empty_low(), -empty_low()};
+    static constexpr Scalar far = std::numeric_limits<Scalar>::infinity();
+    alignas(4 * sizeof(Scalar)) Scalar low[3][width] = {{far, far, far, far}, {far, far, far, far}, {far, far, far, far}};
+    alignas(4 * sizeof(Scalar)) Scalar high[3][width] = {{-far, -far, -far, -far}, {-far, -far, -far, -far}, {-far, -far, -far, -far}};
     int child[width] = {none, none, none, none};
     Link link;
-
-    static Lanes empty_low() noexcept { return Lanes::Constant(std::numeric_limits<Scalar>::infinity()); }
 
     int free_slot() const noexcept { return static_cast<int>(std::find(child, child + width, none) - child); }
     int children() const noexcept { return width - static_cast<int>(std::count(child, child + width, none)); }
     Box<Scalar> box() const noexcept {
       Box<Scalar> all;
       for (int k = 0; k < 3; ++k) {
-        all.low[k] = low[k].minCoeff();
-        all.high[k] = high[k].maxCoeff();
+        all.low[k] = *std::min_element(low[k], low[k] + width);
+        all.high[k] = *std::max_element(high[k], high[k] + width);
       }
       return all;
     }

@@ -14,13 +14,13 @@ namespace palpate::detail {
 /// Limits     nothing for a matrix that is not finite, mirrors, or is far from a rotation.
 template <RealScalar Scalar>
 std::optional<Matrix<Scalar, 3, 3>> nearest_rotation(Matrix<Scalar, 3, 3> const& matrix) noexcept {
-  if (!matrix.allFinite() || !(matrix.determinant() > Scalar(0.1))) return std::nullopt;
+  if (!is_finite(matrix) || !(matrix.determinant() > Scalar(0.1))) return std::nullopt;
   Matrix<Scalar, 3, 3> rotation = matrix;
   for (int k = 0; k < 8; ++k) {
     Matrix<Scalar, 3, 3> const inverse = rotation.inverse();
     rotation = (rotation + inverse.transpose()) / 2;
   }
-  if (!rotation.allFinite() || (matrix - rotation).norm() > Scalar(0.1)) return std::nullopt;
+  if (!is_finite(rotation) || (matrix - rotation).norm() > Scalar(0.1)) return std::nullopt;
   return rotation;
 }
 

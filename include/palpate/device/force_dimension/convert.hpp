@@ -29,12 +29,12 @@ inline std::array<double, 3> to_native(Vector3<double> const& v) noexcept { retu
 /// False, and nothing changed, when position or velocity are not finite. A rotation that is none leaves the orientation as it was.
 inline bool convert(NativeState const& native, bool has_wrist, DeviceState<double>& state) noexcept {
   Vector3<double> const position = from_native(native.position), velocity = from_native(native.velocity);
-  if (!position.allFinite() || !velocity.allFinite()) return false;
+  if (!is_finite(position) || !is_finite(velocity)) return false;
   state.position = position;
   state.velocity = velocity;
   state.buttons = static_cast<std::uint32_t>(native.buttons) & ((1u << button_bits) - 1u);
   if (!has_wrist) return true;
-  if (Vector3<double> const turning = from_native(native.angular_velocity); turning.allFinite()) state.angular_velocity = turning;
+  if (Vector3<double> const turning = from_native(native.angular_velocity); is_finite(turning)) state.angular_velocity = turning;
   constexpr int from[3] = {1, 2, 0};
   Matrix<double, 3, 3> rotation;
   for (int row = 0; row < 3; ++row)

@@ -44,10 +44,10 @@ inline bool convert(NativeState const& native, TransformOrder order, DeviceState
   auto const vector = [](std::array<double, 3> const& from, double unit) { return Vector3<double>(unit * from[0], unit * from[1], unit * from[2]); };
   Vector3<double> const position = vector(native.position, 1e-3), velocity = vector(native.velocity, 1e-3),
                         turning = vector(native.angular_velocity, 1.0);
-  if (!position.allFinite() || !velocity.allFinite()) return false;
+  if (!is_finite(position) || !is_finite(velocity)) return false;
   state.position = position;
   state.velocity = velocity;
-  if (turning.allFinite()) state.angular_velocity = turning;
+  if (is_finite(turning)) state.angular_velocity = turning;
   state.buttons = static_cast<std::uint32_t>(native.buttons);
   Eigen::Map<Matrix<double, 4, 4> const> const columns(native.transform.data());
   Matrix<double, 3, 3> const linear = columns.topLeftCorner<3, 3>();

@@ -96,7 +96,7 @@ class IndentationResiduals {
     Eigen::VectorXd r(residual_count());
     Eigen::MatrixXd j(residual_count(), p.size());
     evaluate(p, r, j);
-    return r.allFinite() && j.allFinite();
+    return is_finite(r) && is_finite(j);
   }
 
   void evaluate(Eigen::VectorXd const& p, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
@@ -165,7 +165,7 @@ IndentationScene<Scalar> indentation_scene(Tissue const& tissue, IndentationTest
   check_index("particle", touched, tissue.size());
 
   IndentationScene<Scalar> scene{.particles = {}, .direction = test.direction, .accuracy = IndentationAccuracy<Scalar>::of(tissue)};
-  if (!scene.direction.allFinite())
+  if (!is_finite(scene.direction))
     throw InvalidArgument("fit_stiffness: .direction is not finite; give the one that the indenter moves in, or none for the inward normal");
   if (scene.direction.cwiseAbs().maxCoeff() == 0) {
     TriangleMesh<Scalar> shape{Matrix<Scalar, 3, Dynamic>(3, tissue.size()), tissue.surface().triangles()};

@@ -51,7 +51,7 @@ std::vector<int> first_close_point(Matrix<Scalar, 3, Dynamic> const& points, dou
   for (int i = 0; i < static_cast<int>(points.cols()); ++i) {
     Vector3<double> const p = points.col(i).template cast<double>();
     first[static_cast<std::size_t>(i)] = i;
-    if (!p.allFinite()) continue;
+    if (!is_finite(p)) continue;
     std::uint64_t range[3][3];
     int sizes[3];
     for (int k = 0; k < 3; ++k) {

@@ -150,17 +150,19 @@ struct Piece {
 
   template <RealScalar Scalar>
   void add(TriangleMesh<Scalar> const& mesh, int t) {
-    Matrix<double, 3, 3> p;
-    for (int c = 0; c < 3; ++c) {
-      p.col(c) = mesh.points.col(mesh.triangles(c, t)).template cast<double>();
-      low = low.cwiseMin(p.col(c));
-      high = high.cwiseMax(p.col(c));
-      p.col(c) -= origin;
-    }
-    volume += p.determinant() / 6;
+    std::array<Vector3<double>, 3> p;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (int k = 0; k < 3; ++k) {
+        double const place = static_cast<double>(mesh.points(k, mesh.triangles(static_cast<int>(c), t)));
+        low[k] = std::min(low[k], place), high[k] = std::max(high[k], place);
+        p[c][k] = place - origin[k];
+      }
+    volume += p[0].dot(p[1].cross(p[2])) / 6;
   }
   bool holds(Piece const& other) const {
-    return (low.array() <= other.low.array()).all() && (high.array() >= other.high.array()).all();
+    for (int k = 0; k < 3; ++k)
+      if (!(low[k] <= other.low[k] && high[k] >= other.high[k])) return false;
+    return true;
   }
 };
 
