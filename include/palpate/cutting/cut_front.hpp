@@ -156,6 +156,7 @@ class CutFront {
         is_behind_ = true;
         return;
       }
+      if (crossed > 0) body.even_masses();   // as after a tick: where the path may divide depends on masses, but not on how many edges a tick crosses
       detail::RestWay<Scalar> const way(from, from_normal, to.point, to.normal);
       if (!(way.length2 > 0)) break;
       if (host_ < 0) host_ = detail::triangle_towards(body, anchor_.left(), way, to.triangle);
