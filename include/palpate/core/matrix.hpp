@@ -29,8 +29,8 @@ using Vector3 = Matrix<Scalar, 3, 1>;
 template <RealScalar Scalar>
 using Matrix3X = Matrix<Scalar, 3, Dynamic>;
 
-/// Whether each number is finite. Not Eigen's allFinite(): that makes half a dozen types for each type it is asked of, and types are what a program that
-/// includes this waits for.
+/// Whether each number is finite. Not Eigen's allFinite(): that makes half a dozen types for each type it is asked of, and types are what a
+/// program that includes this waits for.
 template <class Derived>
 bool is_finite(Eigen::DenseBase<Derived> const& numbers) noexcept {
   for (Eigen::Index c = 0; c < numbers.cols(); ++c)

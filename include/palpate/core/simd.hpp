@@ -178,7 +178,8 @@ inline void split(Pack<float, 4>& low, Pack<float, 4>& high, Pack<float, 8> cons
 }
 #endif
 #if defined(PALPATE_SIMD_REGISTERS) && defined(__AVX512F__)
-inline void square_root(Pack<double, 8>& to, Pack<double, 8> const& from) noexcept { to = _mm512_sqrt_pd(from); }
+// With masks of ones, which cost nothing: without them gcc 12 warns of its own header.
+inline void square_root(Pack<double, 8>& to, Pack<double, 8> const& from) noexcept { to = _mm512_maskz_sqrt_pd(255, from); }
 inline bool all_below(Pack<double, 8> const& value, double bound) noexcept {
   return _mm512_cmp_pd_mask(value, _mm512_set1_pd(bound), _CMP_LT_OQ) == 255;
 }
@@ -186,10 +187,10 @@ inline bool all_below(Pack<float, 16> const& value, float bound) noexcept {
   return _mm512_cmp_ps_mask(value, _mm512_set1_ps(bound), _CMP_LT_OQ) == 65535;
 }
 inline void join(Pack<double, 8>& to, Pack<double, 4> const& low, Pack<double, 4> const& high) noexcept {
-  to = _mm512_insertf64x4(_mm512_castpd256_pd512(low), high, 1);
+  to = _mm512_maskz_insertf64x4(255, _mm512_castpd256_pd512(low), high, 1);
 }
 inline void split(Pack<double, 4>& low, Pack<double, 4>& high, Pack<double, 8> const& from) noexcept {
-  low = _mm512_castpd512_pd256(from), high = _mm512_extractf64x4_pd(from, 1);
+  low = _mm512_maskz_extractf64x4_pd(15, from, 0), high = _mm512_maskz_extractf64x4_pd(15, from, 1);
 }
 #endif
 
@@ -215,7 +216,7 @@ inline void root_and_inverse(Numbers& root, Numbers& inverse, Numbers const& fro
 /// rounds both as they should be \cite markstein2004, the inverse but for a root whose digits are all ones.
 inline void root_and_inverse(Pack<double, 8>& root, Pack<double, 8>& inverse, Pack<double, 8> const& from) noexcept {
   __m512d const half = _mm512_set1_pd(0.5), one = _mm512_set1_pd(1.0);
-  __m512d const guess = _mm512_maskz_rsqrt14_pd(255, from);   // without the mask gcc 12 warns of its own header
+  __m512d const guess = _mm512_maskz_rsqrt14_pd(255, from);
   __m512d r = from * guess, h = half * guess;
   for (int k = 0; k < 2; ++k) {
     __m512d const rest = _mm512_fnmadd_pd(r, h, half);
@@ -227,24 +228,17 @@ inline void root_and_inverse(Pack<double, 8>& root, Pack<double, 8>& inverse, Pa
 }
 #endif
 
-/// Each that is below the bound, or NaN, becomes the bound.
-template <class Numbers, class Scalar>
-inline void raise_to(Numbers& value, Scalar bound) noexcept {
+/// Each that is below the bound, or NaN, becomes the bound: one number for all, or a pack of them.
+template <class Numbers, class Bound>
+inline void raise_to(Numbers& value, Bound const& bound) noexcept {
   value = value > bound ? value : bound + Numbers{};
 }
-template <class Half, class Scalar>
-inline void raise_to(Halves<Half, Scalar>& value, Scalar bound) noexcept {
-  raise_to(value.low, bound), raise_to(value.high, bound);
-}
-
-/// Each that is below its bound, or NaN, becomes that.
-template <class Numbers>
-inline void raise_each(Numbers& value, Numbers const& bound) noexcept {
-  value = value > bound ? value : bound;
-}
-template <class Half, class Scalar>
-inline void raise_each(Halves<Half, Scalar>& value, Halves<Half, Scalar> const& bound) noexcept {
-  raise_each(value.low, bound.low), raise_each(value.high, bound.high);
+template <class Half, class Scalar, class Bound>
+inline void raise_to(Halves<Half, Scalar>& value, Bound const& bound) noexcept {
+  if constexpr (std::same_as<Bound, Scalar>)
+    raise_to(value.low, bound), raise_to(value.high, bound);
+  else
+    raise_to(value.low, bound.low), raise_to(value.high, bound.high);
 }
 
 /// What sum_each() needs of a column: of one in halves their sum, which is half as many registers.

@@ -104,7 +104,7 @@ class Similarity {
 
  private:
   using Vector4 = Matrix<S, 4, 1>;
-  /// A component of R n, or of Rᵀ n. Not Eigen's product, whose types take as long to compile as the rest of this class.
+  /// A component of R n, or of Rᵀ n; Eigen's product would be types of its own, see CONTRIBUTING.md.
   S turned(Vector3<S> const& n, int i, int back) const noexcept {
     auto const r = [&](int k) { return back == 0 ? rotation_(i, k) : rotation_(k, i); };
     return r(0) * n[0] + (r(1) * n[1] + r(2) * n[2]);

@@ -38,7 +38,8 @@ struct PatchChange {
 /// Units      m, rad, 1/m.
 /// Source     local models whose parameters follow the body by a pseudo-inverse \cite daulignac2000; the damping \cite marquardt1963.
 /// Cost       `add` about 50 operations, `solve` one system of 4; noexcept, no allocation. In double, whatever the scalar.
-/// Limits     Linear: right to the second order in Δd. Changes that are not finite are not added.
+/// Limits     Linear: right to the second order in Δd. Changes that are not finite are not added. With a damping of zero, points that do not
+///            determine the patch change nothing.
 template <RealScalar S>
 class PatchUpdate {
  public:

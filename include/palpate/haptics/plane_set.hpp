@@ -107,7 +107,7 @@ class PlaneSet {
   /// Calls visit for every set of so many planes, in `chosen`, of which the first `given` are chosen, until it returns true.
   template <class Visit>
   bool for_each_set(int size, std::array<int, 3>& chosen, Visit const& visit, int given = 0) const {
-    if (given == size) return visit();
+    if (given == size || given == 3) return visit();   // never more than three, which gcc can not see
     auto const place = static_cast<std::size_t>(given);
     for (chosen[place] = given > 0 ? chosen[place - 1] + 1 : 0; chosen[place] < count_; ++chosen[place])
       if (for_each_set(size, chosen, visit, given + 1)) return true;

@@ -162,7 +162,7 @@ class BoxTree {
           Lanes low, high;
           simd::load(low, node.low[k]), simd::load(high, node.high[k]);
           Lanes outside = low - at;
-          simd::raise_each(outside, Lanes(at - high));
+          simd::raise_to(outside, Lanes(at - high));
           simd::raise_to(outside, Scalar(0));
           squared += outside * outside;
         }
