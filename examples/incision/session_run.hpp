@@ -36,9 +36,11 @@ double gap_of(Simulator const& simulator) {
 
 template <class Simulator>
 Frame frame_of(Simulator const& simulator, palpate::Tick const& tick) {
-  Frame frame{.time = tick.time, .mesh = simulator.body().mesh(), .displacement = {}, .tip = tick.tip, .phase = tick.phase, .depth = tick.depth};
-  frame.displacement = frame.mesh.points;
-  for (int i = 0; i < simulator.body().size(); ++i) frame.displacement.col(i) -= simulator.body().reference_position(i);
+  auto const& body = simulator.body();
+  Frame frame{.time = tick.time, .mesh = body.drawn_mesh(), .displacement = {}, .tip = tick.tip, .phase = tick.phase, .depth = tick.depth};
+  palpate::Matrix3X<double> displacement = body.positions();
+  for (int i = 0; i < body.size(); ++i) displacement.col(i) -= body.reference_position(i);
+  body.draw_columns(displacement, frame.displacement);
   return frame;
 }
 

@@ -99,7 +99,7 @@
 #include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/body/surface_changes.hpp>
-#include <palpate/body/temporary_particles.hpp>
+#include <palpate/body/temporary_subdivision.hpp>
 #include <palpate/body/touch.hpp>
 
 // cutting: how topology changes

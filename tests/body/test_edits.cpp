@@ -4,7 +4,10 @@
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/sphere.hpp>
+#include <palpate/mesh/surface_topology.hpp>
+#include <palpate/mesh/validation.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/testing/cut_invariants.hpp>
@@ -14,6 +17,8 @@
 #include "catch.hpp"
 #include "collision/brute_force.hpp"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 using namespace palpate;
@@ -116,33 +121,77 @@ TEST_CASE("merging a split keeps momentum, mass and the force applied") {
   }
 }
 
-TEST_CASE("a temporary particle follows its triangle and passes forces on to its corners") {
+// Yardsticks: a twin without it, and the surface that it divides.
+TEST_CASE("a temporary subdivision is drawn, and the body moves as without it") {
   Random random(Seed{24});
   auto body = moving_body(make_grid<double>(6, 5, 0.01), random);
   auto twin = body;
   auto const c = body.tissue().surface().corners(9);
-  auto const id = body.insert_temporary(9, {0.5, 0.2, 0.3});
-  int const n = body.temporary_particle(id);
-  CHECK(n == 30);
-  CHECK(body.is_temporary(n));
-  CHECK_THROWS_WITH(body.hold(n), says("particle 30", "cut in progress"));
-  CHECK(body.save().tissue.size() == 31);
+  auto const id = body.insert_temporary(9, {0.5, 0.2, 0.3}, 0, {c[0], c[0]});
+  CHECK(body.topology_revision() > twin.topology_revision());   // what is drawn has changed
+  CHECK(body.save().tissue.size() == 31);                       // saved as if the cut ended here
   for (int k = 0; k < 50; ++k) {
-    body.apply_force(n, {0.1, 0.0, -0.5});
-    for (std::size_t corner = 0; corner < 3; ++corner)
-      twin.apply_force(c[corner], Vector3<double>(0.1, 0.0, -0.5) * std::array{0.5, 0.2, 0.3}[corner]);
-    body.step(1e-3);
-    twin.step(1e-3);
+    for (auto* one : {&body, &twin}) one->apply_force(c[0], {0.1, 0.0, -0.5}), one->step(1e-3);
   }
-  CHECK((body.positions().leftCols(30) - twin.positions()).cwiseAbs().maxCoeff() < 1e-13);   // it has no mass and no springs
-  Vector3<double> const place = 0.5 * body.positions().col(c[0]) + 0.2 * body.positions().col(c[1]) + 0.3 * body.positions().col(c[2]);
-  CHECK((body.positions().col(n) - place).norm() < 1e-14);
+  CHECK(body.positions() == twin.positions());
+  CHECK(body.triangles() == twin.triangles());
+  CHECK(body.mesh().points.cols() == 30);
+  for (Vector3<double> const& w : {Vector3<double>(0.5, 0.2, 0.3), Vector3<double>(0.1, 0.1, 0.8)}) {
+    body.move_temporary(id, w);
+    auto const drawn = body.drawn_mesh();
+    REQUIRE(drawn.points.cols() == 31);
+    REQUIRE(drawn.triangles.cols() == twin.triangles().cols() + 2);
+    CHECK((drawn.points.col(30) - body.mesh().points(Eigen::all, body.triangles().col(9)) * w).norm() < 1e-15);
+    CHECK(surface_area(drawn) == Approx(surface_area(twin.mesh())).epsilon(1e-13));
+    CHECK(validate(drawn).size() == validate(twin.mesh()).size());
+    Matrix3X<double> speeds;
+    body.draw_columns(body.velocities(), speeds);
+    CHECK((speeds.col(30) - body.velocities()(Eigen::all, body.triangles().col(9)) * w).norm() < 1e-15);
+  }
   check_search(body, random);
   body.remove_temporary(id);
-  CHECK(body.temporary_particle(id) == -1);
-  CHECK(body.size() == 30);
-  CHECK(body.triangles() == twin.triangles());
-  check_search(body, random);
+  CHECK(body.find_temporary(id) == nullptr);
+  CHECK(body.take_kept(id) == -1);
+  CHECK(body.drawn_mesh().triangles == twin.triangles());
+}
+
+TEST_CASE("a temporary subdivision is drawn open where its cut has opened the corner") {
+  Random random(Seed{26});
+  auto body = moving_body(make_grid<double>(6, 5, 0.01), random);
+  auto const& surface = body.tissue().surface();
+  int const p = 14, host = surface.triangle_with_edge(14, 15);   // in the middle
+  auto const around = palpate_test::ordered_fan(surface, p);
+  auto const at = static_cast<std::size_t>(std::find(around.begin(), around.end(), host) - around.begin());
+  int const beside = surface.triangle_with_edge(15, 14) == around[(at + 1) % 6] ? around[(at + 1) % 6] : around[(at + 5) % 6];   // on the right
+  int const copy = body.split_particle(p, std::array{beside});
+  auto const id = body.insert_temporary(host, {0.4, 0.3, 0.3}, surface.corner_of(host, p), {p, copy});
+  body.apply_force(copy, {0.3, -0.5, 0.2});
+  for (int k = 0; k < 10; ++k) body.step(1e-3);
+  REQUIRE((body.positions().col(copy) - body.positions().col(p)).norm() > 1e-4);
+  auto const drawn = body.drawn_mesh();
+  int const blade = body.size();
+  // Both lips end at the blade, which lies between the copies; by hand.
+  Vector3<double> expected = Vector3<double>::Zero();
+  for (int k = 0; k < 3; ++k) {
+    int const corner = surface.corners(host)[static_cast<std::size_t>(k)];
+    double const w = corner == p ? 0.2 : 0.3;
+    expected += w * body.positions().col(corner);
+    if (corner == p) expected += w * body.positions().col(copy);
+  }
+  CHECK((drawn.points.col(blade) - expected).norm() < 1e-15);
+  SurfaceTopology const shown(blade + 1, drawn.triangles);
+  CHECK(shown.triangle_with_edge(copy, 15) >= 0);   // the part on the right is at the copy, beside the triangle that was split off
+  CHECK(shown.triangle_with_edge(15, copy) == beside);
+  CHECK(shown.triangle_with_edge(p, blade) >= 0);
+  CHECK(shown.triangle_with_edge(blade, p) < 0);    // a lip
+  CHECK(shown.triangle_with_edge(blade, copy) >= 0);
+  // Made permanent it is what was drawn.
+  auto const corners = drawn.triangles;
+  int const n = body.make_permanent(id);
+  CHECK(n == blade);
+  CHECK(body.take_kept(id) == n);
+  CHECK(body.triangles() == corners);
+  CHECK(testing::to_text(testing::CutInvariants(body).check(body)) == "");
 }
 
 TEST_CASE("a slit in a stretched sheet opens by itself, in a zone too, and far from any touch") {
@@ -178,26 +227,20 @@ TEST_CASE("a slit in a stretched sheet opens by itself, in a zone too, and far f
   CHECK(moving_zone == 0);
 }
 
-TEST_CASE("an edge whose triangle on one side hangs on a copy for the eye can be divided") {
-  // A blade has come along the edge p–q to p, and divides a triangle with that edge: the part at the edge hangs on a copy of p, so that the
-  // wound is open up to the blade. Then the edge is a border of the triangle on its other side, and only that one is divided.
+TEST_CASE("an edge of a triangle that a blade is in can be divided") {
+  // The wound is open at one end of the edge: on its right hangs a copy, on its left the triangle that is divided for the eye.
   Random random(Seed{25});
   auto body = moving_body(make_grid<double>(6, 5, 0.01), random);
   auto const& surface = body.tissue().surface();
-  int const p = 14, q = 15, host = surface.triangle_with_edge(p, q);   // in the middle
-  REQUIRE(surface.triangles_at(p).size() == 6);
-  int const copy = body.split_particle(p, {});
-  auto const id = body.insert_temporary(host, {0.4, 0.3, 0.3});
-  body.change_corner(surface.triangle_with_edge(p, q), p, copy);
-  REQUIRE(surface.triangle_with_edge(p, q) < 0);
-  REQUIRE(surface.triangle_with_edge(copy, q) >= 0);
+  int const p = 14, q = 15, host = surface.triangle_with_edge(p, q), beside = surface.triangle_with_edge(q, p);   // in the middle
+  int const copy = body.split_particle(p, std::array{beside});
+  auto const id = body.insert_temporary(host, {0.4, 0.3, 0.3}, surface.corner_of(host, p), {p, copy});
   auto const triangles = body.triangles().cols();
-  int const n = body.insert_on_edge(p, q, 0.25);
-  CHECK(body.triangles().cols() == triangles + 1);
-  CHECK(surface.triangles_at(n).size() == 2);
-  CHECK(surface.triangle_with_edge(copy, q) >= 0);
-  CHECK(body.take_kept(id) >= 0);   // the particle at the blade stays
-  CHECK(body.temporary_count() == 0);
+  int const n = body.insert_on_edge(copy, q, 0.25);   // with the blade's point permanent, its part on the right is at the copy
+  CHECK(body.triangles().cols() == triangles + 2 + 2);
+  CHECK(surface.triangles_at(n).size() == 4);
+  CHECK(body.take_kept(id) >= 0);
+  CHECK(body.temporary_subdivisions().empty());
   CHECK(testing::to_text(testing::CutInvariants(body).check(body)) == "");
   check_search(body, random);
 }

@@ -103,7 +103,7 @@ TEST_CASE("what is no whole piece can not be taken out, and the error says why")
   ProgressiveCutter<double> scalpel({.puncture_depth = 0.002});
   for (double const z : {0.02, 0.002, -0.004}) scalpel.advance(cutting, {0.0413, 0.0113, z});
   scalpel.advance(cutting, {0.0423, 0.0173, -0.004});
-  REQUIRE(cutting.temporary_count() == 1);
+  REQUIRE(cutting.temporary_subdivisions().size() == 1);
   CHECK_THROWS_WITH(part_of(cutting, connected_components(cutting.mesh())[0]), says("in progress", "lift the tool"));
 }
 

@@ -164,7 +164,7 @@ TEMPLATE_TEST_CASE("The depth is bounded, however one-sided the edits", "[collis
   body.check_answers(random, 50);
 }
 
-TEMPLATE_TEST_CASE("Temporary triangles leave nothing behind", "[collision][surface_tree]", float, double) {
+TEMPLATE_TEST_CASE("Triangles that come and go leave nothing behind", "[collision][surface_tree]", float, double) {
   REQUIRE(trap_works());
   Edited<TestType> body(make_grid<TestType>(8, 8, 1));
   auto const before = body.mesh;
@@ -179,7 +179,7 @@ TEMPLATE_TEST_CASE("Temporary triangles leave nothing behind", "[collision][surf
     AllocationCount const allocations;
     body.tree.replace(points, t, {c[0], c[1], p});
     for (std::size_t i = 0; i < 12; ++i) body.tree.add(points, {c[i % 3], c[(i + 1) % 3], p}, t);
-    for (int i = 0; i < 12; ++i) body.tree.remove_last(points);
+    for (int i = 0; i < 12; ++i) body.tree.remove(points, body.tree.size() - 1);
     body.tree.replace(points, t, c);
     allocated += allocations.count();
   }
@@ -230,5 +230,5 @@ TEMPLATE_TEST_CASE("A wrong edit throws and changes nothing", "[collision][surfa
   CHECK_THROWS_AS(tree.add(points, {0, 1, 2}), InvalidArgument);
   CHECK(body.in_step());
   SurfaceTree<TestType> empty;
-  CHECK_THROWS_AS(empty.remove_last(points), OutOfRange);
+  CHECK_THROWS_AS(empty.remove(points, empty.size() - 1), OutOfRange);
 }

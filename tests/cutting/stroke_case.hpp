@@ -118,9 +118,8 @@ class ReportCheck {
   std::string check(Body const& body, Cutter const& cutter, bool was_cutting, int size, int triangles) {
     if (!was_cutting && cutter.state() == palpate::CuttingPhase::moving) size_ = size, triangles_ = triangles;
     if (!was_cutting && cutter.state() != palpate::CuttingPhase::moving) return {};
-    int const eyes = body.temporary_count();
-    int const particles_added = body.size() - size_ - eyes;
-    int const triangles_added = static_cast<int>(body.triangles().cols()) - triangles_ - 2 * eyes;
+    int const particles_added = body.size() - size_;
+    int const triangles_added = static_cast<int>(body.triangles().cols()) - triangles_;
     auto const& report = cutter.report();
     if (report.particles_added != particles_added || report.triangles_added != triangles_added)
       return palpate::detail::message("the report counts ", report.particles_added, " particles and ", report.triangles_added, " triangles, added were ",
@@ -167,8 +166,7 @@ class StrokeRun {
         Cutter& cutter = cutters[k];
         if (i > together[k].size()) continue;
         bool const was_cutting = is_cutting(cutter);
-        int const size = body_.size() - body_.temporary_count();
-        int const triangles = static_cast<int>(body_.triangles().cols()) - 2 * body_.temporary_count();
+        int const size = body_.size(), triangles = static_cast<int>(body_.triangles().cols());
         palpate::testing::CutMotion const motion(body_);
         std::string found;
         try {

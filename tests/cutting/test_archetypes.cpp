@@ -41,8 +41,8 @@ class OnlySeparable : private MassSpring<S> {
 
   using Springs::Springs;
   using Springs::balance_copies, Springs::change_corner, Springs::cuttable, Springs::damping_bound, Springs::for_each_neighbour, Springs::insert_in_triangle,
-      Springs::insert_on_edge, Springs::insert_temporary, Springs::internal_force, Springs::mass, Springs::merge_last_particle, Springs::move_rest,
-      Springs::move_temporary, Springs::nail, Springs::nailed, Springs::next_copy, Springs::remove_temporary, Springs::rest_position, Springs::revision,
+      Springs::insert_on_edge, Springs::internal_force, Springs::mass, Springs::merge_last_particle, Springs::move_rest,
+      Springs::nail, Springs::nailed, Springs::next_copy, Springs::rest_position, Springs::revision,
       Springs::size, Springs::split_particle, Springs::surface, Springs::triangle_area;
   void assemble(std::span<int const> moving, Assembly& assembly) const { Springs::assemble(moving, assembly.inner_); }
   S stiffness_bound(int i) const { return Springs::stiffness_bound(i); }

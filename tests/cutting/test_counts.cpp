@@ -196,25 +196,24 @@ TEST_CASE("cuts that meet, cross and close: pieces and Euler characteristic by t
     REQUIRE(violations_along(body, cutter, stroke_over(grid, sampled(Points<double>{{0.0413, 0.085, 0}, {0.0423, -0.005, 0}}, tick), 0.003, 0.003), before, [](auto&) {}) == "");
     CHECK(pieces() == 8);
   }
-  SECTION("several blades at once: the pieces are those of the lines, and each blade has its temporary particle") {
+  SECTION("several blades at once: the pieces are those of the lines, and each blade has its temporary subdivision") {
     std::vector<Points<double>> const lines = GENERATE(std::vector<Points<double>>{{{-0.005, 0.0253, 0}, {0.085, 0.0257, 0}}, {{-0.005, 0.0553, 0}, {0.085, 0.0557, 0}}},
                                                        std::vector<Points<double>>{{{-0.005, 0.0353, 0}, {0.085, 0.0357, 0}}, {{0.0413, 0.085, 0}, {0.0423, -0.005, 0}}},
                                                        std::vector<Points<double>>{{{-0.005, 0.0253, 0}, {0.085, 0.0257, 0}}, {{0.085, 0.0553, 0}, {-0.005, 0.0557, 0}}, {{0.0413, 0.085, 0}, {0.0423, -0.005, 0}}});
     std::vector<Points<double>> tips;
     for (auto const& line : lines) tips.push_back(stroke_over(grid, sampled(line, step), 0.003, 0.003));
     std::vector<ProgressiveCutter<double>> blades(lines.size(), cutter);
-    int most = 0;
-    std::size_t longest = 0;
+    std::size_t most = 0, longest = 0;
     for (auto const& along : tips) longest = std::max(longest, along.size() + 1);
     for (std::size_t i = 0; i < longest; ++i)
       for (std::size_t k = 0; k < blades.size(); ++k) {
         if (i < tips[k].size()) blades[k].advance(body, tips[k][i]);
         if (i == tips[k].size()) blades[k].reset(body);
-        most = std::max(most, body.temporary_count());
+        most = std::max(most, body.temporary_subdivisions().size());
         REQUIRE(testing::to_text(before.check(body)) == "");
       }
-    CHECK(most == static_cast<int>(blades.size()));
-    CHECK(body.temporary_count() == 0);
+    CHECK(most == blades.size());
+    CHECK(body.temporary_subdivisions().empty());
     CHECK(pieces() == (lines.size() == 3 ? 6u : lines[1][0][0] < 0 ? 3u : 4u));
   }
   SECTION("a stroke that crosses itself frees the loop it closes") {

@@ -364,11 +364,11 @@ TEST_CASE("separating cuts that are behind in one body", "[cutting]") {
     sheet.tick(cutter, above(377, 32)), sheet.tick(other, above(378, 48));
     CHECK(cutter.report().vertex_vertex >= 35);
   }
-  SECTION("the triangle that the blade was in is gone with another's temporary particle") {
+  SECTION("the triangle that the blade was in is gone when another's blade has left it") {
     ProgressiveCutter<double> other({.puncture_depth = 0.002});
     sheet.puncture(other, 368, 24);
     sheet.tick(other, in(376, 32));
-    REQUIRE(sheet.body.temporary_count() == 1);
+    REQUIRE(sheet.body.temporary_subdivisions().size() == 1);
     sheet.tick(cutter, in(377, 32));
     sheet.tick(other, in(395, 32));
     other.reset(sheet.body);

@@ -23,7 +23,7 @@ using Vector = Vector3<double>;
 using Path = Points<double>;
 
 /// Where the material point that rests nearest to `point` is now, and the smooth normal of the undisturbed body there: every triangle
-/// tried. A temporary particle's triangles count like any other.
+/// tried.
 struct Place {
   Vector now, normal;
 };
@@ -85,9 +85,7 @@ Outcome cut(Body body, Path const& path, Move move) {
 /// Carries every particle to A X + b.
 template <class Body>
 void carry(Body& body, Eigen::Matrix3d const& A, Vector const& b) {
-  for (int i = 0; i < body.size(); ++i)
-    if (!body.is_temporary(i)) body.drag(i, A * body.tissue().rest_position(i) + b);
-  body.step(1e-4);   // all are held; what follows them does
+  for (int i = 0; i < body.size(); ++i) body.drag(i, A * body.tissue().rest_position(i) + b);
 }
 
 using Motion = std::function<void(SoftBody<MassSpring<double>, LeapfrogVerlet, WholeBody>&, int)>;

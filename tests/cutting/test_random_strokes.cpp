@@ -8,7 +8,7 @@
 
 #include "catch.hpp"
 
-#include <palpate/body/temporary_particles.hpp>
+#include <palpate/body/temporary_subdivision.hpp>
 #include <palpate/core/random.hpp>
 
 #include <array>
@@ -128,6 +128,20 @@ TEST_CASE("a blade that punctures where another has just opened the tissue keeps
       .strokes = {{{0.013, 0.0347, 0.004}, {0.013, 0.0347, -0.003}, {0.015, 0.0347, -0.003}, {0.015, 0.0347, -0.003}, {0.015, 0.0347, 0.004}},
                   {{0.0145, 0.0346, 0.004}, {0.0145, 0.0346, 0.004}, {0.0145, 0.0346, 0.004}, {0.0145, 0.0346, -0.003}, {0.0145, 0.02, -0.003}}}};
   CHECK(violations_of(strokes) == "");
+}
+
+TEST_CASE("a blade goes on where another's has opened the tissue beside its last particle", "[cutting]") {
+  StrokeCase<double> strokes{.mesh = "small uneven",
+                             .snap = 0.004650803636614381,
+                             .blades = 2,
+                             .strokes = {{{0, 0.039, 0.007}, {0, 0.039, 0.005}, {0, 0.04, 0.004}, {0.0001, 0.0406, 0.0004}, {0.0003, 0.0401, 0.0003}, {0.001, 0.04, 0}},
+                                         {{0.001, 0.038, 0.007}, {0.001, 0.039, 0.005}, {0.001, 0.039, 0.002}, {0, 0.045, 0.004}, {5e-06, 0.044675, 0.003518}}}};
+  CHECK(violations_of(strokes) == "");   // it came to a lip that the other blade's triangle hung on
+
+  strokes = {.mesh = "small tube", .snap = 0, .blades = 2, .strokes = {
+      {{-0.018, 0, -0.01}, {-0.013, 0, -0.01}, {-0.004, 0, -0.01}, {-0.004, 0, -0.011}, {-0.004, -0.001, -0.013}, {-0.005, -0.002, -0.015}, {-0.0053, -0.0027, -0.0153}},
+      {{-0.014, 0.014, -0.005}, {-0.004, 0.005, -0.008}, {-0.027, 0.004, -0.011}, {-0.003, -0.001, -0.013}, {-0.004, -0.002, -0.014}, {-0.004, -0.003, -0.015}}}};
+  CHECK(violations_of(strokes) == "");   // the edge that it had come along was open meanwhile
 }
 
 TEST_CASE("the thin triangle in which one blade after the other stays keeps an area", "[cutting]") {

@@ -226,11 +226,11 @@ TEST_CASE("a progressive and a separating cutter cut at once") {
   stroke(body, tool, {{10, 20}, {20, 20}}, false);
   other.advance(body, {0.0333, 0.0657, 0.004});
   for (int k = 0; k < 20; ++k) other.advance(body, {0.0333 + 2e-4 * k, 0.0657, -0.003});
-  REQUIRE(body.temporary_count() == 1);
+  REQUIRE(body.temporary_subdivisions().size() == 1);
   for (int k = 0; k <= 40; ++k) {
     tool.advance(body, {0.02 + 1e-3 * k, 0.02, -0.003});
     other.advance(body, {0.0371 + 5e-4 * k, 0.0657, -0.003});
-    CHECK(body.temporary_count() == 1);   // there again after its blade's tick
+    CHECK(body.temporary_subdivisions().size() == 1);   // there again after its blade's tick
     for (MeshDefect const& defect : validate(body.rest_mesh()))
       CHECK((defect.kind == MeshDefectKind::duplicate_vertex || defect.kind == MeshDefectKind::open_border));   // lips, the sheet's border
   }

@@ -163,7 +163,7 @@ TEST_CASE("a body restored under a tool: the tool has to come from outside again
     draw(cutter, body, 0.0123, 0.0677);
     cutter.reset(body);
     CHECK(cutter.state() == CuttingPhase::no_contact);
-    CHECK(body.temporary_count() == 0);
+    CHECK(body.temporary_subdivisions().empty());
     CHECK_NOTHROW(body.save());
     CHECK_FALSE(cutter.lips().empty());
     cutter.advance(body, {0.05, 0.0123, -0.003});
@@ -190,7 +190,7 @@ TEST_CASE("a blade that passes through a closed plate leaves it on the other sid
   CHECK(cutter.state() == CuttingPhase::no_contact);
   CHECK(z < 0);
   CHECK(z > -0.0015);
-  CHECK(body.temporary_count() == 0);
+  CHECK(body.temporary_subdivisions().empty());
   cutter.advance(body, tip(0.0512, -0.01));
   CHECK(cutter.state() == CuttingPhase::no_contact);
   cutter.advance(body, tip(0.0812, -0.001));

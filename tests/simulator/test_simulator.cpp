@@ -459,7 +459,7 @@ TEST_CASE("a cut is undone under the tool: the force fades, the tool touches ane
   for (int times = 0; times < 2; ++times) {
     simulator.restore(*mid_cut);
     CHECK(simulator.body().size() == mid_cut->tissue.size());
-    CHECK(simulator.body().temporary_count() == 0);
+    CHECK(simulator.body().temporary_subdivisions().empty());
     CHECK(simulator.body().total_mass() == Approx(mass));
     for (MeshDefect const& defect : validate(simulator.body().rest_mesh()))
       CHECK((defect.kind == MeshDefectKind::duplicate_vertex || defect.kind == MeshDefectKind::open_border));   // lips, the sheet's border

@@ -205,28 +205,6 @@ TEST_CASE("a split that is merged again has never been") {
   }
 }
 
-TEST_CASE("a temporary particle leaves no trace, in mass, springs or mesh") {
-  Random random(Seed{15});
-  for (auto const& mesh : meshes()) {
-    auto tissue = tissue_of(mesh);
-    for (int k = 0; k < 50; ++k) {
-      palpate_test::random_insertion(tissue, tissue.surface(), random);
-      Portrait const before(tissue);
-      Totals const totals(tissue);
-      int const t = static_cast<int>(random.below(static_cast<std::uint64_t>(tissue.surface().triangle_count())));
-      auto const corners = tissue.surface().corners(t);
-      int const n = tissue.insert_temporary(t, {0.2, 0.5, 0.3});
-      CHECK(tissue.mass(n) == 0);
-      CHECK(tissue.links().at(n).empty());
-      CHECK(tissue.surface().triangle_count() == static_cast<int>(before.triangles.size()) + 2);
-      check_same(Totals(tissue), totals);
-      CHECK(tissue.links().size() == static_cast<int>(before.links.size()));
-      tissue.remove_temporary(t, corners);
-      CHECK(Portrait(tissue).distance(before) < 1e-15);   // weights are summed anew: the last bit
-    }
-  }
-}
-
 TEST_CASE("a particle between nails is nailed, one beside a free particle is free") {
   auto const skin = make_grid<double>(4, 4, 1.0);
   auto tissue = tissue_of(skin);

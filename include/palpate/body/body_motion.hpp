@@ -66,7 +66,7 @@ class BodyMotion : public BodyShape<TissueType> {
   void apply_force(int i, Vector const& force) {
     this->check(i);
     require_finite("the force on particle", i, force);
-    this->for_each_carrier(i, [&](int carrier, Scalar weight) { forces_.add(state_, carrier, Vector(weight * force)); });
+    forces_.add(state_, i, force);
   }
 
   /// A uniform acceleration of every particle [m/s²]. Wakes the whole body; settle() finds the new equilibrium at once.
@@ -87,7 +87,6 @@ class BodyMotion : public BodyShape<TissueType> {
   /// Holds a particle where it is; drag() then moves it, release() lets it go with the velocity it was dragged with.
   void hold(int i) {
     this->check(i);
-    if (this->is_temporary(i)) throw InvalidArgument(detail::message("particle ", i, " belongs to a cut in progress and can not be held"));
     char& held = state_.held[static_cast<std::size_t>(i)];
     if (held == 0) {
       held = 1;
@@ -146,7 +145,6 @@ class BodyMotion : public BodyShape<TissueType> {
         });
     system_.forget();
     tree_is_fitted_ = false;
-    this->place_temporaries();
     return report;
   }
 
@@ -219,7 +217,6 @@ class BodyMotion : public BodyShape<TissueType> {
     moving_.restart(gravity_ != home_gravity_ || revision() != home_revision_);   // else the home shape is in balance
     remembers_ = tree_is_fitted_ = false;
     time_ = last_step_ = 0;
-    this->place_temporaries();
   }
 
   /// Everything that makes the body's future: positions, velocities, forces, tissue with its cuts, time.
@@ -233,12 +230,12 @@ class BodyMotion : public BodyShape<TissueType> {
     bool remembers;
     Scalar time, last_step;
   };
-  /// While a cut is in progress its temporary particles are saved as such that stay: the wound ends where the blade is.
+  /// While a cut is in progress the wound is saved as if it ended where the blade is.
   State save() const {
     if constexpr (CuttableTissue<Tissue>)
-      if (this->temporary_count() > 0) {
+      if (!temporaries_.empty()) {
         BodyMotion cut = *this;
-        cut.keep_temporaries();
+        cut.make_all_permanent();
         return cut.save();
       }
     auto const forced = forces_.forced();
@@ -255,7 +252,7 @@ class BodyMotion : public BodyShape<TissueType> {
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
     disturbed_.clear();
     this->evened_ = 0;
-    temporaries_.clear();
+    temporaries_.clear(), this->kept_.clear();
     this->build_tree();
     this->changes_.forget(0, 0);   // all is new
     modes_are_known_ = false;
@@ -321,7 +318,6 @@ class BodyMotion : public BodyShape<TissueType> {
     tree_is_fitted_ = false;
   }
   void end_step(Scalar h) {
-    this->place_temporaries();
     time_ += h;
   }
 
@@ -347,7 +343,6 @@ class BodyMotion : public BodyShape<TissueType> {
     system_.forget();
     moving_.forget();
     tree_is_fitted_ = false;
-    this->place_temporaries();
     return found;
   }
 
@@ -357,7 +352,7 @@ class BodyMotion : public BodyShape<TissueType> {
   }
 
   BodyView<Tissue> view() const noexcept {
-    return {tissue_, state_, forces_.forced(), held_, gravity_, last_step_, size() - this->temporary_count(), revision()};
+    return {tissue_, state_, forces_.forced(), held_, gravity_, last_step_, revision()};
   }
 
   void choose_moving() {

@@ -3,7 +3,7 @@
 
 #include <palpate/body/particle_state.hpp>
 #include <palpate/body/surface_changes.hpp>
-#include <palpate/body/temporary_particles.hpp>
+#include <palpate/body/temporary_subdivision.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/huge_page_vector.hpp>
@@ -56,6 +56,13 @@ class BodyShape {
   }
   /// The surface as it is now. A copy: for pictures and measures, not for the servo.
   TriangleMesh<Scalar> mesh() const { return {state_.position.view(), triangles()}; }
+  /// The same as a picture shows it while a blade is inside: wounds are open up to the blade. See temporary_subdivisions().
+  TriangleMesh<Scalar> drawn_mesh() const {
+    TriangleMesh<Scalar> mesh;
+    draw_columns(positions(), mesh.points);
+    draw_triangles(mesh.triangles);
+    return mesh;
+  }
   /// The undeformed surface, cuts included. A copy.
   TriangleMesh<Scalar> rest_mesh() const {
     TriangleMesh<Scalar> mesh{Matrix3X<Scalar>(3, size()), triangles()};
@@ -96,6 +103,18 @@ class BodyShape {
     return tree_.nearest(state_.position.view(), point, hint);
   }
 
+  /// The triangle beyond the edge a → b of a triangle, or −1 at a border or wound. Beside a blade it is the one that a picture shows there.
+  int triangle_across(int a, int b) const noexcept {
+    auto const& surface = tissue_.surface();
+    int const found = surface.triangle_with_edge(b, a);
+    for (auto t = temporaries_.begin(); found < 0 && t != temporaries_.end(); ++t) {
+      auto const other = [&](int p) { return p == t->lips[0] ? t->lips[1] : p == t->lips[1] ? t->lips[0] : p; };
+      int const beyond = surface.triangle_with_edge(other(b), other(a));
+      if (beyond >= 0 && (beyond == t->triangle || surface.triangle_with_edge(a, b) == t->triangle)) return beyond;
+    }
+    return found;
+  }
+
   // --- how its topology changes -------------------------------------------------------------------------------------
   /// Counts the changes of the triangles: a renderer whose count differs must take them anew.
   std::size_t topology_revision() const noexcept { return topology_revision_; }
@@ -103,7 +122,7 @@ class BodyShape {
   /// What has changed since forget_changes(): particles and triangles added, changed, gone. Before the first call, and after restore(),
   /// everything is new. One host at a time can follow a body so. Allocates nothing; O(m log m) for m triangles changed.
   SurfaceChanges changes() noexcept {
-    return {changes_.first_particle(), size(), changes_.first_triangle(), tree_.size(), changes_.sorted(), temporary_count()};
+    return {changes_.first_particle(), size(), changes_.first_triangle(), tree_.size(), changes_.sorted()};
   }
   void forget_changes() noexcept { changes_.forget(size(), tree_.size()); }
 
@@ -111,66 +130,58 @@ class BodyShape {
   int insert_in_triangle(int t, Vector const& w)
     requires CuttableTissue<Tissue>
   {
-    return edit_below_temporaries([&] {
-      Corners const c = tissue_.surface().corners(t);
-      int const n = tissue_.insert_in_triangle(t, w);
-      state_.template add_between<3>(c, {w[0], w[1], w[2]});
-      divide_in_tree(t);
-      append_to_tree(t);
-      disturbed_.push_back(n);
-      return n;
-    });
+    Corners const c = tissue_.surface().corners(t);
+    int const n = tissue_.insert_in_triangle(t, w);
+    state_.template add_between<3>(c, {w[0], w[1], w[2]});
+    divide_in_tree(t);
+    append_to_tree(t);
+    disturbed_.push_back(n);
+    return n;
   }
 
   /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and the one or two triangles at it. Returns the new particle.
   int insert_on_edge(int a, int b, Scalar s)
     requires CuttableTissue<Tissue>
   {
-    while (Temporary const* const temporary = temporaries_.at_edge(a, b)) make_permanent(temporary->id);
-    return edit_below_temporaries([&] {
-      int const left = tissue_.surface().triangle_with_edge(a, b);
-      int const right = tissue_.surface().triangle_with_edge(b, a);
-      int const n = tissue_.insert_on_edge(a, b, s);
-      state_.template add_between<2>({a, b}, {1 - s, s});
-      for (int const t : {left, right})
-        if (t >= 0) divide_in_tree(t);
-      disturbed_.push_back(n);
-      return n;
-    });
+    make_permanent_on(a, b);
+    int const left = tissue_.surface().triangle_with_edge(a, b);
+    int const right = tissue_.surface().triangle_with_edge(b, a);
+    int const n = tissue_.insert_on_edge(a, b, s);
+    state_.template add_between<2>({a, b}, {1 - s, s});
+    for (int const t : {left, right})
+      if (t >= 0) divide_in_tree(t);
+    disturbed_.push_back(n);
+    return n;
   }
 
   /// Gives `triangles`, all at p, a copy of p as their corner; mass and springs are shared by area. Returns the copy.
-  /// Keep the temporary particles at p first: their triangles change numbers.
+  /// Call make_permanent_at(p) first.
   int split_particle(int p, std::span<int const> triangles)
     requires CuttableTissue<Tissue>
   {
-    return edit_below_temporaries([&] {
-      int const n = tissue_.split_particle(p, triangles);
-      state_.add_copy(p);
-      for (int const t : triangles) {
-        tree_.relabel(state_.position.view(), t, tissue_.surface().corners(t));
-        changes_.edited(t);
-      }
-      ++topology_revision_;
-      disturbed_.push_back(p), disturbed_.push_back(n);
-      return n;
-    });
+    int const n = tissue_.split_particle(p, triangles);
+    state_.add_copy(p);
+    for (int const t : triangles) {
+      tree_.relabel(state_.position.view(), t, tissue_.surface().corners(t));
+      changes_.edited(t);
+    }
+    ++topology_revision_;
+    disturbed_.push_back(p), disturbed_.push_back(n);
+    return n;
   }
 
-  /// Undoes the last split: the last particle, temporary ones aside, goes back into p.
+  /// Undoes the last split: the last particle goes back into p.
   void merge_last_particle(int p)
     requires CuttableTissue<Tissue>
   {
-    edit_below_temporaries([&] {
-      int const last = size() - 1;
-      state_.merge_last(p, tissue_.mass(p), tissue_.mass(last));
-      tissue_.merge_last_particle(p);
-      for (int const t : tissue_.surface().triangles_at(p)) patch_tree(t);   // while the tree may still look at the old corner
-      pop_particle();
-      fit_tree_at(p);
-      disturbed_.push_back(p);
-      return p;
-    });
+    int const last = size() - 1;
+    state_.merge_last(p, tissue_.mass(p), tissue_.mass(last));
+    tissue_.merge_last_particle(p);
+    for (int const t : tissue_.surface().triangles_at(p)) patch_tree(t);   // while the tree may still look at the old corner
+    state_.pop();
+    changes_.particles_fell_to(size());
+    fit_tree_at(p);
+    disturbed_.push_back(p);
   }
 
   /// Hands a triangle from one copy of a particle to another; masses stay.
@@ -178,7 +189,6 @@ class BodyShape {
     requires CuttableTissue<Tissue>
   {
     tissue_.change_corner(t, before, now);
-    temporaries_.change_corner(t, before, now);
     patch_tree(t);
     disturbed_.push_back(before), disturbed_.push_back(now);
   }
@@ -217,7 +227,7 @@ class BodyShape {
   }
 
   /// Slides a particle over the surface, to barycentric weights of a triangle at it: it is another point of the same surface then, undeformed,
-  /// at home and as the body is now. Mass, velocity and forces stay with it. Keep the temporary particles at p first.
+  /// at home and as the body is now. Mass, velocity and forces stay with it. Call make_permanent_at(p) first.
   void slide_particle(int p, int t, Vector const& w)
     requires SeparableTissue<Tissue>
   {
@@ -236,82 +246,70 @@ class BodyShape {
   }
 
   // --- what is there for the eye only -------------------------------------------------------------------------------
-  /// Temporary particles, one for each blade that is inside a triangle, follow the corners of the triangle they divide, without mass or
-  /// springs. They are the last particles, and the two triangles that each adds are the last ones: their numbers change with every edit.
-  int temporary_count() const noexcept { return temporaries_.count(); }
-  bool is_temporary(int particle) const noexcept { return particle >= size() - temporary_count(); }
-  /// Calls visit(particle, weight) for the particles that carry this one: itself, or the corners that a temporary one follows.
-  template <class Visit>
-  void for_each_carrier(int i, Visit visit) const {
-    if (!is_temporary(i)) {
-      visit(i, Scalar(1));
-      return;
+  /// One for each blade that is inside a triangle: how a picture shows that triangle. Edits at the triangle's corners make it permanent first.
+  std::span<TemporarySubdivision<Scalar> const> temporary_subdivisions() const noexcept { return temporaries_; }
+  /// The subdivision, or null once it was removed or made permanent.
+  TemporarySubdivision<Scalar> const* find_temporary(TemporaryId id) const noexcept {
+    auto const found = std::find_if(temporaries_.begin(), temporaries_.end(), [&](Temporary const& temporary) { return temporary.id == id; });
+    return found == temporaries_.end() ? nullptr : &*found;
+  }
+  /// A field of the particles, 3 × size(), with a column more for each temporary subdivision: its mean at the blade.
+  template <class Columns>
+  void draw_columns(Columns const& values, Matrix3X<Scalar>& to) const {
+    to.resize(3, size() + std::ssize(temporaries_));
+    to.leftCols(size()) = values;
+    for (int column = size(); Temporary const& temporary : temporaries_)
+      to.col(column++) = temporary.mean(tissue_.surface().corners(temporary.triangle), values);
+  }
+  /// The triangles with those that are divided for the eye, two more for each.
+  void draw_triangles(Matrix<int, 3, Dynamic>& to) const {
+    Eigen::Index last = tree_.size();
+    to.resize(3, last + 2 * std::ssize(temporaries_));
+    to.leftCols(last) = triangles();
+    for (int blade = size(); Temporary const& temporary : temporaries_) {
+      auto const parts = temporary.parts(tissue_.surface().corners(temporary.triangle), blade++);
+      for (std::size_t k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i) to(i, k == 0 ? temporary.triangle : last + static_cast<int>(k) - 1) = parts[k][static_cast<std::size_t>(i)];
+      last += 2;
     }
-    temporaries_[static_cast<std::size_t>(i - size() + temporary_count())].for_each_parent(visit);
-  }
-  /// The temporary particle, or −1 once it was removed or kept.
-  int temporary_particle(TemporaryId id) const noexcept {
-    Temporary const* const temporary = temporaries_.find(id);
-    return temporary != nullptr ? temporary->particle : -1;
-  }
-  /// Whether t is one of the three triangles that this temporary particle makes of one.
-  bool divides(TemporaryId id, int t) const noexcept {
-    Temporary const* const temporary = temporaries_.find(id);
-    return temporary != nullptr && temporary->divides(t);
   }
 
-  /// Divides a triangle like insert_in_triangle, for the eye only.
-  TemporaryId insert_temporary(int t, Vector const& w)
-    requires CuttableTissue<Tissue>
-  {
-    TemporaryId const id = temporaries_.new_id();
-    insert_temporary(t, w, id);
-    return id;
+  /// A blade has come into triangle t, at barycentric weights, all > 0, over a corner of it; `lips` are the copies of that on the left and on the right of
+  /// the cut, the same where it is closed.
+  TemporaryId insert_temporary(int t, Vector const& w, int entered, std::array<int, 2> const& lips) {
+    temporaries_.push_back({++last_temporary_, t, w, entered, lips});
+    ++topology_revision_;
+    return last_temporary_;
+  }
+  /// The blade is elsewhere in its triangle.
+  void move_temporary(TemporaryId id, Vector const& w) noexcept {
+    for (Temporary& temporary : temporaries_)
+      if (temporary.id == id) temporary.weights = w;
+  }
+  /// The blade has left the triangle.
+  void remove_temporary(TemporaryId id) {
+    std::erase_if(temporaries_, [&](Temporary const& temporary) { return temporary.id == id; });
+    ++topology_revision_;
   }
 
-  /// Moves a temporary particle within its triangle, to barycentric weights of the corners it was inserted with.
-  void move_temporary(TemporaryId id, Vector const& w)
+  /// Makes what is there for the eye an edit that stays, not too near an edge: insert_in_triangle, and the parts beside an open cut go to its
+  /// lips. Its blade learns of it from take_kept(). Returns the new particle.
+  int make_permanent(TemporaryId id)
     requires CuttableTissue<Tissue>
   {
-    Temporary& t = *temporaries_.find(id);
-    t.set_weights(w);
-    Vector rest = Vector::Zero(), home = Vector::Zero(), normal = Vector::Zero();
-    for (std::size_t k = 0; k < 3; ++k) {
-      Scalar const part = w[static_cast<int>(k)];
-      rest += part * tissue_.rest_position(t.parents[k]);
-      home += part * state_.home[t.parents[k]];
-      normal += part * state_.normal[t.parents[k]];
-    }
-    tissue_.move_temporary(t.particle, rest);
-    state_.home[t.particle] = home;
-    state_.normal[t.particle] = normal.normalized();
-    place(t);
-    fit_tree_at(t.particle);
-  }
-
-  /// Takes a temporary particle away again. Where a corner of its triangle was parted into two copies, the whole triangle is at the one
-  /// that was there first.
-  void remove_temporary(TemporaryId id)
-    requires CuttableTissue<Tissue>
-  {
-    std::size_t const first = withdraw(place_of(id));
-    return_withdrawn(first, 1);
-  }
-
-  /// Makes a temporary particle one that stays: the edit that insert_in_triangle would have been, not too near an edge. Its blade learns
-  /// of it from take_kept().
-  void make_permanent(TemporaryId id)
-    requires CuttableTissue<Tissue>
-  {
-    std::size_t const k = place_of(id), first = withdraw(0);
-    Temporary const t = temporaries_.withdrawn(first + k);
+    Temporary const t = *find_temporary(id);
+    remove_temporary(id);
+    Corners const corners = tissue_.surface().corners(t.triangle);
     int const second = tissue_.surface().triangle_count();
-    int const n = insert_in_triangle(t.triangle, kept_weights(t.triangle, t.whole_weights()));
-    hang_parts(t, {t.triangle, second, second + 1});
-    if (t.split_corner >= 0) balance_copies(t.parents[static_cast<std::size_t>(t.split_corner)], t.parents[3]);
-    temporaries_.keep(id, n);
-    temporaries_.forget_withdrawn(first + k);
-    return_withdrawn(first);
+    int const n = insert_in_triangle(t.triangle, kept_weights(t.triangle, t.weights));
+    if (int const corner = corners[static_cast<std::size_t>(t.entered)]; t.lips[0] != t.lips[1]) {
+      auto const part = [&](std::size_t k) { return k == 0 ? t.triangle : second + static_cast<int>(k) - 1; };
+      if (corner != t.lips[0]) change_corner(part(t.to_the_left()), corner, t.lips[0]);
+      if (corner != t.lips[1]) change_corner(part(t.to_the_right()), corner, t.lips[1]);
+      balance_copies(t.lips[0], t.lips[1]);
+    }
+    kept_.push_back({id, n});
+    return n;
   }
   /// Weights of a point of a triangle where a particle may stay that snaps to nothing: the triangles around it keep an area, also where one cut after
   /// the other ends in the same thin triangle.
@@ -319,40 +317,43 @@ class BodyShape {
     Corners const c = tissue_.surface().corners(t);
     return off_edges<Scalar>({tissue_.rest_position(c[0]), tissue_.rest_position(c[1]), tissue_.rest_position(c[2])}, w, min_kept_weight, mean_edge_ / 200);
   }
-  /// The same for all that divide a triangle at this particle: whoever edits the triangles there asks for it first. False if there is none.
-  bool keep_temporaries_at(int particle)
+  /// The same for all at this particle, or beside it where they are open: whoever edits the triangles there asks for it first. False if there is none.
+  bool make_permanent_at(int particle)
     requires CuttableTissue<Tissue>
   {
-    bool kept = false;
-    while (Temporary const* const temporary = temporaries_.following(particle)) {
-      make_permanent(temporary->id);
-      kept = true;
-    }
-    return kept;
+    return make_permanent_if([&](Temporary const& temporary) { return is_at(temporary, particle) || opens_beside(temporary, particle); }) >= 0;
   }
-  /// The same for the one that divides triangle t, if there is one. Returns the particle, or −1.
+  /// The same for all at both ends of an edge.
+  bool make_permanent_on(int a, int b)
+    requires CuttableTissue<Tissue>
+  {
+    return make_permanent_if([&](Temporary const& temporary) { return is_at(temporary, a) && is_at(temporary, b); }) >= 0;
+  }
+  /// The same for the one in triangle t, if there is one. Returns the particle, or −1.
   int make_permanent_in(int t)
     requires CuttableTissue<Tissue>
   {
-    Temporary const* const temporary = temporaries_.in_triangle(t);
-    if (temporary == nullptr) return -1;
-    make_permanent(temporary->id);
-    return temporaries_.last_kept();
+    return make_permanent_if([&](Temporary const& temporary) { return temporary.triangle == t; });
   }
-  void keep_temporaries()
+  void make_all_permanent()
     requires CuttableTissue<Tissue>
   {
-    while (!temporaries_.empty()) make_permanent(temporaries_[0].id);
+    make_permanent_if([](Temporary const&) { return true; });
   }
-  /// A cut that is being made ends a tick on a particle that may have been there before: whoever has parted that one no longer joins it again.
+  /// The particle that a temporary subdivision was made permanent with, or −1; told once.
+  int take_kept(TemporaryId id) noexcept {
+    auto const found = std::find_if(kept_.begin(), kept_.end(), [&](auto const& kept) { return kept.first == id; });
+    if (found == kept_.end()) return -1;
+    int const particle = found->second;
+    kept_.erase(found);
+    return particle;
+  }
+  /// A cut that is being made has come to a particle that may have been there before: whoever has parted that one no longer joins it again.
   void advance_cut_epoch() noexcept { ++cut_epoch_; }
   std::size_t cut_epoch() const noexcept { return cut_epoch_; }
-  /// The particle that a temporary one has become, or −1; told once.
-  int take_kept(TemporaryId id) noexcept { return temporaries_.take_kept(id); }
 
   /// Room for this many particles and triangles: up to there cutting does not allocate, also after restore(). A cutter grows its own lists
-  /// once. Temporary particles and triangles count: leave room for two and two. What such a cut commonly grows into is touched; in large bodies
-  /// the first touch of the rest waits for a page of 2 MiB.
+  /// once. What such a cut commonly grows into is touched; in large bodies the first touch of the rest waits for a page of 2 MiB.
   void reserve(int particles, int triangles) {
     state_.reserve(particles);
     tree_.reserve(triangles);
@@ -361,13 +362,11 @@ class BodyShape {
     auto const more = static_cast<std::size_t>(std::max(0, particles - size()));
     reserve_and_prefault(disturbed_, 4 * static_cast<std::size_t>(particles), 4 * more);
     reserve_and_prefault(last_look_, static_cast<std::size_t>(particles));
-    temporaries_.reserve(8);
+    temporaries_.reserve(8), kept_.reserve(8);
     if constexpr (ReservesMemory<Tissue>) tissue_.reserve(particles, triangles);
   }
 
  protected:
-  using Temporary = TemporaryParticle<Scalar>;
-
   explicit BodyShape(Tissue tissue) : tissue_(std::move(tissue)) {
     state_.resize(tissue_.size());
     for (int i = 0; i < tissue_.size(); ++i) state_.position[i] = state_.home[i] = tissue_.rest_position(i);
@@ -380,7 +379,7 @@ class BodyShape {
   void check(int particle) const { detail::check_index("particle", particle, size()); }
 
   bool holds(int i) const noexcept { return state_.held[static_cast<std::size_t>(i)] != 0; }
-  bool is_free(int i) const noexcept { return !tissue_.nailed(i) && !holds(i) && !is_temporary(i); }
+  bool is_free(int i) const noexcept { return !tissue_.nailed(i) && !holds(i); }
 
   void set_normals() {
     state_.normal.view() = vertex_normals(TriangleMesh<Scalar>{state_.home.view(), triangles()});
@@ -406,16 +405,13 @@ class BodyShape {
     if (tree_is_fitted_) tree_.refit(state_.position.view(), tissue_.surface().triangles_at(particle));
   }
 
-  /// Temporary particles follow the corners of the triangles they divide.
-  void place_temporaries() noexcept {
-    for (Temporary const& temporary : temporaries_) place(temporary);
-  }
-
   Tissue tissue_;
   ParticleState<Scalar> state_;
   SurfaceTree<Scalar> tree_;
   bool tree_is_fitted_ = false;
-  TemporaryParticles<Scalar> temporaries_;
+  std::vector<TemporarySubdivision<Scalar>> temporaries_;
+  std::vector<std::pair<TemporaryId, int>> kept_;   // made permanent with this particle, until their blades know
+  TemporaryId last_temporary_ = 0;
   std::size_t cut_epoch_ = 0;   // how often a cut has come to stand on a particle
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
@@ -432,74 +428,32 @@ class BodyShape {
  private:
   static constexpr Scalar min_kept_weight = Scalar(0.1);   // of each corner of its triangle
 
-  std::size_t place_of(TemporaryId id) const noexcept { return static_cast<std::size_t>(temporaries_.find(id) - &temporaries_[0]); }
+  using Temporary = TemporarySubdivision<Scalar>;
 
-  /// Takes the temporary particles from the k-th on away. Returns where they begin among the withdrawn.
-  std::size_t withdraw(std::size_t k) {
-    std::size_t const first = temporaries_.withdrawn_count();
-    temporaries_.remember_from(k);
-    for (std::size_t left = static_cast<std::size_t>(temporaries_.count()); left > k; --left) {
-      Temporary const t = temporaries_[left - 1];
-      temporaries_.remove_last();
-      tree_.remove_last(state_.position.view());
-      tree_.remove_last(state_.position.view());
-      changes_.triangles_fell_to(tree_.size());
-      tissue_.remove_temporary(t.triangle, {t.parents[0], t.parents[1], t.parents[2]});
-      patch_tree(t.triangle);   // while the tree may still look at the old corner
-      pop_particle();
-    }
-    return first;
+  /// Whether a particle is a corner of a triangle that is divided for the eye, or the other copy of one.
+  bool is_at(Temporary const& temporary, int particle) const noexcept {
+    return particle == temporary.lips[0] || particle == temporary.lips[1] || tissue_.surface().corner_of(temporary.triangle, particle) >= 0;
   }
-  /// Puts those that were withdrawn to this place there again, but for the first few.
-  void return_withdrawn(std::size_t first, std::size_t left_out = 0) {
-    for (std::size_t k = first + left_out; k < temporaries_.withdrawn_count(); ++k) {
-      Temporary const t = temporaries_.withdrawn(k);
-      int const second = tree_.size();
-      insert_temporary(t.triangle, t.whole_weights(), t.id);
-      hang_parts(t, {t.triangle, second, second + 1});
-    }
-    temporaries_.forget_withdrawn_from(first);
+  /// Whether the edge that is open beside the triangle ends at a particle that this one shares an edge with.
+  bool opens_beside(Temporary const& temporary, int particle) const noexcept {
+    if (temporary.lips[0] == temporary.lips[1]) return false;
+    Corners const c = tissue_.surface().corners(temporary.triangle);
+    auto const k = static_cast<std::size_t>(temporary.entered);
+    int const end = c[k] == temporary.lips[0] ? c[(k + 1) % 3] : c[(k + 2) % 3];
+    auto const around = tissue_.surface().triangles_at(particle);
+    return std::any_of(around.begin(), around.end(), [&](int t) { return tissue_.surface().corner_of(t, end) >= 0; });
   }
-  void insert_temporary(int t, Vector const& w, TemporaryId id) {
-    Corners const c = tissue_.surface().corners(t);
-    int const n = tissue_.insert_temporary(t, w);
-    state_.template add_between<3>(c, {w[0], w[1], w[2]});
-    temporaries_.add({id, t, tree_.size(), n, {c[0], c[1], c[2], -1}, {w[0], w[1], w[2], 0}});
-    divide_in_tree(t);
-    append_to_tree(t);
-  }
-  /// Hands the parts of a divided triangle that were at a copy of its corner over to that.
-  void hang_parts(Temporary const& t, std::array<int, 3> const& parts) {
-    for (std::size_t k = 0; k < 3; ++k)
-      if (t.at_copy[k]) change_corner(parts[k], t.parents[static_cast<std::size_t>(t.split_corner)], t.parents[3]);
-  }
-  /// An edit that adds particles or triangles which stay, or takes such away: meanwhile nothing temporary is there.
-  template <class Edit>
-  auto edit_below_temporaries(Edit const& edit) {
-    if (temporaries_.empty()) return edit();
-    std::size_t const first = withdraw(0);
-    auto const result = edit();
-    return_withdrawn(first);
-    return result;
-  }
-
-  void place(Temporary const& temporary) noexcept {
-    Vector x = Vector::Zero(), v = Vector::Zero();
-    temporary.for_each_parent([&](int i, Scalar weight) {
-      x += weight * state_.position[i];
-      v += weight * state_.velocity[i];
-    });
-    state_.position[temporary.particle] = x;
-    state_.velocity[temporary.particle] = v;
+  /// The last particle, or −1.
+  template <class Condition>
+  int make_permanent_if(Condition const& condition) {
+    int particle = -1;
+    for (auto found = temporaries_.begin(); (found = std::find_if(temporaries_.begin(), temporaries_.end(), condition)) != temporaries_.end();)
+      particle = make_permanent(found->id);
+    return particle;
   }
 
   /// Particle `to` has got this share of its mass from `from`: an inelastic impact.
   void mix_velocity(int from, int to, Scalar share) noexcept { state_.velocity[to] += share * (state_.velocity[from] - state_.velocity[to]); }
-
-  void pop_particle() noexcept {
-    state_.pop();
-    changes_.particles_fell_to(size());
-  }
 
   void patch_tree(int t) {
     Corners const now = tissue_.surface().corners(t);

@@ -24,11 +24,10 @@ struct BodyView {
   std::span<int const> forced, held;
   Vector3<Scalar> gravity;   // m/s²
   Scalar last_step;          // s
-  int first_temporary;       // from this particle on they have no mass
   std::size_t revision;      // of the tissue
 
   int size() const noexcept { return state.size(); }
-  bool is_free(int i) const noexcept { return !tissue.nailed(i) && state.held[static_cast<std::size_t>(i)] == 0 && i < first_temporary; }
+  bool is_free(int i) const noexcept { return !tissue.nailed(i) && state.held[static_cast<std::size_t>(i)] == 0; }
 };
 
 }  // namespace palpate

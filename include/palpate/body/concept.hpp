@@ -12,6 +12,7 @@ namespace palpate {
 /// A body that a tool can touch: where its surface is now and where it is undisturbed. SoftBody is one.
 ///   positions(), velocities()     3 × particles [m], [m/s]
 ///   nearest_point(p, hint)        the surface point nearest to p, as the body is now
+///   triangle_across(a, b)         the triangle beyond the edge a → b of a triangle, or −1
 ///   topology_revision()           counts the changes of triangles
 ///   restorations()                counts how often it was brought back to an earlier state: what was touched then may not exist
 template <class B>
@@ -25,6 +26,7 @@ concept TouchableBody = requires(B& body, B const& seen, typename B::Vector cons
   { seen.reference_normal(i) } -> std::convertible_to<typename B::Vector>;
   { body.home_diagonal() } -> std::convertible_to<typename B::Scalar>;
   { body.nearest_point(point, i) } -> std::same_as<SurfacePoint<typename B::Scalar>>;
+  { seen.triangle_across(i, i) } -> std::same_as<int>;
   { seen.topology_revision() } -> std::same_as<std::size_t>;
   { seen.restorations() } -> std::same_as<std::size_t>;
 };
@@ -41,7 +43,6 @@ concept SimulatedBody = TouchableBody<B> && requires(B& body, B const& seen, typ
   body.apply_force(i, force);
   { seen.predicted_acceleration(i, h) } -> std::convertible_to<typename B::Vector>;
   { seen.is_held(i) } -> std::same_as<bool>;
-  seen.for_each_carrier(i, [](int, typename B::Scalar) {});
   body.restore(seen.save());
 };
 

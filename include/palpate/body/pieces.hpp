@@ -22,7 +22,7 @@ namespace palpate {
 template <class Body>
   requires DivisibleTissue<typename Body::Tissue>
 Body part_of(Body const& body, std::span<int const> particles) {
-  if (body.temporary_count() > 0) throw InvalidArgument("no piece can be taken out while a cut is in progress; lift the tool first");
+  if (!body.temporary_subdivisions().empty()) throw InvalidArgument("no piece can be taken out while a cut is in progress; lift the tool first");
   auto state = body.save();
   auto tissue = body.tissue().part(particles);   // checks the list
   std::vector<int> now(static_cast<std::size_t>(body.size()), -1);

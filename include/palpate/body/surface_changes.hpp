@@ -17,16 +17,13 @@ namespace palpate {
 ///   triangles 0 … first_triangle − 1                as before, but for those listed in `triangles`: each once, ascending
 ///   triangles first_triangle … triangle_count − 1   new, or others than before
 ///
-/// What the copy has beyond the counts is gone. New ones begin at the lowest count reached in between: temporary particles come and go at the
-/// end. What is temporary is the last `temporary_count` particles and the last 2 · temporary_count triangles; the third triangle of each is the
-/// one it divides, anywhere before. All three are body.tissue().surface().triangles_at(particle).
-/// A particle that is moved over the undeformed surface, as a temporary one with its blade and others by a SeparatingCutter, is no other one.
+/// What the copy has beyond the counts is gone. A particle that is moved over the undeformed surface by a SeparatingCutter is no other one. What a blade
+/// divides for the eye only is in body.temporary_subdivisions().
 /// A triangle that was edited back to what it was is still listed. The list is good until the next edit, or until the changes are forgotten.
 struct SurfaceChanges {
   int first_particle = 0, particle_count = 0;
   int first_triangle = 0, triangle_count = 0;
   std::span<int const> triangles;   // indices below first_triangle
-  int temporary_count = 0;          // particles
 };
 
 namespace detail {
@@ -48,7 +45,6 @@ class ChangeRecord {
     listed_.push_back(t);
   }
   void particles_fell_to(int count) noexcept { first_particle_ = std::min(first_particle_, count); }
-  void triangles_fell_to(int count) noexcept { first_triangle_ = std::min(first_triangle_, count); }
 
   /// Those listed that are not new, ascending.
   std::span<int const> sorted() noexcept {

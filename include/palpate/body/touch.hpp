@@ -223,7 +223,7 @@ class Touch {
     Vector sum = Vector::Zero();
     if (zero == 1) {   // on an edge
       int const a = corners[static_cast<std::size_t>((missing + 1) % 3)], b = corners[static_cast<std::size_t>((missing + 2) % 3)];
-      for (int const t : {surface.triangle_with_edge(a, b), surface.triangle_with_edge(b, a)}) {
+      for (int const t : {at.triangle, body.triangle_across(a, b)}) {
         if (t < 0)
           on_border = true;
         else
@@ -327,7 +327,7 @@ class Touch {
       std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return w[static_cast<int>(i)] < w[static_cast<int>(j)]; });
       int next = -1;
       for (std::size_t const k : order)
-        if (next < 0 && w[static_cast<int>(k)] < 0) next = surface.triangle_with_edge(c[(k + 2) % 3], c[(k + 1) % 3]);
+        if (next < 0 && w[static_cast<int>(k)] < 0) next = body.triangle_across(c[(k + 1) % 3], c[(k + 2) % 3]);
       if (next < 0) {
         auto const a = (order[0] + 1) % 3, b = (order[0] + 2) % 3;
         Vector const edge = d[b] - d[a];

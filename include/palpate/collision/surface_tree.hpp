@@ -202,9 +202,6 @@ class SurfaceTree {
     tree_.remove(points, triangle);
   }
 
-  /// Removes the triangle with the highest index. Throws `OutOfRange` when there is none.
-  void remove_last(Points const& points) { remove(points, size() - 1); }
-
   /// The number of levels of boxes between the root and the deepest leaf, 0 when empty.
   int depth() const noexcept { return tree_.depth(); }
 

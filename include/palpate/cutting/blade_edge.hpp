@@ -36,8 +36,9 @@ struct BladeEdge {
 /// What a blade that is held across its edge drags along.
 template <RealScalar Scalar>
 struct BladeHold {
-  int particle;        ///< of the tissue at the blade
-  Scalar slip_force;   ///< N
+  int triangle;                  ///< of the surface, at the blade
+  Vector3<Scalar> barycentric;   ///< of the point of it that hangs on to the blade
+  Scalar slip_force;             ///< N
 };
 
 }  // namespace palpate

@@ -15,8 +15,8 @@ namespace palpate {
 /// What a cut has done so far; the counts are those of the current cut, or of the last one. They start at zero at each puncture.
 /// Source     \cite zheng2006 ch. 3: the four ways through a triangle.
 struct CutReport {
-  int particles_added = 0;   ///< net, temporary ones not counted
-  int triangles_added = 0;   ///< net, temporary ones not counted
+  int particles_added = 0;   ///< net
+  int triangles_added = 0;   ///< net
   int vertex_edge = 0;       ///< triangles entered through a vertex and left through an edge (V-P)
   int vertex_vertex = 0;     ///< from vertex to vertex, along an edge (V-V)
   int edge_vertex = 0;       ///< P-V
@@ -75,7 +75,7 @@ concept FeelsReaction = Cutter<C, Body> && requires(C& cutter, Body& body, ToolP
 template <class C, class Body>
 concept ResettableCutter = Cutter<C, Body> && requires(C& cutter, Body& body) { cutter.reset(body); };
 
-/// Refinement: a cutter whose blade can hold on to a particle of the tissue and drag it along.
+/// Refinement: a cutter whose blade can hold on to a point of the tissue and drag it along.
 template <class C, class Body>
 concept HoldsTissue = Cutter<C, Body> && requires(C const& cutter, Body const& body) {
   { cutter.held(body) } -> std::same_as<std::optional<BladeHold<typename Body::Scalar>>>;

@@ -22,15 +22,15 @@ namespace palpate {
 /// The path consists of particles joined by edges of the mesh. It always goes on from the *anchor*, its last permanent particle,
 /// through a triangle at the anchor, the *host*. Leaving the host over the edge that faces the anchor puts a particle there, which
 /// divides the host and the triangle beyond, and the new edge anchor–particle is cut: the anchor falls into a left and a right copy
-/// when the fan of triangles around it is open. Inside the host a temporary particle follows the blade, and the anchor is open already.
+/// when the fan of triangles around it is open. While the blade is inside the host the anchor is open already where both sides have triangles, and
+/// the host is divided for the eye; see TemporarySubdivision.
 /// The blade does not pass a border or a lip beside the anchor: it waits in the host until it can go on.
-/// Where another blade comes to the temporary particle, that one stays, and this cut goes on from there.
+/// Where another blade comes to the host, a particle is put where this one is, and this cut goes on from there.
 /// A call crosses so many edges at most. Where the way to the blade has more, the front is *behind*: it has no host, and goes on to where the
 /// blade was with the calls that follow, before it follows the blade again.
 /// Where      everything is decided in the undeformed shape.
 /// Source     \cite zheng2006 ch. 3, restated: a cut is a set of cut edges, and each vertex has one copy per connected fan of triangles around it.
-/// Invariant  between calls every particle has one fan of triangles; while the anchor is open, without the temporary particle the host
-///            hangs on the left copy.
+/// Invariant  between calls every particle has one fan of triangles; the host is whole, and hangs on one copy of an anchor that is open.
 /// Cost       O(triangles crossed), of which a call has a largest number.
 template <RealScalar Scalar>
 class CutFront {
@@ -51,11 +51,11 @@ class CutFront {
     return body.tissue().surface().triangles_at(anchor_.left()).front();
   }
 
-  /// The particle at the blade: the temporary one, or where the cut ends.
+  /// The point of a triangle at the blade, or where the cut ends.
   template <class Body>
-  int blade_particle(Body const& body) const noexcept {
-    int const temporary = body.temporary_particle(temporary_);
-    return temporary >= 0 ? temporary : anchor_.left();
+  detail::TrianglePoint<Scalar> blade_point(Body const& body) const noexcept {
+    if (host_ >= 0 && body.find_temporary(temporary_) != nullptr) return {host_, inside(body)};
+    return detail::TrianglePoint<Scalar>::at_particle(body, anchor_.left());
   }
 
   /// Punctures: the path begins at a point of a triangle, or at the vertex or edge that it snaps to. `max_crossings`: of edges, in a call.
@@ -78,7 +78,7 @@ class CutFront {
   void advance(Body& body, int triangle, Vector const& barycentric) {
     go_on_from_kept(body);
     Target const target{triangle, detail::rest_point(body, triangle, barycentric), detail::rest_normal(body, triangle, barycentric)};
-    if (body.divides(temporary_, triangle)) {   // still in the host
+    if (temporary_ != 0 && triangle == host_) {   // still in the host
       blade_ = target.point;
       blade_normal_ = target.normal;
       body.move_temporary(temporary_, inside(body));
@@ -113,7 +113,7 @@ class CutFront {
     bool const closes = spot.kind == detail::SpotKind::vertex ? spot.corner == a || !anchor_.can_cut_to(body, host_, corners[spot.corner])
                                                               : spot.corner != a && anchor_.is_lip(body, host_, spot.corner == (a + 2) % 3 ? b : c);
     if (spot.kind == detail::SpotKind::interior || (closes && !anchor_.can_close(body))) {
-      end_inside(body, spot.kind == detail::SpotKind::interior ? w : body.kept_weights(host_, w));
+      anchor_.divide(body, host_, spot.kind == detail::SpotKind::interior ? w : body.kept_weights(host_, w));
     } else if (spot.kind == detail::SpotKind::vertex) {
       if (spot.corner == a)
         anchor_.close(body);
@@ -199,6 +199,7 @@ class CutFront {
       from = body.tissue().rest_position(anchor_.left());
     }
     if (host_ < 0) return;
+    leave_to_other(body, to.point);
     Vector const w = detail::rest_weights(body, host_, to.point);
     blade_ = w.minCoeff() >= 0 ? to.point : detail::rest_point(body, host_, detail::clamped(w));
     blade_normal_ = to.normal;
@@ -285,16 +286,15 @@ class CutFront {
   /// target, comes to the other side. False when nothing lies between.
   template <class Body>
   bool enter_beyond_wound(Body& body, detail::RestWay<Scalar> const& way, int& triangle, Vector const& target) {
-    auto const& surface = body.tissue().surface();
-    auto const is_at_anchor = [&](int t) { return surface.corner_of(t, anchor_.left()) >= 0 || surface.corner_of(t, anchor_.right()) >= 0; };
+    auto const is_at_anchor = [&](int t) { return anchor_.is_at(body, t); };
     auto const [t, place] = detail::border_on_the_way(body, triangle, way.reversed(), is_at_anchor);
     if (t < 0) return false;
-    if (body.is_temporary(place.a) || body.is_temporary(place.b)) {   // the wound behind another blade
-      body.make_permanent_in(t);
+    if (body.make_permanent_on(place.a, place.b)) {   // it was open beside another blade only
+      triangle = detail::triangle_near(body, triangle, target);
       return enter_beyond_wound(body, way, triangle, target);
     }
     if (host_ >= 0 && !anchor_.can_close(body))
-      end_inside(body, body.kept_weights(host_, detail::rest_weights(body, host_, blade_)));
+      anchor_.divide(body, host_, body.kept_weights(host_, detail::rest_weights(body, host_, blade_)));
     else if (host_ >= 0)
       anchor_.close(body);
     host_ = -1;
@@ -336,36 +336,47 @@ class CutFront {
     return true;
   }
 
-  /// The blade's barycentric weights in the host, kept off its edges, by more than rounding. While the host is divided its corners are those it had.
+  /// The blade's barycentric weights in the host, kept off its edges, by more than rounding.
   template <class Body>
   Vector inside(Body const& body) const {
-    auto const corner = [&](std::size_t k) { return body.tissue().rest_position(host_corners_[k]); };
-    return off_edges<Scalar>({corner(0), corner(1), corner(2)}, detail::rest_weights(body, host_corners_, blade_), Scalar(1e-3),
+    auto const c = body.tissue().surface().corners(host_);
+    auto const corner = [&](std::size_t k) { return body.tissue().rest_position(c[k]); };
+    return off_edges<Scalar>({corner(0), corner(1), corner(2)}, detail::rest_weights(body, host_, blade_), Scalar(1e-3),
                              1000 * std::numeric_limits<Scalar>::epsilon() * body.mean_edge());
   }
 
   template <class Body>
   void put_temporary(Body& body) {
-    body.make_permanent_in(host_);
-    host_corners_ = body.tissue().surface().corners(host_);
-    anchor_.divide(body, host_, inside(body), [&](Vector const& w) {
-      temporary_ = body.insert_temporary(host_, w);
-      return body.temporary_particle(temporary_);
-    });
+    bool const can_be_seen = anchor_.open(body, host_);
+    temporary_ = body.insert_temporary(host_, inside(body), static_cast<int>(anchor_.corner_in(body, host_)), {anchor_.left(), anchor_.right()});
+    if (!can_be_seen) body.make_permanent(temporary_);
   }
 
-  /// The host is whole again; where the anchor is open it hangs on the left copy.
+  /// Where another blade is in the host, a particle is put there. The host is then the triangle at the anchor that holds the point best.
+  template <class Body>
+  void leave_to_other(Body& body, Vector const& point) {
+    int const kept = body.make_permanent_in(host_);
+    if (kept < 0) return;
+    Scalar best = -std::numeric_limits<Scalar>::infinity();
+    for (int const t : body.tissue().surface().triangles_at(kept)) {
+      Scalar const least = detail::rest_weights(body, t, point).minCoeff();
+      if (anchor_.is_at(body, t) && least > best) best = least, host_ = t;
+    }
+  }
+
+  /// The host is whole again for the eye too.
   template <class Body>
   void take_temporary_away(Body& body) {
     if (temporary_ == 0) return;
     body.remove_temporary(temporary_);
+    anchor_.attach_triangle(body, host_, anchor_.left());
     temporary_ = 0;
   }
 
-  /// Another blade has made the temporary particle one that stays: the cut goes on from there.
+  /// Another blade has had a particle put where this one was: the cut goes on from there.
   template <class Body>
   void go_on_from_kept(Body& body) {
-    if (temporary_ == 0 || body.temporary_particle(temporary_) >= 0) return;
+    if (temporary_ == 0 || body.find_temporary(temporary_) != nullptr) return;
     anchor_.go_on_from(body.take_kept(temporary_));
     kind_ = detail::SpotKind::interior;
     host_ = -1;
@@ -373,19 +384,12 @@ class CutFront {
     is_kept_ = true;
   }
 
-  /// Where another blade's temporary particle divides a triangle, that one stays. Returns the triangle that holds the point.
+  /// Where another blade is in a triangle, a particle is put there. Returns the triangle that holds the point.
   template <class Body>
   int without_temporary(Body& body, int t, Vector const& point) {
-    if (body.divides(temporary_, t)) return t;
+    if (temporary_ != 0 && t == host_) return t;
     int const kept = body.make_permanent_in(t);
     return kept >= 0 ? holder(body, kept, point, t) : t;
-  }
-
-  /// The cut ends at a point inside the host.
-  template <class Body>
-  void end_inside(Body& body, Vector const& w) {
-    anchor_.divide(body, host_, w, [&](Vector const& inside) { return anchor_.insert_in_triangle(body, host_, inside); });
-    if (anchor_.is_open()) body.balance_copies(anchor_.left(), anchor_.right());
   }
 
   detail::Snapping<Scalar> snapping_;
@@ -394,11 +398,10 @@ class CutFront {
   detail::CutAnchor anchor_;
   detail::SpotKind kind_ = detail::SpotKind::interior;   // what the anchor was before the cut reached it
   int host_ = -1;                                        // the triangle that holds the blade, or −1 when the blade is at the anchor
-  std::size_t temporary_ = 0;                            // the particle that divides the host for the eye, or 0
+  TemporaryId temporary_ = 0;                            // how the host is divided for the eye, or 0
   bool is_behind_ = false;                               // the way to the target has more edges than a call may cross
   Target target_;                                        // while it is
-  bool is_kept_ = false;                                 // the anchor was a temporary particle; the cut goes on once the blade has left it
-  std::array<int, 3> host_corners_{-1, -1, -1};          // of the host before it was divided
+  bool is_kept_ = false;                                 // the anchor was put where the blade is; the cut goes on once the blade has left it
   Vector blade_ = Vector::Zero();                        // where the blade is, undeformed
   Vector blade_normal_ = Vector::Zero();                 // there, or at the front that is behind
 };

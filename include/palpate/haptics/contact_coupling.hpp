@@ -3,8 +3,11 @@
 
 #include <palpate/body/touch.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/cutting/blade_edge.hpp>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace palpate {
 
@@ -14,7 +17,7 @@ namespace palpate {
 /// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them. This is the
 /// spring's force at the end of the step, so it is stable however stiff the spring and however light the particles; at rest
 /// f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
-/// A blade that is held across its edge drags the particle at it along the surface with the same spring, to all sides, up to a slip force.
+/// A blade that is held across its edge drags the point of the tissue at it along the surface with the same spring, to all sides, up to a slip force.
 /// Units      k [N/m], c [N·s/m], force [N].
 /// Source     \cite baraff1998 for the force at the end of the step.
 /// Cost       O(links at three particles), no allocation.
@@ -39,38 +42,32 @@ struct ContactCoupling {
     using Scalar = typename Body::Scalar;
     using Vector = typename Body::Vector;
     if (!contact.touching) return Vector::Zero();
-    auto const corners = body.tissue().surface().corners(contact.triangle);
-    CoupledPoint<Body> at;
-    for (std::size_t i = 0; i < 3; ++i) at.add(body, corners[i], contact.barycentric[static_cast<int>(i)], h);
+    CoupledPoint<Body> const at(body, contact.triangle, contact.barycentric, h);
     Scalar const k = static_cast<Scalar>(stiffness);
     Scalar const c = static_cast<Scalar>(damping) + h * k;
     Scalar const gap = (at.point - tip).dot(contact.normal) + tip_radius;
     Scalar const closing = (at.velocity - tip_velocity).dot(contact.normal);
     Scalar const force = (k * gap + c * (closing + h * at.acceleration.dot(contact.normal))) / (1 + h * c * at.mobility);
     if (!(force > 0) || !std::isfinite(force)) return Vector::Zero();
-    for (std::size_t i = 0; i < 3; ++i) {
-      Scalar const b = contact.barycentric[static_cast<int>(i)];
-      if (b > 0) body.apply_force(corners[i], -b * force * contact.normal);
-    }
+    at.push(body, -force * contact.normal);
     return force * contact.normal;
   }
 
-  /// Drags a particle with the tip along the surface for the body's next step and returns the tissue's reaction on the tool [N].
+  /// Drags a point of the tissue with the tip along the surface for the body's next step and returns the tissue's reaction on the tool [N].
   template <class Body>
-  typename Body::Vector drag(Body& body, int particle, typename Body::Scalar slip_force, typename Body::Vector const& normal, typename Body::Vector const& tip,
+  typename Body::Vector drag(Body& body, BladeHold<typename Body::Scalar> const& held, typename Body::Vector const& normal, typename Body::Vector const& tip,
                              typename Body::Vector const& tip_velocity, typename Body::Scalar h) const {
     using Scalar = typename Body::Scalar;
     using Vector = typename Body::Vector;
-    CoupledPoint<Body> at;
-    body.for_each_carrier(particle, [&](int i, Scalar b) { at.add(body, i, b, h); });
+    CoupledPoint<Body> const at(body, held.triangle, held.barycentric, h);
     auto const along = [&](Vector const& v) { return Vector(v - v.dot(normal) * normal); };
     Scalar const k = static_cast<Scalar>(stiffness);
     Scalar const c = static_cast<Scalar>(damping) + h * k;
     Vector force = (k * along(tip - at.point) + c * along(tip_velocity - at.velocity - h * at.acceleration)) / (1 + h * c * at.mobility);
     Scalar const size = force.norm();
     if (!std::isfinite(size)) return Vector::Zero();
-    if (size > slip_force) force *= slip_force / size;
-    body.apply_force(particle, force);
+    if (size > held.slip_force) force *= held.slip_force / size;
+    at.push(body, force);
     return -force;
   }
 
@@ -83,7 +80,21 @@ struct ContactCoupling {
     Vector point = Vector::Zero(), velocity = Vector::Zero();
     Vector acceleration = Vector::Zero();   // m/s², in a step of h seconds without the contact
     Scalar mobility = 0;                    // 1/kg
+    std::array<int, 3> particles;
+    Vector weights;
 
+    CoupledPoint(Body const& body, int triangle, Vector const& barycentric, Scalar h)
+        : particles(body.tissue().surface().corners(triangle)), weights(barycentric) {
+      for (std::size_t k = 0; k < 3; ++k) add(body, particles[k], weights[static_cast<int>(k)], h);
+    }
+
+    /// Applies a force [N] here.
+    void push(Body& body, Vector const& force) const {
+      for (std::size_t k = 0; k < 3; ++k)
+        if (Scalar const b = weights[static_cast<int>(k)]; b > 0) body.apply_force(particles[k], b * force);
+    }
+
+   private:
     void add(Body const& body, int i, Scalar weight, Scalar h) {
       if (!(weight > 0)) return;
       point += weight * body.positions().col(i);

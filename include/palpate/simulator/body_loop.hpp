@@ -75,7 +75,7 @@ class BodyLoop {
       Vector const now = from + (tip - from) * (Scalar(i) / Scalar(steps));
       if constexpr (HoldsTissue<CutterType, BodyType>)
         if (auto const held = cutter_.held(body_))
-          reaction += coupling_.drag(body_, held->particle, held->slip_force, cutter_.contact().normal, now, velocity, each) / Scalar(steps);
+          reaction += coupling_.drag(body_, *held, cutter_.contact().normal, now, velocity, each) / Scalar(steps);
       if (!presses) return;
       reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, cutter_.tip_radius(), each) / Scalar(steps);
     });

@@ -23,7 +23,7 @@ struct BodySnapshot {
 };
 
 /// Hands snapshots from the thread that steps the body to one thread that draws. Neither waits for the other.
-/// Cost       publish copies the points, and the triangles when they changed; it allocates only when the body has grown.
+/// Cost       publish copies the points, and the triangles when they changed; it allocates only when there are others to draw.
 template <RealScalar Scalar>
 class SnapshotChannel {
  public:
@@ -31,9 +31,8 @@ class SnapshotChannel {
   void publish(Body const& body, double time, Vector3<Scalar> const& tip, CuttingPhase phase) {
     BodySnapshot<Scalar>& next = buffer_.back();
     next.time = time;
-    next.points = body.positions();
-    if (next.triangles.cols() != body.triangles().cols() || next.topology_revision != body.topology_revision())
-      next.triangles = body.triangles();
+    body.draw_columns(body.positions(), next.points);
+    if (next.triangles.cols() == 0 || next.topology_revision != body.topology_revision()) body.draw_triangles(next.triangles);
     next.topology_revision = body.topology_revision();
     next.tip = tip;
     next.phase = phase;

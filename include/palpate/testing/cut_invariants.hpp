@@ -39,10 +39,9 @@ struct CutChecks {
 /// Pieces     2 · pieces − lips and borders − Euler characteristic, which is twice the number of handles, has not risen: cuts open and
 ///            part a surface, they do not join it.
 /// Rest shape no triangle is without area or turned over; all lie on the surface there was; their area is the area there was.
-/// Particles  Σ m and Σ m X are as they were, and so are the sums of the home springs; no mass is ≤ 0, but a temporary particle
-///            has none, no springs, and comes last; a new particle is nailed exactly when all that it lies between were.
-/// Springs    links join exactly the ends of the mesh's edges, the temporary particle's excepted; rest lengths are those of the undeformed
-///            shape; Σ weight · k L² is as it was (the energy of a uniform stretch).
+/// Particles  Σ m and Σ m X are as they were, and so are the sums of the home springs; no mass is ≤ 0; a new particle is nailed
+///            exactly when all that it lies between were.
+/// Springs    links join exactly the ends of the mesh's edges; rest lengths are those of the undeformed shape; Σ weight · k L² is as it was (the energy of a uniform stretch).
 /// Search     nearest point and nearest vertex are those of a search of all.
 /// Separating with `moves_vertices` the triangles are those there were, and none is turned over against itself; the surface, its area and the
 ///            first moment may change, and Σ weight · k is as it was.
@@ -242,7 +241,7 @@ class CutInvariants {
     compare(found, checks_.moves_vertices ? "the sum of weight k over all links" : "the sum of weight k L^2 over all links", now.stretch, sums_.stretch, sums_.stretch);
     for (int i = 0; i < body.size(); ++i) {
       Scalar const mass = body.tissue().mass(i);
-      if (body.is_temporary(i) ? mass != 0 : !(mass > 0)) report(found, "particle ", i, " weighs ", mass, " kg");
+      if (!(mass > 0)) report(found, "particle ", i, " weighs ", mass, " kg");
       if constexpr (HasHomeSprings<typename Body::Tissue>)
         if (!(body.tissue().home(i).stiffness >= 0 && body.tissue().home(i).damping >= 0)) report(found, "particle ", i, " has a negative home spring");
       if (!is_finite(body.positions().col(i)) || !is_finite(body.velocities().col(i))) report(found, "particle ", i, " has no finite state");
@@ -255,10 +254,6 @@ class CutInvariants {
     bool const is = body.tissue().nailed(i);
     if (i < static_cast<int>(nailed_.size())) {
       if (is != nailed_[static_cast<std::size_t>(i)]) report(found, "particle ", i, is ? " is" : " is not", " nailed; before the cut it was otherwise");
-      return;
-    }
-    if (body.is_temporary(i)) {
-      if (is) report(found, "the temporary particle ", i, " is nailed");
       return;
     }
     SurfacePoint<Scalar> const on = tree_.nearest(rest_.points, body.tissue().rest_position(i));
@@ -277,7 +272,6 @@ class CutInvariants {
       auto const triangles = body.triangles();
       for (Eigen::Index t = 0; t < triangles.cols(); ++t)
         for (int k = 0; k < 3; ++k) edges.push_back(std::minmax(int{triangles(k, t)}, int{triangles((k + 1) % 3, t)}));
-      std::erase_if(edges, [&](auto const& e) { return body.is_temporary(e.second); });
       auto const& all = body.tissue().links();
       for (int l = 0; l < all.size(); ++l) {
         auto const& link = all[l];

@@ -245,7 +245,7 @@ concept HasPotentialEnergy =
 ///   next_copy(i)     particles that cuts made of one, at one place undeformed, form a ring: the one after i, or i where there is no other
 template <class T>
 concept CuttableTissue = TissueModel<T> && requires(T& tissue, T const& seen, int i, Vector3<typename T::Scalar> const& barycentric,
-                                                    typename T::Scalar s, std::span<int const> triangles, std::array<int, 3> const& corners) {
+                                                    typename T::Scalar s, std::span<int const> triangles) {
   { seen.cuttable() } -> std::same_as<bool>;
   { seen.next_copy(i) } -> std::same_as<int>;
   { seen.triangle_area(i) } -> std::convertible_to<typename T::Scalar>;
@@ -255,9 +255,6 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, T const& seen, in
   tissue.merge_last_particle(i);
   tissue.change_corner(i, i, i);
   tissue.balance_copies(i, i);
-  { tissue.insert_temporary(i, barycentric) } -> std::same_as<int>;
-  tissue.move_temporary(i, barycentric);
-  tissue.remove_temporary(i, corners);
 };
 
 /// Refinement: evens out the masses around a particle that a cut has left too light, and says where there is too little to divide an edge or a

@@ -32,7 +32,7 @@ namespace palpate {
 /// Shapes     positions, velocities, forces: 3 × size(), one column per particle, in the order of the mesh.
 /// Source     \cite zheng2006 eq. 5-9 … 5-11.
 /// Cost       forces O(links); an Assembly holds those of a chosen set of particles.
-/// Invariant  masses > 0 (temporary particles: 0), rest lengths > 0, link stiffness > 0, other coefficients ≥ 0.
+/// Invariant  masses > 0, rest lengths > 0, link stiffness > 0, other coefficients ≥ 0.
 ///            A surface-built body has one link per edge of its mesh: a link's weight is the sum of the shares of the triangles
 ///            at the edge, A_T / ΣA_T each at first.
 /// Limits     |d| = 0 has no direction: no force. Only a surface-built body can be cut.

@@ -24,7 +24,7 @@ namespace palpate {
 /// A triangle's share of an edge's link is κ A/(L² k), κ the mean of k_e L_e²/A over its parent's edges: under a uniform isotropic
 /// stretch the energy of the pieces is that of the parent, and a lip keeps only its own side.
 /// Invariant  a link of a surface-built body exists where triangles share an edge with a weight above zero.
-/// Source     \cite zheng2006 ch. 3; a temporary particle has neither mass nor springs.
+/// Source     \cite zheng2006 ch. 3.
 /// Cost       every edit is O(triangles at the particles it touches).
 template <RealScalar Scalar, class Law>
 class MassSpringElements {
@@ -180,40 +180,6 @@ class MassSpringElements {
     ++revision_;
   }
 
-  /// Divides triangle t like insert_in_triangle, for the eye only: the new particle has no mass and no springs, and t's springs stay.
-  int insert_temporary(int t, Vector3<Scalar> const& w) {
-    Corners const c = surface_.corners(t);
-    std::array<Scalar, 3> const share = elements_[at(t)].share;
-    int const n = add_particle(w[0] * rest_[c[0]] + w[1] * rest_[c[1]] + w[2] * rest_[c[2]], false);
-    surface_.set_triangle(t, {c[0], c[1], n});
-    int const second = add_triangle({c[1], c[2], n}), third = add_triangle({c[2], c[0], n});
-    for (auto const& [part, k] : {std::pair(t, 0), std::pair(second, 1), std::pair(third, 2)}) elements_[at(part)] = {{share[at(k)], 0, 0}, measured_area(part)};
-    return n;
-  }
-
-  /// Moves a temporary particle within its triangle.
-  void move_temporary(int particle, Vector3<Scalar> const& rest) noexcept {
-    rest_[particle] = rest;
-    measure_around(particle);
-  }
-
-  /// Takes the last particle, a temporary one in triangle t, away again; t gets `corners`.
-  void remove_temporary(int t, Corners const& corners) {
-    int const second = last_triangle() - 1, third = last_triangle();
-    std::array<Scalar, 3> const share{elements_[at(t)].share[0], elements_[at(second)].share[0], elements_[at(third)].share[0]};
-    std::array<std::array<int, 2>, 3> const outer{{{surface_.corners(t)[0], surface_.corners(t)[1]},
-                                                   {surface_.corners(second)[0], surface_.corners(second)[1]},
-                                                   {surface_.corners(third)[0], surface_.corners(third)[1]}}};
-    Law const law = links_[links_.find(outer[1][0], outer[1][1])].law;
-    pop_triangle();
-    pop_triangle();
-    surface_.set_triangle(t, corners);
-    elements_[at(t)] = {share, measured_area(t)};
-    for (auto const& edge : outer) refresh_link(edge[0], edge[1], law);
-    for (std::size_t k = 0; k < 3; ++k) refresh_link(corners[k], corners[(k + 1) % 3], law);
-    pop_particle();
-  }
-
   /// Room for this many particles and triangles, so that edits up to there do not allocate.
   void reserve(int particles, int triangles) {
     auto const n = at(particles);
@@ -273,11 +239,6 @@ class MassSpringElements {
   int add_triangle(Corners const& corners) {
     elements_.emplace_back();
     return surface_.add_triangle(corners);
-  }
-
-  void pop_triangle() noexcept {
-    surface_.pop_triangle();
-    elements_.pop_back();
   }
 
   template <std::size_t Parents>
@@ -401,12 +362,7 @@ class MassSpringElements {
     weigh_link(links_.find(now, other), now, other, share + beside_now, law);
   }
 
-  /// Makes the link a–b what the shares of the triangles at it say: adds it (with `law`), weighs it, or takes it away.
-  void refresh_link(int a, int b, Law const& law) {
-    weigh_link(links_.find(a, b), a, b, share_on(a, b) + share_on(b, a), law);
-  }
-
-  /// The same for a link that was found, or −1, and its weight.
+  /// Makes a link between a and b, which was found or is −1, one of this weight: adds it (with `law`), weighs it, or takes it away.
   void weigh_link(int l, int a, int b, Scalar weight, Law const& law) {
     if (l >= 0 ? links_[l].weight == weight : !(weight > 0)) return;
     if (l >= 0 && weight > 0)

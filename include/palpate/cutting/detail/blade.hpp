@@ -107,7 +107,8 @@ class Blade {
   template <class Body>
   std::optional<BladeHold<Scalar>> held(Body const& body) const noexcept {
     if (!is_held_ || touch_.was_restored(body)) return {};
-    return BladeHold<Scalar>{front_.blade_particle(body), edge_->slip_force};
+    auto const [triangle, barycentric] = front_.blade_point(body);
+    return BladeHold<Scalar>{triangle, barycentric, edge_->slip_force};
   }
 
   /// The cut has not come to where the tip was: so much way is not cut in one tick.

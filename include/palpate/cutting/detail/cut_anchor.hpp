@@ -15,8 +15,7 @@ namespace palpate::detail {
 ///
 /// A cut edge separates the triangles on its sides. The triangles around a particle form fans; where cut edges and a border leave more
 /// than one, the particle falls into one copy per fan. While the blade is in a triangle at the anchor, the *host*, the anchor is *open*
-/// if its fan can be parted along the way into the host: then it has a left and a right copy, and between edits the host hangs on the
-/// left one.
+/// if its fan can be parted along the way into the host: then it has a left and a right copy, and during edits the host hangs on the left one.
 /// Source  \cite zheng2006 ch. 3; one copy per connected fan is ours.
 class CutAnchor {
  public:
@@ -27,7 +26,7 @@ class CutAnchor {
     came_from_ = left_ = right_ = -1;
   }
   void place(int particle) noexcept { left_ = right_ = particle; }
-  /// The temporary particle in the host stays, and is the next anchor: another blade has come too near.
+  /// The blade's point in the host has become a particle, the next anchor: another blade has come too near.
   void go_on_from(int particle) noexcept {
     report.particles_added += 1, report.triangles_added += 2;
     came_from_ = is_open() ? -1 : left_;
@@ -41,7 +40,7 @@ class CutAnchor {
 
   /// Another blade may have put a particle on the closed edge that the path came along.
   template <class Body>
-  void find_where_it_came_from(Body const& body) {
+  void find_where_it_came_from(Body& body) {
     auto const& surface = body.tissue().surface();
     if (came_from_ < 0 || is_open() || surface.triangle_with_edge(left_, came_from_) >= 0 || surface.triangle_with_edge(came_from_, left_) >= 0) return;
     VectorOf<Body> const at = body.tissue().rest_position(left_), back = (body.tissue().rest_position(came_from_) - at).normalized();
@@ -54,12 +53,18 @@ class CutAnchor {
         auto const off = 1 - (body.tissue().rest_position(q) - at).normalized().dot(back);
         if (off < least) least = off, came_from_ = q;
       }
+    body.advance_cut_epoch();   // that particle is to stay
   }
 
   int left() const noexcept { return left_; }
   int right() const noexcept { return right_; }
   bool is_open() const noexcept { return left_ != right_; }
   bool is(int particle) const noexcept { return particle == left_ || particle == right_; }
+  template <class Body>
+  bool is_at(Body const& body, int t) const noexcept {
+    auto const& surface = body.tissue().surface();
+    return surface.corner_of(t, left_) >= 0 || surface.corner_of(t, right_) >= 0;
+  }
   /// Pairs of particles that were one.
   std::vector<std::array<int, 2>> const& lips() const noexcept { return lips_; }
 
@@ -104,26 +109,39 @@ class CutAnchor {
     if (other != copy && body.tissue().surface().corner_of(t, other) >= 0) body.change_corner(t, other, copy);
   }
 
-  /// Divides the host around a particle inside it, put there by `insert(w)`, and opens the anchor up to that: what lies to the right
-  /// of the line from the anchor to the particle hangs on the right copy, the rest on the left one.
-  template <class Body, class Insert>
-  void divide(Body& body, int host, VectorOf<Body> const& w, Insert insert) {
-    auto const& surface = body.tissue().surface();
-    bool const opens = !is_open() && fan_to_the_right(body, host);
-    if (opens && body.keep_temporaries_at(left_)) fan_to_the_right(body, host);   // their triangles have other numbers now
-    if (opens) {
-      right_ = body.split_particle(left_, {});
-      cut_epoch_ = body.cut_epoch();
-      lips_.push_back({left_, right_});
-      report.particles_added += 1;
+  /// Opens the anchor while the blade is in the host. The host is not divided: it hangs on one copy, the left one if it can, and its edge to the other
+  /// side is open to the end. Where each side would leave a particle with two fans or none, the anchor is closed again; false if it can not be.
+  template <class Body>
+  bool open(Body& body, int host) {
+    bool const opens = !is_open() && finds_fan(body, host);
+    if (opens) part(body), hang_fan(body);
+    if (!is_open()) return true;
+    if (!has_one_fan_each(body, host, right_, 1)) {
+      attach_triangle(body, host, right_);
+      if (!has_one_fan_each(body, host, left_, 2)) {
+        attach_triangle(body, host, left_);
+        bool const closes = can_close(body);
+        if (closes) close(body);
+        return closes;
+      }
     }
-    int const end = insert(w);
-    if (!is_open()) return;
-    if (opens)
-      for (int const t : fan_) body.change_corner(t, left_, right_);
-    attach_triangle(body, std::max(surface.triangle_with_edge(end, left_), surface.triangle_with_edge(end, right_)), right_);
-    attach_triangle(body, std::max(surface.triangle_with_edge(left_, end), surface.triangle_with_edge(right_, end)), left_);
     if (opens) body.balance_copies(left_, right_), open_behind(body);
+    return true;
+  }
+
+  /// Divides the host at barycentric weights, and opens the anchor up to there: what lies to the right of the line from the anchor to the new particle
+  /// hangs on the right copy, the rest on the left one.
+  template <class Body>
+  void divide(Body& body, int host, VectorOf<Body> const& w) {
+    auto const& surface = body.tissue().surface();
+    bool const opens = !is_open() && finds_fan(body, host);
+    if (opens) part(body);
+    int const end = insert_in_triangle(body, host, w);
+    if (!is_open()) return;
+    if (opens) hang_fan(body);
+    attach_triangle(body, surface.triangle_with_edge(end, left_), right_);
+    if (opens) body.balance_copies(left_, right_), open_behind(body);
+    body.balance_copies(left_, right_);
   }
 
   /// Makes the edge from the anchor to `next` a cut, and `next` the anchor.
@@ -136,7 +154,7 @@ class CutAnchor {
     else if ((open = separate(body, anchor, came_from_, next)))
       open_behind(body);
     came_from_ = open ? -1 : anchor;
-    place(next);
+    place(next), body.advance_cut_epoch();
     if (separate(body, next, came_from_, -1)) came_from_ = -1;
   }
 
@@ -195,7 +213,7 @@ class CutAnchor {
   /// Whether the anchor's copies can become one again: another blade has added nothing since they were parted, and none has come to stand on one.
   template <class Body>
   bool can_close(Body const& body) const noexcept {
-    return !is_open() || (cut_epoch_ == body.cut_epoch() && std::max(left_, right_) == body.size() - body.temporary_count() - 1);
+    return !is_open() || (cut_epoch_ == body.cut_epoch() && std::max(left_, right_) == body.size() - 1);
   }
 
   /// Nothing is cut at the anchor after all: its copies become one again.
@@ -211,6 +229,39 @@ class CutAnchor {
   CutReport report;   ///< of the cut so far
 
  private:
+  /// While the host hangs on the other one: whether this copy has triangles, and the host's corner on that side, the first or second after the anchor,
+  /// one fan.
+  template <class Body>
+  bool has_one_fan_each(Body const& body, int host, int copy, std::size_t side) {
+    auto const& surface = body.tissue().surface();
+    int const corner = surface.corners(host)[(corner_in(body, host) + side) % 3];
+    return !surface.triangles_at(copy).empty() && fan_at(body, corner).size() == surface.triangles_at(corner).size();
+  }
+
+  /// fan_to_the_right(), where other blades have left the anchor one fan: what they divide for the eye becomes permanent, and where one has cut to the
+  /// anchor, the edge to where the path came from is open.
+  template <class Body>
+  bool finds_fan(Body& body, int host) {
+    if (came_from_ >= 0 && separate(body, left_, came_from_, -1, host)) {
+      open_behind(body);
+      came_from_ = -1;
+    }
+    body.make_permanent_at(left_);
+    return fan_to_the_right(body, host);
+  }
+  template <class Body>
+  void part(Body& body) {
+    right_ = body.split_particle(left_, {});
+    cut_epoch_ = body.cut_epoch();
+    lips_.push_back({left_, right_});
+    report.particles_added += 1;
+  }
+  /// What lies to the right of the host goes to the right copy.
+  template <class Body>
+  void hang_fan(Body& body) {
+    for (int const t : fan_) body.change_corner(t, left_, right_);
+  }
+
   /// Collects the triangles around the anchor to the right of the host, up to a border or the cut edge; false if there is neither.
   /// Finds where the fan ends to the right and to the left.
   template <class Body>
@@ -232,44 +283,53 @@ class CutAnchor {
     return true;
   }
 
-  /// The edge to where the path came from, still closed until now, is open at the anchor. Where another blade has cut to one of its ends
+  /// The edge to where the path came from, still closed until now, is open at the anchor. Where another blade has cut to its other end
   /// meanwhile, there is a fan more.
   template <class Body>
   void open_behind(Body& body) {
-    if (came_from_ < 0) return;
-    separate(body, left_, came_from_, -1);
-    separate(body, came_from_, -1, -1);
+    if (came_from_ >= 0) separate(body, came_from_, -1, -1);
   }
 
-  /// Splits a particle into one copy per connected fan of triangles; the edges to `cut_a` and `cut_b` do not connect.
+  /// Splits a particle into one copy per connected fan of triangles; the edges to `cut_a` and `cut_b` do not connect. The fan of `stays` is not split off.
   template <class Body>
-  bool separate(Body& body, int particle, int cut_a, int cut_b) {
-    auto const& surface = body.tissue().surface();
+  bool separate(Body& body, int particle, int cut_a, int cut_b, int stays = -1) {
+    auto const around = [&] { return body.tissue().surface().triangles_at(particle); };
+    body.make_permanent_at(particle);
     bool split = false;
-    while (true) {
-      fan_.clear();
-      auto const around = surface.triangles_at(particle);
-      if (around.empty()) return split;
-      auto const corner_after = [&](int t, int k) { return surface.corners(t)[static_cast<std::size_t>((surface.corner_of(t, particle) + k) % 3)]; };
-      auto const is_cut = [&](int corner) { return corner == cut_a || corner == cut_b; };
-      int const first = around.front();
-      for (int t = first; t >= 0 && (t != first || fan_.empty());) {   // round the particle with the clock, up to an edge that does not connect
-        fan_.push_back(t);
-        int const ahead = corner_after(t, 1);
-        t = is_cut(ahead) ? -1 : surface.triangle_with_edge(ahead, particle);
+    while (fan_at(body, particle, stays, cut_a, cut_b).size() != around().size()) {
+      if (stays >= 0) {
+        auto const here = around();
+        fan_at(body, particle, *std::find_if(here.begin(), here.end(), [&](int t) { return std::find(fan_.begin(), fan_.end(), t) == fan_.end(); }), cut_a, cut_b);
       }
-      for (int t = first; fan_.size() < around.size();) {   // and against it
-        int const behind = corner_after(t, 2);
-        t = is_cut(behind) ? -1 : surface.triangle_with_edge(particle, behind);
-        if (t < 0 || t == fan_.back()) break;
-        fan_.push_back(t);
-      }
-      if (fan_.size() == around.size()) return split;
-      if (body.keep_temporaries_at(particle)) continue;   // their triangles have other numbers now
       lips_.push_back({particle, body.split_particle(particle, fan_)});
       report.particles_added += 1;
       split = true;
     }
+    return split;
+  }
+
+  /// The triangles at a particle that hang together with one, or with the first; the edges to `cut_a` and `cut_b` do not connect.
+  template <class Body>
+  std::vector<int> const& fan_at(Body const& body, int particle, int first = -1, int cut_a = -1, int cut_b = -1) {
+    auto const& surface = body.tissue().surface();
+    fan_.clear();
+    auto const around = surface.triangles_at(particle);
+    if (around.empty()) return fan_;
+    auto const corner_after = [&](int t, int k) { return surface.corners(t)[static_cast<std::size_t>((surface.corner_of(t, particle) + k) % 3)]; };
+    auto const is_cut = [&](int corner) { return corner == cut_a || corner == cut_b; };
+    if (first < 0) first = around.front();
+    for (int t = first; t >= 0 && (t != first || fan_.empty());) {   // round the particle with the clock, up to an edge that does not connect
+      fan_.push_back(t);
+      int const ahead = corner_after(t, 1);
+      t = is_cut(ahead) ? -1 : surface.triangle_with_edge(ahead, particle);
+    }
+    for (int t = first; fan_.size() < around.size();) {   // and against it
+      int const behind = corner_after(t, 2);
+      t = is_cut(behind) ? -1 : surface.triangle_with_edge(particle, behind);
+      if (t < 0 || t == fan_.back()) break;
+      fan_.push_back(t);
+    }
+    return fan_;
   }
 
   std::vector<std::array<int, 2>> lips_;

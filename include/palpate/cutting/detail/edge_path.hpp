@@ -15,13 +15,13 @@
 
 namespace palpate::detail {
 
-/// Visits the particles that share an edge with p, most of them twice; none that is there for the eye only.
+/// Visits the particles that share an edge with p, most of them twice.
 template <class Body, class Visit>
 void for_each_beside(Body const& body, int p, Visit visit) {
   auto const& surface = body.tissue().surface();
   for (int const t : surface.triangles_at(p))
     for (int const q : surface.corners(t))
-      if (q != p && !body.is_temporary(q)) visit(q);
+      if (q != p) visit(q);
 }
 
 template <class Body>

@@ -23,6 +23,20 @@ VectorOf<Body> rest_point(Body const& body, int t, VectorOf<Body> const& w) {
   return w[0] * body.tissue().rest_position(c[0]) + w[1] * body.tissue().rest_position(c[1]) + w[2] * body.tissue().rest_position(c[2]);
 }
 
+/// A point of a triangle of the surface.
+template <RealScalar Scalar>
+struct TrianglePoint {
+  int triangle;
+  Vector3<Scalar> barycentric;
+
+  template <class Body>
+  static TrianglePoint at_particle(Body const& body, int p) noexcept {
+    auto const& surface = body.tissue().surface();
+    int const t = surface.triangles_at(p).front();
+    return {t, Vector3<Scalar>::Unit(surface.corner_of(t, p))};
+  }
+};
+
 /// The smooth normal there; zero where the corners' normals cancel.
 template <class Body>
 VectorOf<Body> rest_normal(Body const& body, int t, VectorOf<Body> const& w) {

@@ -48,10 +48,10 @@ class SeparatingFront {
   SeparatingReport<Scalar> const& report() const noexcept { return report_; }
   std::vector<std::array<int, 2>> const& lips() const noexcept { return lips_; }
 
-  /// The particle at the blade: the vertex nearest to it.
+  /// The point of a triangle at the blade: the vertex nearest to it.
   template <class Body>
-  int blade_particle(Body const&) const noexcept {
-    return goal_;
+  TrianglePoint<Scalar> blade_point(Body const& body) const noexcept {
+    return TrianglePoint<Scalar>::at_particle(body, goal_);
   }
 
   /// The cut has not come to where the blade was.
@@ -164,7 +164,6 @@ class SeparatingFront {
     int best = -1;
     Scalar nearest = std::numeric_limits<Scalar>::infinity();
     for (int const p : body.tissue().surface().corners(triangle)) {
-      if (body.is_temporary(p)) continue;   // another blade's
       Scalar const squared = (body.tissue().rest_position(p) - point).squaredNorm();
       if (squared < nearest) nearest = squared, best = p;
     }
@@ -338,7 +337,7 @@ class SeparatingFront {
 
   template <class Body>
   void open_chain(Body& body) {
-    for (int const particle : chain_) body.keep_temporaries_at(particle);   // of other blades
+    for (int const particle : chain_) body.make_permanent_at(particle);   // other blades'
     for (std::size_t i = 0; i < chain_.size(); ++i) {
       if (!is_movable(body, chain_[i])) continue;
       Vector const at = body.tissue().rest_position(chain_[i]);

@@ -36,7 +36,7 @@ BorderPlace<typename Body::Scalar> place_across(Body const& body, int particle, 
         auto place = border_edge_at(body, copy, tissue.rest_position(particle));
         if (place.a < 0 || !(way.to_the_right(tissue.rest_position(place.a)) <= 0 && way.to_the_right(tissue.rest_position(place.b)) >= 0)) continue;
         place = snapped(body, place, snapping);
-        if (place.b < 0 ? triangle_towards(body, place.a, way) >= 0 : !body.is_temporary(place.a) && !body.is_temporary(place.b)) return place;
+        if (place.b >= 0 || triangle_towards(body, place.a, way) >= 0) return place;
       }
     }
   return {};
