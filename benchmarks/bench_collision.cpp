@@ -133,12 +133,12 @@ void edits(benchmark::State& state) {
     for (int i = 0; i < divided; ++i) {
       int const t = static_cast<int>((i * 7919L) % size);
       auto const [a, b, c] = tree.corners(t);
-      tree.divide(s.mesh.points, t, {a, b, c}, {b, c, a});
+      tree.add(s.mesh.points, {b, c, a}, t);
       tree.add(s.mesh.points, {c, a, b}, t);
       tree.replace(s.mesh.points, t, {a, b, c});
       tree.add(s.mesh.points, {a, c, b}, size + 2 * i);
     }
-    while (tree.size() > size) tree.remove_last(s.mesh.points);
+    while (tree.size() > size) tree.remove(s.mesh.points, tree.size() - 1);
   }
   state.SetItemsProcessed(state.iterations() * divided * 7);
 }

@@ -45,12 +45,6 @@ struct Edited {
     mesh.triangles.col(t) << corners[0], corners[1], corners[2];
     tree.replace(mesh.points, t, corners);
   }
-  void divide(int t, std::array<int, 3> const& first, std::array<int, 3> const& second) {
-    mesh.triangles.col(t) << first[0], first[1], first[2];
-    mesh.triangles.conservativeResize(3, triangles() + 1);
-    mesh.triangles.col(triangles() - 1) << second[0], second[1], second[2];
-    REQUIRE(tree.divide(mesh.points, t, first, second) == triangles() - 1);
-  }
   void relabel(int t, std::array<int, 3> const& corners) {
     mesh.triangles.col(t) << corners[0], corners[1], corners[2];
     tree.relabel(mesh.points, t, corners);
@@ -68,7 +62,8 @@ struct Edited {
     int const p = add_point(mesh.points.col(c[0]) + u * (mesh.points.col(c[1]) - mesh.points.col(c[0])) +
                             w * (mesh.points.col(c[2]) - mesh.points.col(c[0])));
     if (p % 2 == 0) {
-      divide(t, {c[0], c[1], p}, {c[1], c[2], p});
+      add({c[1], c[2], p}, t);   // first, as a body does
+      replace(t, {c[0], c[1], p});
     } else {
       replace(t, {c[0], c[1], p});
       add({c[1], c[2], p}, t);

@@ -10,6 +10,7 @@
 #include <palpate/core/reserve_and_prefault.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
+#include <palpate/mesh/topology_edit.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/tissue/concept.hpp>
 
@@ -131,12 +132,7 @@ class BodyShape {
     requires CuttableTissue<Tissue>
   {
     Corners const c = tissue_.surface().corners(t);
-    int const n = tissue_.insert_in_triangle(t, w);
-    state_.template add_between<3>(c, {w[0], w[1], w[2]});
-    divide_in_tree(t);
-    append_to_tree(t);
-    disturbed_.push_back(n);
-    return n;
+    return edit(c, std::array{w[0], w[1], w[2]}, [&] { return tissue_.insert_in_triangle(t, w); });
   }
 
   /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and the one or two triangles at it. Returns the new particle.
@@ -144,14 +140,7 @@ class BodyShape {
     requires CuttableTissue<Tissue>
   {
     make_permanent_on(a, b);
-    int const left = tissue_.surface().triangle_with_edge(a, b);
-    int const right = tissue_.surface().triangle_with_edge(b, a);
-    int const n = tissue_.insert_on_edge(a, b, s);
-    state_.template add_between<2>({a, b}, {1 - s, s});
-    for (int const t : {left, right})
-      if (t >= 0) divide_in_tree(t);
-    disturbed_.push_back(n);
-    return n;
+    return edit(std::array{a, b}, std::array{1 - s, s}, [&] { return tissue_.insert_on_edge(a, b, s); });
   }
 
   /// Gives `triangles`, all at p, a copy of p as their corner; mass and springs are shared by area. Returns the copy.
@@ -159,15 +148,8 @@ class BodyShape {
   int split_particle(int p, std::span<int const> triangles)
     requires CuttableTissue<Tissue>
   {
-    int const n = tissue_.split_particle(p, triangles);
-    state_.add_copy(p);
-    for (int const t : triangles) {
-      tree_.relabel(state_.position.view(), t, tissue_.surface().corners(t));
-      changes_.edited(t);
-    }
-    ++topology_revision_;
-    disturbed_.push_back(p), disturbed_.push_back(n);
-    return n;
+    disturbed_.push_back(p);
+    return edit(std::array{p}, std::array{Scalar(1)}, [&] { return tissue_.split_particle(p, triangles); });
   }
 
   /// Undoes the last split: the last particle goes back into p.
@@ -461,12 +443,46 @@ class BodyShape {
     tree_.replace(state_.position.view(), t, now);
     ++topology_revision_;
   }
-  void divide_in_tree(int t) {
-    tree_.divide(state_.position.view(), t, tissue_.surface().corners(t), tissue_.surface().corners(tree_.size()));
-    changes_.edited(t);
+
+  /// Edits the tissue by make(), which returns a new particle between these parents, and tells all that follow. Returns the particle.
+  template <std::size_t Parents, class Make>
+  int edit(std::array<int, Parents> const& parents, std::array<Scalar, Parents> const& weights, Make const& make) {
+    TopologyEdit made;
+    std::copy(parents.begin(), parents.end(), made.parent.begin());
+    made.parent_count = static_cast<int>(Parents);
+    made.first_triangle = tissue_.surface().triangle_count();
+    made.vertex = make();
+    made.end_triangle = tissue_.surface().triangle_count();
+    apply(made, weights);
+    return made.vertex;
+  }
+
+  /// What follows the tissue: state, search tree, the record of changes, and the particles whose springs have changed.
+  void apply(TopologyEdit const& edit, std::span<Scalar const> weights) {
+    if (edit.is_copy())
+      state_.add_copy(edit.parent[0]);
+    else
+      state_.add_between(edit.parents(), weights);
+    disturbed_.push_back(edit.vertex);
+    auto const& surface = tissue_.surface();
+    auto const points = state_.position.view();
+    auto const around = surface.triangles_at(edit.vertex);
+    for (int t = edit.first_triangle; t < edit.end_triangle; ++t) {
+      auto const shares_edge = [&](int other) {   // with one that was there, whose leaf it is to share
+        return other < edit.first_triangle && std::ranges::any_of(surface.corners(t), [&](int p) { return p != edit.vertex && surface.corner_of(other, p) >= 0; });
+      };
+      tree_.add(points, surface.corners(t), *std::ranges::find_if(around, shares_edge));
+    }
+    for (int const t : around) {
+      if (t >= edit.first_triangle) continue;
+      if (edit.is_copy())
+        tree_.relabel(points, t, surface.corners(t));   // where it was
+      else
+        tree_.replace(points, t, surface.corners(t));
+      changes_.edited(t);
+    }
     ++topology_revision_;
   }
-  void append_to_tree(int sibling) { tree_.add(state_.position.view(), tissue_.surface().corners(tree_.size()), sibling); }
 };
 
 }  // namespace palpate

@@ -39,11 +39,10 @@ struct ParticleState {
   }
 
   /// Adds a particle between its parents: every field is their weighted mean; it carries no force.
-  template <std::size_t Parents>
-  void add_between(std::array<int, Parents> const& parents, std::array<Scalar, Parents> const& weights) {
+  void add_between(std::span<int const> parents, std::span<Scalar const> weights) {
     for (auto* columns : all()) {
       Vector3<Scalar> mean = Vector3<Scalar>::Zero();
-      for (std::size_t k = 0; k < Parents; ++k) mean += weights[k] * (*columns)[parents[k]];
+      for (std::size_t k = 0; k < parents.size(); ++k) mean += weights[k] * (*columns)[parents[k]];
       columns->push_back(mean);
     }
     int const n = size() - 1;

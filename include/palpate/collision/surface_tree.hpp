@@ -178,17 +178,6 @@ class SurfaceTree {
     tree_.refit_leaf_of(points, triangle);
   }
 
-  /// Divides a triangle in two, which together have the corners that it had and new ones. Returns the second one's index. Throws as `add`.
-  int divide(Points const& points, int triangle, Corners const& first, Corners const& second) {
-    detail::check_index("triangle", triangle, size());
-    check_corners(points, triangle, first);
-    check_corners(points, size(), second);
-    tree_.add(points, second, triangle);
-    tree_.relabel(triangle, first);
-    tree_.refit_leaf_of(points, triangle);
-    return size() - 1;
-  }
-
   /// Gives a triangle other corners that lie where those before did: the boxes stay. Throws as `add`.
   void relabel(Points const& points, int triangle, Corners const& corners) {
     detail::check_index("triangle", triangle, size());
