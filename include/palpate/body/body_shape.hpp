@@ -127,7 +127,8 @@ class BodyShape {
   }
   void forget_changes() noexcept { changes_.forget(size(), tree_.size()); }
 
-  /// Divides a triangle in three at barycentric weights, all > 0. Returns the new particle.
+  /// Divides a triangle in three at barycentric weights, all > 0. Returns the new particle. Call make_permanent_in(t) first: a blade that is in it
+  /// would be in the first of the three.
   int insert_in_triangle(int t, Vector const& w)
     requires CuttableTissue<Tissue>
   {
@@ -275,11 +276,13 @@ class BodyShape {
   }
 
   /// Makes what is there for the eye an edit that stays, not too near an edge: insert_in_triangle, and the parts beside an open cut go to its
-  /// lips. Its blade learns of it from take_kept(). Returns the new particle.
+  /// lips. Its blade learns of it from take_kept(). Returns the new particle, or −1 where it is not there any more.
   int make_permanent(TemporaryId id)
     requires CuttableTissue<Tissue>
   {
-    Temporary const t = *find_temporary(id);
+    Temporary const* const found = find_temporary(id);
+    if (found == nullptr) return -1;
+    Temporary const t = *found;
     remove_temporary(id);
     Corners const corners = tissue_.surface().corners(t.triangle);
     int const second = tissue_.surface().triangle_count();
