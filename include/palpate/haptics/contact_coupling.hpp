@@ -49,7 +49,7 @@ struct ContactCoupling {
     Scalar const closing = (at.velocity - tip_velocity).dot(contact.normal);
     Scalar const force = (k * gap + c * (closing + h * at.acceleration.dot(contact.normal))) / (1 + h * c * at.mobility);
     if (!(force > 0) || !std::isfinite(force)) return Vector::Zero();
-    at.push(body, -force * contact.normal);
+    at.for_each([&](int i, Scalar b) { body.apply_force(i, -b * force * contact.normal); });
     return force * contact.normal;
   }
 
@@ -67,7 +67,7 @@ struct ContactCoupling {
     Scalar const size = force.norm();
     if (!std::isfinite(size)) return Vector::Zero();
     if (size > held.slip_force) force *= held.slip_force / size;
-    at.push(body, force);
+    at.for_each([&](int i, Scalar b) { body.apply_force(i, b * force); });
     return -force;
   }
 
@@ -88,10 +88,11 @@ struct ContactCoupling {
       for (std::size_t k = 0; k < 3; ++k) add(body, particles[k], weights[static_cast<int>(k)], h);
     }
 
-    /// Applies a force [N] here.
-    void push(Body& body, Vector const& force) const {
+    /// Calls visit(particle, weight) for those that carry it.
+    template <class Visit>
+    void for_each(Visit const& visit) const {
       for (std::size_t k = 0; k < 3; ++k)
-        if (Scalar const b = weights[static_cast<int>(k)]; b > 0) body.apply_force(particles[k], b * force);
+        if (Scalar const b = weights[static_cast<int>(k)]; b > 0) visit(particles[k], b);
     }
 
    private:
