@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <memory>
 #include <numbers>
-#include <utility>
 
 namespace palpate {
 

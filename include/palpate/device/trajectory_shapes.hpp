@@ -5,7 +5,6 @@
 #include <palpate/device/trajectory.hpp>
 
 #include <numbers>
-#include <utility>
 
 namespace palpate {
 

@@ -9,7 +9,6 @@
 #include <palpate/fitting/least_squares.hpp>
 #include <palpate/fitting/student_quantile.hpp>
 #include <palpate/statics/dynamic_relaxation.hpp>
-#include <palpate/tissue/concept.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/mass_spring_options.hpp>
 

@@ -6,7 +6,6 @@
 #include <palpate/device/device_registry.hpp>
 #include <palpate/haply/inverse3.hpp>
 
-#include <string>
 #include <string_view>
 
 namespace palpate {

@@ -5,7 +5,6 @@
 #include <palpate/device/capabilities.hpp>
 #include <palpate/haply/frame.hpp>
 
-#include <cmath>
 #include <string>
 
 namespace palpate {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/body/touch.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/haptics/surface_model.hpp>
 

@@ -7,7 +7,6 @@
 #include <palpate/haptics/surface_fit.hpp>
 #include <palpate/haptics/surface_model.hpp>
 
-#include <cmath>
 #include <cstddef>
 
 namespace palpate {

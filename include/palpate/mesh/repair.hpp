@@ -11,8 +11,6 @@
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -10,8 +10,6 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <numbers>
 #include <set>
 #include <string>

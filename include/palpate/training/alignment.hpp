@@ -6,7 +6,6 @@
 #include <palpate/training/detail/time_warp.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <vector>
 

@@ -24,7 +24,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace palpate {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
-#include <palpate/device/concept.hpp>
 #include <palpate/device/phantom/abi.hpp>
 
 #include <string>

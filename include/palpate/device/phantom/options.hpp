@@ -3,7 +3,6 @@
 
 #include <palpate/core/error.hpp>
 
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>

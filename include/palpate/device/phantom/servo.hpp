@@ -19,7 +19,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <thread>
 #include <utility>
 
 namespace palpate {

@@ -8,7 +8,6 @@
 
 #include <Eigen/Core>
 
-#include <cmath>
 #include <cstddef>
 #include <list>
 #include <span>

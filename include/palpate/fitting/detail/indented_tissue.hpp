@@ -7,7 +7,6 @@
 #include <palpate/statics/detail/net_forces.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <concepts>
 #include <limits>
 #include <span>
