@@ -7,7 +7,6 @@
 #include <palpate/fitting/detail/goodness.hpp>
 #include <palpate/fitting/least_squares.hpp>
 #include <palpate/fitting/measurements.hpp>
-#include <palpate/fitting/student_quantile.hpp>
 #include <palpate/force/tissue_presets.hpp>
 
 #include <Eigen/Core>

@@ -6,7 +6,6 @@
 #include <palpate/core/random.hpp>
 #include <palpate/force/detail/network_problem.hpp>
 #include <palpate/force/network.hpp>
-#include <palpate/force/sample.hpp>
 #include <palpate/force/trainer.hpp>
 
 #include <algorithm>

@@ -3,7 +3,6 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
-#include <palpate/mesh/defect.hpp>
 #include <palpate/mesh/detail/close_points.hpp>
 #include <palpate/mesh/detail/simplices.hpp>
 #include <palpate/mesh/detail/surface_sides.hpp>
