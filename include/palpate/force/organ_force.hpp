@@ -43,11 +43,10 @@ struct OrganForce {
   S max_damping = S(11);                                 ///< upper limit of β |d|; infinite: none
 
   void validate() const {
-    if (!std::isfinite(coefficient) || coefficient < S(0))
-      throw InvalidArgument(detail::message("OrganForce: .coefficient is ", coefficient,
-                                            " N·s/m²; give a finite number, zero or more (a negative one would push the hand on)"));
-    if (!(max_damping > S(0)))
-      throw InvalidArgument(detail::message("OrganForce: .max_damping is ", max_damping, " N·s/m; give a number above zero"));
+    detail::OptionCheck const require{"OrganForce"};
+    require(std::isfinite(coefficient) && coefficient >= S(0), ".coefficient", coefficient, " N·s/m²",
+            "give a finite number, zero or more (a negative one would push the hand on)");
+    require(max_damping > S(0), ".max_damping", max_damping, " N·s/m", "give a number above zero");
     detail::require_wall_normal("OrganForce", wall_normal);
   }
 

@@ -145,10 +145,9 @@ struct Alignment {
 /// Limits     Both ends belong together: a trainee who stops half-way is, outside the band, as far away as the expert had come by then.
 ///            Between two samples nothing slower than their spacing is told apart: 30 ms for 60 s.
 inline Alignment align(Matrix3X<double> const& path, Matrix3X<double> const& other, AlignmentOptions const& options = {}) {
-  if (options.samples < 2 || options.samples > 10'000)
-    throw InvalidArgument(detail::message("align: .samples is ", options.samples, "; give 2 to 10000"));
-  if (!(options.band > 0.0) || !(options.band <= 1.0))
-    throw InvalidArgument(detail::message("align: .band is ", options.band, "; give a share of the whole time above 0, at most 1"));
+  detail::OptionCheck const require{"align"};
+  require(options.samples >= 2 && options.samples <= 10'000, ".samples", static_cast<double>(options.samples), "give 2 to 10000");
+  require(options.band > 0.0 && options.band <= 1.0, ".band", options.band, "give a share of the whole time above 0, at most 1");
   for (auto const* const points : {&path, &other}) {
     if (points->cols() < 2) throw InvalidArgument(detail::message("align: a path has ", points->cols(), " points; give two or more"));
     for (Eigen::Index i = 0; i < points->cols(); ++i)
