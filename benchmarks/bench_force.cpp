@@ -14,7 +14,6 @@
 #include <palpate/force/network_training.hpp>
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
-#include <palpate/force/organ_walls.hpp>
 
 #include <benchmark/benchmark.h>
 

@@ -22,7 +22,7 @@
 #include <palpate/haptics/surface_fit.hpp>
 #include <palpate/haptics/surface_proxy.hpp>
 #include <palpate/mesh/surface_topology.hpp>
-#include <palpate/region/selection.hpp>
+#include <palpate/region/concept.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 
 #include <benchmark/benchmark.h>

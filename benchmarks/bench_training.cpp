@@ -5,7 +5,6 @@
 #include <palpate/simulator/recording.hpp>
 #include <palpate/training/comparison.hpp>
 #include <palpate/training/guidance.hpp>
-#include <palpate/training/guide_path.hpp>
 #include <palpate/training/session.hpp>
 
 #include <benchmark/benchmark.h>

@@ -3,7 +3,6 @@
 
 #include <palpate/vtk/detail/poly_data.hpp>
 #include <palpate/vtk/detail/scalpel.hpp>
-#include <palpate/vtk/detail/wound.hpp>
 #include <palpate/vtk/picture.hpp>
 
 #include <Eigen/Geometry>

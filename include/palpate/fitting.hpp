@@ -11,4 +11,3 @@
 #include <palpate/fitting/least_squares.hpp>
 #include <palpate/fitting/measurements.hpp>
 #include <palpate/fitting/needle_model.hpp>
-#include <palpate/fitting/student_quantile.hpp>

@@ -40,7 +40,6 @@
 #include <palpate/mesh/tetrahedral_adjacency.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/tetrahedral_topology.hpp>
-#include <palpate/mesh/topology_edit.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
 #include <palpate/mesh/wound_walls.hpp>
@@ -90,7 +89,6 @@
 #include <palpate/statics/linear_solver.hpp>
 #include <palpate/statics/local_relaxation.hpp>
 #include <palpate/statics/newton_raphson.hpp>
-#include <palpate/statics/tangent_matrix.hpp>
 
 // body: tissue, integrator and region, with state; where a tool touches it
 #include <palpate/body/concept.hpp>
@@ -127,9 +125,7 @@
 #include <palpate/force/network_training.hpp>
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
-#include <palpate/force/organ_walls.hpp>
 #include <palpate/force/polynomial_contact.hpp>
-#include <palpate/force/sample.hpp>
 #include <palpate/force/speed_curve.hpp>
 #include <palpate/force/tissue_presets.hpp>
 #include <palpate/force/tissue_reaction.hpp>
@@ -149,7 +145,6 @@
 #include <palpate/device/limit.hpp>
 #include <palpate/device/mouse_device.hpp>
 #include <palpate/device/null_device.hpp>
-#include <palpate/device/quantised.hpp>
 #include <palpate/device/recorded_device.hpp>
 #include <palpate/device/replay_device.hpp>
 #include <palpate/device/sampled_mass.hpp>
@@ -157,9 +152,7 @@
 #include <palpate/device/session.hpp>
 #include <palpate/device/simulated_hand.hpp>
 #include <palpate/device/simulated_touch.hpp>
-#include <palpate/device/touch_kinematics.hpp>
 #include <palpate/device/trajectory.hpp>
-#include <palpate/device/trajectory_shapes.hpp>
 
 // haptics: how the tip and the tissue push each other
 #include <palpate/haptics/concept.hpp>
@@ -167,6 +160,7 @@
 #include <palpate/haptics/coupled_force.hpp>
 #include <palpate/haptics/facet_planes.hpp>
 #include <palpate/haptics/filtered_wall.hpp>
+#include <palpate/haptics/force_limits.hpp>
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/haptics/overlay.hpp>
 #include <palpate/haptics/passivity.hpp>
@@ -181,21 +175,17 @@
 #include <palpate/haptics/safety_options.hpp>
 #include <palpate/haptics/sampled_wall.hpp>
 #include <palpate/haptics/shaded_normal.hpp>
-#include <palpate/haptics/slew_limit.hpp>
 #include <palpate/haptics/spring_then_tissue.hpp>
 #include <palpate/haptics/surface_fit.hpp>
-#include <palpate/haptics/surface_model.hpp>
 #include <palpate/haptics/surface_patch.hpp>
 #include <palpate/haptics/surface_proxy.hpp>
 #include <palpate/haptics/surface_sensor.hpp>
-#include <palpate/haptics/thermal_limit.hpp>
 #include <palpate/haptics/velocity_estimate.hpp>
 #include <palpate/haptics/virtual_coupling.hpp>
 #include <palpate/haptics/workspace_mapping.hpp>
 
 // simulator: everything together, in lock-step or in real time
 #include <palpate/simulator/budget.hpp>
-#include <palpate/simulator/contact_energy.hpp>
 #include <palpate/simulator/pacer.hpp>
 #include <palpate/simulator/realtime_options.hpp>
 #include <palpate/simulator/realtime_thread.hpp>

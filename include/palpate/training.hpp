@@ -6,7 +6,6 @@
 #include <palpate/training/comparison.hpp>
 #include <palpate/training/configuration.hpp>
 #include <palpate/training/guidance.hpp>
-#include <palpate/training/guide_path.hpp>
 #include <palpate/training/replay.hpp>
 #include <palpate/training/replay_address.hpp>
 #include <palpate/training/score.hpp>

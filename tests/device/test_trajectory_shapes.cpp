@@ -3,7 +3,7 @@
 
 #include "device/message.hpp"
 
-#include <palpate/device/trajectory_shapes.hpp>
+#include <palpate/device/trajectory.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <palpate/fitting/least_squares.hpp>
-#include <palpate/fitting/student_quantile.hpp>
 
 #include "catch.hpp"
 

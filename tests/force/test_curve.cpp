@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <palpate/force/curve.hpp>
-#include <palpate/force/sample.hpp>
+#include <palpate/force/network.hpp>
 
 #include "catch.hpp"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <palpate/core/random.hpp>
 #include <palpate/force/organ_force.hpp>
-#include <palpate/force/organ_walls.hpp>
 
 #include "catch.hpp"
 

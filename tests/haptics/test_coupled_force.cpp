@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Yardsticks: springs in series; the closed form of the sampled wall with a mass that moves exactly; energy in time for any way of the hand.
 #include <palpate/core/random.hpp>
-#include <palpate/device/quantised.hpp>
+#include <palpate/device/limit.hpp>
 #include <palpate/device/sampled_mass.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/haptics/coupled_force.hpp>

@@ -3,7 +3,7 @@
 
 #include "fake_libhd/device.hpp"
 
-#include <palpate/device/phantom/convert.hpp>
+#include <palpate/device/phantom/servo.hpp>
 
 #include <cmath>
 #include <limits>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpate/device/concept.hpp>
-#include <palpate/force/contact.hpp>
+#include <palpate/force/concept.hpp>
 
 namespace palpate_test {
 

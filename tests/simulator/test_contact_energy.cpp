@@ -2,7 +2,7 @@
 // By hand: energies before, in and after each contact are written down, the differences follow.
 #include "catch.hpp"
 
-#include <palpate/simulator/contact_energy.hpp>
+#include <palpate/simulator/recording.hpp>
 
 using namespace palpate;
 

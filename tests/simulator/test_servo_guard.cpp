@@ -18,7 +18,6 @@
 #include <palpate/force/needle_force.hpp>
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
-#include <palpate/force/organ_walls.hpp>
 #include <palpate/force/polynomial_contact.hpp>
 #include <palpate/force/speed_curve.hpp>
 #include <palpate/force/tissue_reaction.hpp>

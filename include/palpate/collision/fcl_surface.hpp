@@ -14,7 +14,6 @@
 
 #include <cstddef>
 #include <limits>
-#include <utility>
 #include <vector>
 
 namespace palpate {

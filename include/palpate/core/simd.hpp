@@ -6,7 +6,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstring>
-#include <type_traits>
 
 /// PALPATE_PLAIN_SIMD, defined for all units of a program, computes without vector types, as where the compiler has none.
 #if defined(__GNUC__) && !defined(PALPATE_PLAIN_SIMD)

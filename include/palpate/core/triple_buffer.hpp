@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <type_traits>
-#include <utility>
 
 namespace palpate {
 

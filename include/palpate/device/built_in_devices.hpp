@@ -8,7 +8,6 @@
 #include <palpate/device/simulated_touch.hpp>
 
 #include <limits>
-#include <string>
 #include <vector>
 
 namespace palpate {

@@ -5,7 +5,6 @@
 #include <palpate/core/matrix.hpp>
 
 #include <cmath>
-#include <limits>
 
 namespace palpate {
 

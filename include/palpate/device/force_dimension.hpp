@@ -2,7 +2,6 @@
 #pragma once
 
 #include <palpate/device/concept.hpp>
-#include <palpate/device/force_dimension/faults.hpp>
 #include <palpate/device/force_dimension/library.hpp>
 #include <palpate/device/force_dimension/opening.hpp>
 #include <palpate/device/force_dimension/options.hpp>

@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <memory>
 #include <numbers>
-#include <utility>
 
 namespace palpate {
 
@@ -144,8 +143,7 @@ class MouseDevice {
   explicit MouseDevice(Mouse& mouse) : options_(mouse.options_), channel_(mouse.channel_), follows_(filter(options_)) {
     require_valid(capabilities());
     if (!is_finite(options_.start)) throw InvalidArgument("MouseOptions: .start is not finite; give metres");
-    if (!(options_.buttons >= 0 && options_.buttons <= 32))
-      throw InvalidArgument(detail::message("MouseOptions: .buttons is ", options_.buttons, "; give 0 to 32"));
+    detail::OptionCheck{"MouseOptions"}(options_.buttons >= 0 && options_.buttons <= 32, ".buttons", options_.buttons, "give 0 to 32");
     if (!channel_) throw InvalidArgument("MouseDevice: this mouse was moved away; use the one that it was moved to");
     if (channel_->taken) throw InvalidArgument("MouseDevice: this mouse has a device already; make a Mouse for each");
     channel_->taken = true;
@@ -184,8 +182,8 @@ class MouseDevice {
 
  private:
   static SampledMass<Scalar> filter(MouseOptions const& options) {
-    if (!(options.smoothing > 0.0) || !(options.smoothing < 1e4))
-      throw InvalidArgument(detail::message("MouseOptions: .smoothing is ", options.smoothing, " Hz; give more than 0, for example 4"));
+    detail::OptionCheck const require{"MouseOptions"};
+    require(options.smoothing > 0.0 && options.smoothing < 1e4, ".smoothing", options.smoothing, " Hz", "give more than 0, for example 4");
     double const omega = 2.0 * std::numbers::pi * options.smoothing;
     return SampledMass<Scalar>({.mass = 1.0, .damping = 2.0 * omega, .stiffness = omega * omega, .rate = options.rate});
   }

@@ -2,8 +2,7 @@
 #pragma once
 
 #include <palpate/device/concept.hpp>
-#include <palpate/device/phantom/environment.hpp>
-#include <palpate/device/phantom/faults.hpp>
+#include <palpate/device/phantom/library.hpp>
 #include <palpate/device/phantom/opening.hpp>
 #include <palpate/device/phantom/options.hpp>
 #include <palpate/device/phantom/runtime.hpp>
@@ -12,7 +11,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>

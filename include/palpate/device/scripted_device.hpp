@@ -4,7 +4,7 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/random.hpp>
 #include <palpate/device/concept.hpp>
-#include <palpate/device/quantised.hpp>
+#include <palpate/device/limit.hpp>
 #include <palpate/device/trajectory.hpp>
 
 #include <cstdint>

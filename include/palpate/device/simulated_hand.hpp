@@ -5,7 +5,6 @@
 #include <palpate/device/concept.hpp>
 #include <palpate/device/hand_tremor.hpp>
 #include <palpate/device/limit.hpp>
-#include <palpate/device/quantised.hpp>
 #include <palpate/device/sampled_mass.hpp>
 #include <palpate/device/trajectory.hpp>
 

@@ -7,12 +7,10 @@
 #include <palpate/fitting/detail/goodness.hpp>
 #include <palpate/fitting/least_squares.hpp>
 #include <palpate/fitting/measurements.hpp>
-#include <palpate/fitting/student_quantile.hpp>
 #include <palpate/force/tissue_presets.hpp>
 
 #include <Eigen/Core>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +18,6 @@
 #include <ostream>
 #include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -133,9 +130,9 @@ double cross_validate(Model const& model, std::span<Measurement const> used, Fit
 ///            that depend on each other: the intervals are then too narrow.
 template <FittedModel Model>
 Fit<Model> fit(std::span<Measurement const> measurements, Model const& model, FitOptions const& options = {}) {
-  if (!(options.confidence > 0.0 && options.confidence < 1.0))
-    throw InvalidArgument(detail::message("fit: .confidence is ", options.confidence, "; give a share between 0 and 1, for example 0.95"));
-  if (options.folds < 0 || options.folds == 1) throw InvalidArgument(detail::message("fit: .folds is ", options.folds, "; give two or more, or 0 for no cross-validation"));
+  detail::OptionCheck const require{"fit"};
+  require(options.confidence > 0.0 && options.confidence < 1.0, ".confidence", options.confidence, "give a share between 0 and 1, for example 0.95");
+  require(options.folds == 0 || options.folds >= 2, ".folds", options.folds, "give two or more, or 0 for no cross-validation");
   for (std::size_t k = 0; k < measurements.size(); ++k)
     for (double const value : {measurements[k].depth, measurements[k].speed, measurements[k].force})
       if (!std::isfinite(value)) throw InvalidArgument(detail::message("fit: measurement ", k, " holds ", value, "; give finite numbers"));

@@ -5,8 +5,8 @@
 #include <palpate/fitting/detail/goodness.hpp>
 #include <palpate/fitting/measurements.hpp>
 #include <palpate/force/curve.hpp>
+#include <palpate/force/network.hpp>
 #include <palpate/force/network_training.hpp>
-#include <palpate/force/sample.hpp>
 #include <palpate/force/speed_curve.hpp>
 #include <palpate/force/tissue_presets.hpp>
 #include <palpate/force/trainer.hpp>

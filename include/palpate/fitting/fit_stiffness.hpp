@@ -7,9 +7,7 @@
 #include <palpate/fitting/detail/indentation_problem.hpp>
 #include <palpate/fitting/indentation.hpp>
 #include <palpate/fitting/least_squares.hpp>
-#include <palpate/fitting/student_quantile.hpp>
 #include <palpate/statics/dynamic_relaxation.hpp>
-#include <palpate/tissue/concept.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/mass_spring_options.hpp>
 

@@ -136,9 +136,9 @@ CurveReport<S> check_curve(Curve curve, DepthRange<S> range, std::type_identity_
   if (!std::isfinite(range.low) || !std::isfinite(range.high) || !(range.low < range.high))
     throw InvalidArgument(detail::message("check_curve: the depth range is ", range.low, " … ", range.high,
                                           " m; give two finite depths, the lower one first"));
-  if (options.depths < 3) throw InvalidArgument(detail::message("CurveCheck: .depths is ", options.depths, "; give three or more"));
-  if (!std::isfinite(options.tolerance) || options.tolerance < S(0))
-    throw InvalidArgument(detail::message("CurveCheck: .tolerance is ", options.tolerance, " N; give a finite number, zero or more"));
+  detail::OptionCheck const require{"CurveCheck"};
+  require(options.depths >= 3, ".depths", options.depths, "give three or more");
+  require.not_negative(".tolerance", options.tolerance, " N");
 
   std::size_t const count = static_cast<std::size_t>(options.depths);
   detail::CurveSamples samples;

@@ -5,8 +5,6 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/force/concept.hpp>
 
-#include <cmath>
-
 namespace palpate {
 
 /// Linear contact law: a spring along the normal that pushes the tool out, before the puncture.

@@ -16,6 +16,13 @@
 
 namespace palpate {
 
+/// One measured pair, in the caller's units.
+template <RealScalar S, int In, int Out>
+struct Sample {
+  std::array<S, In> input{};
+  std::array<S, Out> output{};
+};
+
 /// Tan-sigmoid tanh(x), the activation that the published liver weights belong to.
 /// Source     \cite zheng2006 eq. 6-1; erratum: the thesis prints (1 − e^−x)/(1 + e^−x) = tanh(x/2). With that
 ///            form its two liver networks contradict each other, with tanh(x) they agree within 0.0125 N. The

@@ -6,7 +6,6 @@
 #include <palpate/core/random.hpp>
 #include <palpate/force/detail/network_problem.hpp>
 #include <palpate/force/network.hpp>
-#include <palpate/force/sample.hpp>
 #include <palpate/force/trainer.hpp>
 
 #include <algorithm>
@@ -40,11 +39,11 @@ struct TrainingOptions {
   std::function<bool(TrainingProgress const&)> progress{};   ///< called after every epoch that moved the network; false ends the training
 
   void validate() const {
-    if (starts < 1) throw InvalidArgument(detail::message("TrainingOptions: .starts is ", starts, "; give one or more"));
-    if (!(held_out >= 0.0 && held_out < 1.0))
-      throw InvalidArgument(detail::message("TrainingOptions: .held_out is ", held_out, "; give a share of the samples, zero or more, below one"));
-    if (patience < 1) throw InvalidArgument(detail::message("TrainingOptions: .patience is ", patience, "; give one epoch or more"));
-    if (!(goal >= 0.0)) throw InvalidArgument(detail::message("TrainingOptions: .goal is ", goal, "; give zero or more"));
+    detail::OptionCheck const require{"TrainingOptions"};
+    require(starts >= 1, ".starts", starts, "give one or more");
+    require(held_out >= 0.0 && held_out < 1.0, ".held_out", held_out, "give a share of the samples, zero or more, below one");
+    require(patience >= 1, ".patience", patience, "give one epoch or more");
+    require(goal >= 0.0, ".goal", goal, "give zero or more");
   }
 };
 

@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace palpate {
@@ -49,8 +48,8 @@ class SpeedCurve {
       throw InvalidArgument(detail::message("SpeedCurve: the depth range is ", depths.low, " … ", depths.high, " m; give two finite depths, the lower one first"));
     if (!(speeds.low >= Scalar(0)) || !std::isfinite(speeds.high) || !(speeds.low <= speeds.high))
       throw InvalidArgument(detail::message("SpeedCurve: the speed range is ", speeds.low, " … ", speeds.high, " m/s; give two finite speeds, the lower one first"));
-    if (!(guard.largest_force > Scalar(0)))
-      throw InvalidArgument(detail::message("SpeedCurve: .largest_force is ", guard.largest_force, " N; give a force above zero, or none"));
+    detail::OptionCheck const require{"SpeedCurve"};
+    require(guard.largest_force > Scalar(0), ".largest_force", guard.largest_force, " N", "give a force above zero, or none");
     for (Scalar const depth : {depths.low, depths.high})
       for (Scalar const speed : {speeds.low, speeds.high})
         if (!std::isfinite(network_(depth, speed)))

@@ -23,8 +23,7 @@ struct TissueReaction {
   double scale = 1.0;
 
   void validate() const {
-    if (!std::isfinite(scale))
-      throw InvalidArgument(detail::message("TissueReaction: .scale is ", scale, "; give a finite number"));
+    detail::OptionCheck{"TissueReaction"}(std::isfinite(scale), ".scale", scale, "give a finite number");
   }
 
   template <RealScalar S>

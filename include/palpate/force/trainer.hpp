@@ -54,13 +54,13 @@ struct TrainingResult {
 namespace detail {
 
 inline void check_training(char const* who, int epochs, double goal) {
-  if (epochs < 1) throw InvalidArgument(message(who, ": .epochs is ", epochs, "; give one or more"));
-  if (!(goal >= 0.0)) throw InvalidArgument(message(who, ": .goal is ", goal, "; give zero or more"));
+  OptionCheck const require{who};
+  require(epochs >= 1, ".epochs", epochs, "give one or more");
+  require(goal >= 0.0, ".goal", goal, "give zero or more");
 }
 
 inline void check_descent(char const* who, double rate, int epochs, double goal) {
-  if (!std::isfinite(rate) || !(rate > 0.0))
-    throw InvalidArgument(message(who, ": .rate is ", rate, "; give a finite number above zero"));
+  OptionCheck{who}.positive(".rate", rate);
   check_training(who, epochs, goal);
 }
 
@@ -107,8 +107,7 @@ struct MomentumDescent {
 
   void validate() const {
     detail::check_descent("MomentumDescent", rate, epochs, goal);
-    if (!(momentum >= 0.0 && momentum < 1.0))
-      throw InvalidArgument(detail::message("MomentumDescent: .momentum is ", momentum, "; give zero or more, below one"));
+    detail::OptionCheck{"MomentumDescent"}(momentum >= 0.0 && momentum < 1.0, ".momentum", momentum, "give zero or more, below one");
   }
 
   template <class Problem>
@@ -160,7 +159,7 @@ struct StochasticDescent {
 
   void validate() const {
     detail::check_descent("StochasticDescent", rate, epochs, goal);
-    if (batch < 1) throw InvalidArgument(detail::message("StochasticDescent: .batch is ", batch, "; give one sample or more"));
+    detail::OptionCheck{"StochasticDescent"}(batch >= 1, ".batch", batch, "give one sample or more");
   }
 
   template <class Problem>
@@ -193,8 +192,7 @@ struct LevenbergMarquardt {
 
   void validate() const {
     detail::check_training("LevenbergMarquardt", epochs, goal);
-    if (!std::isfinite(damping) || !(damping > 0.0))
-      throw InvalidArgument(detail::message("LevenbergMarquardt: .damping is ", damping, "; give a finite number above zero"));
+    detail::OptionCheck{"LevenbergMarquardt"}.positive(".damping", damping);
   }
 
   template <class Problem>

@@ -3,10 +3,10 @@
 
 #include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/device/detail/driver.hpp>
 #include <palpate/device/device_registry.hpp>
 #include <palpate/haply/inverse3.hpp>
 
-#include <string>
 #include <string_view>
 
 namespace palpate {
@@ -61,9 +61,7 @@ inline void add_haply(DeviceRegistry<double>& devices) {
                  options.dialect = dialects[address.choice("dialect", {"by_version", "vector", "values"})];
                  options.axes = address.text("axes", options.axes);
                  options.accepts_scale = address.choice("scale", {"refuse", "accept"}) == 1;
-                 options.rate = address.number("rate", options.rate);
-                 if (address.has("max_force")) options.max_force = guessed(address.number("max_force", 0.0));
-                 options.ramp = address.number("ramp", options.ramp);
+                 detail::take_driver_options(address, options);
                  options.stall = address.number("stall", options.stall);
                  return AnyDevice<double>(Inverse3Device(options));
                }});

@@ -3,7 +3,6 @@
 
 #include <palpate/device/concept.hpp>
 #include <palpate/haply/detail/link.hpp>
-#include <palpate/haply/error.hpp>
 #include <palpate/haply/options.hpp>
 
 #include <chrono>

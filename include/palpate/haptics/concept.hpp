@@ -5,7 +5,6 @@
 #include <palpate/device/capabilities.hpp>
 #include <palpate/force/concept.hpp>
 #include <palpate/haptics/local_model.hpp>
-#include <palpate/haptics/surface_model.hpp>
 #include <palpate/haptics/workspace_mapping.hpp>
 
 #include <concepts>

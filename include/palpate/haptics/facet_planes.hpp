@@ -6,8 +6,6 @@
 #include <palpate/haptics/plane_set.hpp>
 #include <palpate/mesh/normals.hpp>
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cstddef>

@@ -26,8 +26,7 @@ struct MovingAverage {
   int samples = 1;
 
   void validate() const {
-    if (samples < 1 || samples > 1000)
-      throw InvalidArgument(detail::message("MovingAverage: .samples is ", samples, "; give a number from 1 to 1000"));
+    detail::OptionCheck{"MovingAverage"}(samples >= 1 && samples <= 1000, ".samples", samples, "give a number from 1 to 1000");
   }
   std::complex<double> response(double turn, double) const {
     double const below = samples * std::sin(turn / 2);
@@ -41,8 +40,7 @@ struct OnePole {
   double cutoff = 100.0;   ///< f [Hz]
 
   void validate() const {
-    if (!(cutoff > 0.0) || !std::isfinite(cutoff))
-      throw InvalidArgument(detail::message("OnePole: .cutoff is ", cutoff, " Hz; give a finite number above zero"));
+    detail::OptionCheck{"OnePole"}.positive(".cutoff", cutoff, " Hz");
   }
   std::complex<double> response(double turn, double period) const {
     double const a = pole(period);
@@ -59,8 +57,7 @@ struct TickDelay {
   int ticks = 1;
 
   void validate() const {
-    if (ticks < 0 || ticks > 1000)
-      throw InvalidArgument(detail::message("TickDelay: .ticks is ", ticks, "; give a number from 0 to 1000"));
+    detail::OptionCheck{"TickDelay"}(ticks >= 0 && ticks <= 1000, ".ticks", ticks, "give a number from 0 to 1000");
   }
   std::complex<double> response(double turn, double) const { return std::polar(1.0, -turn * ticks); }
   double delay(double period) const { return ticks * period; }

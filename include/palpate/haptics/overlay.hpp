@@ -3,7 +3,7 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/policy.hpp>
-#include <palpate/force/contact.hpp>
+#include <palpate/force/concept.hpp>
 #include <palpate/haptics/concept.hpp>
 
 #include <utility>

@@ -40,11 +40,11 @@ class PatchHandover {
   using Scalar = S;
 
   explicit PatchHandover(PatchHandoverOptions const& options = {}) : ticks_(options.ticks), period_(S(options.period)) {
-    if (options.ticks < 1) throw InvalidArgument(detail::message("PatchHandover: .ticks is ", options.ticks, "; give 1 or more"));
-    if (!(options.period > 0.0) || !std::isfinite(options.period))
-      throw InvalidArgument(detail::message("PatchHandover: .period is ", options.period, " s; give that of the servo, 0.001 for most"));
-    if (!(options.moves_for >= 0.0) || !(options.moves_for / options.period < 1e6))
-      throw InvalidArgument(detail::message("PatchHandover: .moves_for is ", options.moves_for, " s; give 0 or about the time between two patches"));
+    detail::OptionCheck const require{"PatchHandover", true};
+    require(options.ticks >= 1, ".ticks", options.ticks, "give 1 or more");
+    require(options.period > 0.0, ".period", options.period, " s", "give that of the servo, 0.001 for most");
+    require(options.moves_for >= 0.0 && options.moves_for / options.period < 1e6, ".moves_for", options.moves_for, " s",
+            "give 0 or about the time between two patches");
     moving_ticks_ = static_cast<int>(options.moves_for / options.period);
     tick_ = ticks_;
   }

@@ -39,7 +39,7 @@ class PlaneHandover {
   static constexpr int max_planes = 3;   // of a set
 
   explicit PlaneHandover(PlaneHandoverOptions const& options = {}) : ticks_(options.ticks), tick_(options.ticks) {
-    if (options.ticks < 1) throw InvalidArgument(detail::message("PlaneHandover: .ticks is ", options.ticks, "; give 1 or more"));
+    detail::OptionCheck{"PlaneHandover"}(options.ticks >= 1, ".ticks", options.ticks, "give 1 or more");
   }
 
   /// A new set, with its stiffness [N/m], for the present tip; an empty set means no contact. Returns false and changes nothing for a set

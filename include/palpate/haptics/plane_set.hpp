@@ -4,7 +4,7 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 
-#include <Eigen/LU>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

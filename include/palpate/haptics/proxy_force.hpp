@@ -150,10 +150,9 @@ class ProxyForce {
   }
   static ProxyForceOptions const& checked(ProxyForceOptions const& options) {
     if (options.surface == SurfaceKind::none) throw InvalidArgument("ProxyForce: .surface is none; give plane, ball or facets");
-    if (!(options.release >= 0.0) || !std::isfinite(options.release))
-      throw InvalidArgument(detail::message("ProxyForce: .release is ", options.release, " s; give a finite time, zero or more"));
-    if (options.handover < 0)
-      throw InvalidArgument(detail::message("ProxyForce: .handover is ", options.handover, "; give a number of ticks, or 0 for as many as lie between two models"));
+    detail::OptionCheck const require{"ProxyForce", true};
+    require(options.release >= 0.0, ".release", options.release, " s", "give a finite time, zero or more");
+    require(options.handover >= 0, ".handover", options.handover, "give a number of ticks, or 0 for as many as lie between two models");
     return options;
   }
 

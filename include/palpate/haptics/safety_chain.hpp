@@ -4,11 +4,10 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/device/lifecycle.hpp>
 #include <palpate/device/limit.hpp>
+#include <palpate/haptics/force_limits.hpp>
 #include <palpate/haptics/passivity.hpp>
 #include <palpate/haptics/safety_event.hpp>
 #include <palpate/haptics/safety_options.hpp>
-#include <palpate/haptics/slew_limit.hpp>
-#include <palpate/haptics/thermal_limit.hpp>
 #include <palpate/haptics/workspace_mapping.hpp>
 
 #include <algorithm>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
-#include <palpate/haptics/detail/turned.hpp>
 
 #include <Eigen/Geometry>
 

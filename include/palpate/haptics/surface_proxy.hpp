@@ -5,9 +5,6 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/haptics/plane_set.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <limits>
 
 namespace palpate {

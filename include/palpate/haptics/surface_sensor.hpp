@@ -4,10 +4,9 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/haptics/facet_planes.hpp>
+#include <palpate/haptics/local_model.hpp>
 #include <palpate/haptics/surface_fit.hpp>
-#include <palpate/haptics/surface_model.hpp>
 
-#include <cmath>
 #include <cstddef>
 
 namespace palpate {

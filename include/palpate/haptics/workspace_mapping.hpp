@@ -5,7 +5,6 @@
 #include <palpate/core/similarity.hpp>
 #include <palpate/device/capabilities.hpp>
 
-#include <algorithm>
 #include <cmath>
 
 namespace palpate {

@@ -4,7 +4,6 @@
 #include <palpate/integrator/concept.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace palpate {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
-#include <palpate/mesh/detail/shapes.hpp>
 #include <palpate/mesh/implicit.hpp>
 #include <palpate/mesh/organ.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>

@@ -3,15 +3,12 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
-#include <palpate/mesh/defect.hpp>
 #include <palpate/mesh/detail/close_points.hpp>
 #include <palpate/mesh/detail/simplices.hpp>
 #include <palpate/mesh/detail/surface_sides.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
-
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

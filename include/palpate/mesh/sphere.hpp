@@ -7,7 +7,6 @@
 #include <palpate/mesh/triangle_mesh.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -11,7 +11,6 @@
 #include <palpate/haptics/surface_sensor.hpp>
 
 #include <algorithm>
-#include <concepts>
 #include <cstdint>
 
 namespace palpate {

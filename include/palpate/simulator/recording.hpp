@@ -3,17 +3,63 @@
 
 #include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/phase.hpp>
 #include <palpate/device/detail/csv_table.hpp>
 #include <palpate/haptics/safety_event.hpp>
-#include <palpate/simulator/detail/tick_text.hpp>
 #include <palpate/simulator/tick.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+namespace palpate::detail {
+
+inline constexpr std::size_t tick_columns = 10;
+inline constexpr std::array<std::string_view, tick_columns> tick_names = {"time_s", "tip_x_m",   "tip_y_m",   "tip_z_m",  "depth_m",
+                                                                          "phase",  "force_x_N", "force_y_N", "force_z_N", "energy_J"};
+
+/// One row, without the end of the line.
+inline void append_tick(std::string& text, Tick const& tick) {
+  append_number(text, tick.time);
+  for (double const coordinate : tick.tip) append_number(text += ',', coordinate);
+  append_number(text += ',', tick.depth);
+  (text += ',') += to_string(tick.phase);
+  for (double const component : tick.force) append_number(text += ',', component);
+  append_number(text += ',', tick.energy);
+}
+
+inline std::optional<CuttingPhase> phase_from(std::string_view text) noexcept {
+  for (CuttingPhase const phase : {CuttingPhase::no_contact, CuttingPhase::indenting, CuttingPhase::moving})
+    if (text == to_string(phase)) return phase;
+  return std::nullopt;
+}
+
+/// The tick in the first columns of a row, which has at least as many; throws with the line for what is none.
+inline Tick tick_from(CsvTable const& table, CsvTable::Row const& row) {
+  auto const number = [&](std::size_t column) { return table.number(row, column, tick_names[column]); };
+  auto const phase = phase_from(row[5]);
+  if (!phase)
+    table.fail_here(message("phase \"", row[5], "\" is unknown; it is \"", to_string(CuttingPhase::no_contact), "\", \"",
+                            to_string(CuttingPhase::indenting), "\" or \"", to_string(CuttingPhase::moving), "\""));
+  return {
+      .time = number(0), .tip = {number(1), number(2), number(3)}, .depth = number(4), .phase = *phase, .force = {number(6), number(7), number(8)}, .energy = number(9)};
+}
+
+inline std::string joined(CsvTable::Row const& row) {
+  std::string text;
+  for (std::string_view const cell : row) {
+    if (!text.empty()) text += ',';
+    text += cell;
+  }
+  return text;
+}
+
+}  // namespace palpate::detail
 
 namespace palpate {
 
@@ -110,5 +156,33 @@ class Recording {
   std::size_t dropped_ = 0;
   ForceSaturation saturation_{};
 };
+
+/// One contact of a recording, from the tick before the touch to the one in which it ends, and what the hand put into it.
+/// Units      s; energy [J]: above zero the hand gave it, as into a cut or a damper; below zero it came out of the rendering, which is what a passive one
+///            never does but for the ½ K |Δx|² a tick that a sampled spring leaks.
+struct ContactEnergy {
+  double begin = 0.0, end = 0.0;
+  double energy = 0.0;
+  bool cut = false;   ///< the tool went through the surface
+};
+
+/// The contacts of a recording of one session, in the order of time; one that is still there at its end counts up to it.
+inline std::vector<ContactEnergy> contact_energies(Recording const& recording) {
+  std::vector<ContactEnergy> contacts;
+  auto const& ticks = recording.ticks();
+  for (std::size_t k = 0; k < ticks.size(); ++k) {
+    Tick const& before = ticks[k > 0 ? k - 1 : 0];
+    bool const was = k > 0 && before.phase != CuttingPhase::no_contact, is = ticks[k].phase != CuttingPhase::no_contact;
+    if (!was && !is) continue;
+    if (!was) contacts.push_back({.begin = before.time, .energy = -before.energy});
+    ContactEnergy& contact = contacts.back();
+    contact.cut = contact.cut || ticks[k].phase == CuttingPhase::moving;
+    if (!is || k + 1 == ticks.size()) {
+      contact.end = ticks[k].time;
+      contact.energy += ticks[k].energy;
+    }
+  }
+  return contacts;
+}
 
 }  // namespace palpate

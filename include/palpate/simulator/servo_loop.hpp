@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/event_ring.hpp>
+#include <palpate/core/flush_denormals.hpp>
+#include <palpate/core/tool_pose.hpp>
 #include <palpate/device/concept.hpp>
 #include <palpate/device/limit.hpp>
 #include <palpate/force/concept.hpp>
@@ -8,10 +11,7 @@
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/haptics/safety_chain.hpp>
 #include <palpate/haptics/workspace_mapping.hpp>
-#include <palpate/core/event_ring.hpp>
-#include <palpate/core/flush_denormals.hpp>
-#include <palpate/core/tool_pose.hpp>
-#include <palpate/simulator/recording.hpp>
+#include <palpate/simulator/tick.hpp>
 
 #include <cmath>
 #include <cstddef>

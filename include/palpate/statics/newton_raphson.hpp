@@ -4,11 +4,9 @@
 #include <palpate/core/error.hpp>
 #include <palpate/statics/detail/net_forces.hpp>
 #include <palpate/statics/linear_solver.hpp>
-#include <palpate/statics/tangent_matrix.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace palpate {
 

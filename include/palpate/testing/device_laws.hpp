@@ -10,8 +10,6 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <numbers>
 #include <set>
 #include <string>
@@ -235,8 +233,7 @@ template <RealScalar Scalar = double, class Device>
   requires HapticDevice<Device, Scalar>
 Violations check_device(Device& device, DeviceLawOptions const& options = {}) {
   using palpate::detail::message;
-  if (!(options.force >= 0.0) || !std::isfinite(options.force))
-    throw InvalidArgument(message("DeviceLawOptions: .force is ", options.force, " N; give a finite one, zero or more"));
+  palpate::detail::OptionCheck{"DeviceLawOptions", true}(options.force >= 0.0, ".force", options.force, " N", "give a finite one, zero or more");
   Violations found;
   try {
     detail::EndsSafely<Scalar, Device> end(device);

@@ -4,7 +4,7 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
-#include <palpate/force/contact.hpp>
+#include <palpate/force/concept.hpp>
 #include <palpate/training/alignment.hpp>
 #include <palpate/training/session.hpp>
 #include <palpate/training/smoothness.hpp>

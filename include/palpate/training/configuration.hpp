@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
-#include <palpate/simulator/detail/tick_text.hpp>
 
 #include <concepts>
 #include <cstddef>

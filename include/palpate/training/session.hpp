@@ -10,7 +10,6 @@
 #include <palpate/training/configuration.hpp>
 
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <string>
 #include <utility>

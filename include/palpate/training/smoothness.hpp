@@ -65,8 +65,7 @@ inline Matrix<double, Dynamic, 5> quartic_fit(Eigen::Index half) {
 inline Smoothness smoothness(Matrix3X<double> const& points, double rate, SmoothnessOptions const& options = {}) {
   using Index = Eigen::Index;
   if (!(rate > 0.0) || !std::isfinite(rate)) throw InvalidArgument(detail::message("smoothness: the rate is ", rate, " Hz; give a positive one"));
-  if (!(options.window > 0.0) || !std::isfinite(options.window))
-    throw InvalidArgument(detail::message("smoothness: .window is ", options.window, " s; give a positive time, for example 0.1"));
+  detail::OptionCheck{"smoothness", true}(options.window > 0.0, ".window", options.window, " s", "give a positive time, for example 0.1");
   if (points.cols() < 7) throw InvalidArgument(detail::message("smoothness: there are ", points.cols(), " points; give 7 or more"));
 
   Index const most = (points.cols() - 1) / 2;

@@ -15,7 +15,6 @@
 #include <vtkTable.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>

@@ -7,7 +7,6 @@
 #include <palpate/vtk/detail/off_screen.hpp>
 #include <palpate/vtk/detail/poly_data.hpp>
 #include <palpate/vtk/detail/scalpel.hpp>
-#include <palpate/vtk/detail/wound.hpp>
 
 #include <Eigen/Geometry>
 

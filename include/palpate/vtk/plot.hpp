@@ -5,7 +5,6 @@
 #include <palpate/vtk/detail/chart_window.hpp>
 #include <palpate/vtk/detail/off_screen.hpp>
 #include <palpate/vtk/detail/plot_ink.hpp>
-#include <palpate/vtk/detail/plot_range.hpp>
 #include <palpate/vtk/plot_style.hpp>
 
 #include <vtkAxis.h>
@@ -24,7 +23,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace palpate {

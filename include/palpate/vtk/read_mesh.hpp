@@ -4,11 +4,9 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
-#include <palpate/vtk/detail/check_legacy.hpp>
-#include <palpate/vtk/detail/check_stl.hpp>
+#include <palpate/vtk/detail/check_files.hpp>
 #include <palpate/vtk/detail/message_trap.hpp>
-#include <palpate/vtk/detail/scan_obj.hpp>
-#include <palpate/vtk/detail/scan_ply.hpp>
+#include <palpate/vtk/detail/scan_files.hpp>
 
 #include <vtkCellArray.h>
 #include <vtkDataSetReader.h>

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <charconv>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <limits>
@@ -51,6 +53,30 @@ inline std::string legible(std::string_view text) {
   for (char& c : result)
     if (c < ' ' || c > '~') c = '?';
   return text.size() > most ? result + " ..." : result;
+}
+
+/// The shortest text that reads back to the same double, with a decimal point in every locale.
+inline void append_number(std::string& text, double value) {
+  if (std::isnan(value)) {   // one spelling: the sign of a NaN differs between machines
+    text += "nan";
+    return;
+  }
+#if defined(__cpp_lib_to_chars)
+  std::array<char, 32> buffer;
+  auto const result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  text.append(buffer.data(), result.ptr);
+#else
+  for (int digits = 1; digits <= std::numeric_limits<double>::max_digits10; ++digits) {
+    std::ostringstream stream;
+    stream.imbue(std::locale::classic());
+    stream.precision(digits);
+    stream << value;
+    if (digits == std::numeric_limits<double>::max_digits10 || to_number<double>(stream.str()) == value) {
+      text += stream.str();
+      return;
+    }
+  }
+#endif
 }
 
 }  // namespace palpate::detail

@@ -26,9 +26,7 @@ inline void add_force_dimension(DeviceRegistry<double>& devices) {
                    if (!number) throw InvalidArgument(detail::message("\"", index, "\" is no index of a device; write dhd:0 for the first"));
                    options.device = *number;
                  }
-                 options.rate = address.number("rate", options.rate);
-                 if (address.has("max_force")) options.max_force = address.number("max_force", 0.0);
-                 options.ramp = address.number("ramp", options.ramp);
+                 detail::take_driver_options(address, options);
                  return AnyDevice<double>(ForceDimensionDevice(options));
                }});
 }

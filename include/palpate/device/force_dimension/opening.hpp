@@ -2,11 +2,9 @@
 #pragma once
 
 #include <palpate/device/capabilities.hpp>
-#include <palpate/device/force_dimension/abi.hpp>
-#include <palpate/device/force_dimension/convert.hpp>
-#include <palpate/device/force_dimension/faults.hpp>
 #include <palpate/device/force_dimension/library.hpp>
 #include <palpate/device/force_dimension/options.hpp>
+#include <palpate/device/force_dimension/servo.hpp>
 
 #include <algorithm>
 #include <cctype>

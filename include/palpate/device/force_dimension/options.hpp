@@ -2,8 +2,8 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/device/detail/driver.hpp>
 
-#include <cmath>
 #include <limits>
 #include <string>
 
@@ -36,6 +36,23 @@ struct ForceDimensionOptions {
     require.positive(".gap", gap, " s");
     require.positive(".timeout", timeout, " s");
   }
+};
+
+/// Why a device of Force Dimension could not be opened or armed.
+enum class ForceDimensionProblem {
+  library_not_found,      ///< neither libdrd nor libdhd could be loaded
+  library_incompatible,   ///< what was loaded lacks a function
+  device_not_found,       ///< the library opens no device of that index
+  in_use,                 ///< this program has it open already
+  not_calibrated,
+  driver                  ///< the library reported an error of its own: see the code
+};
+
+/// Thrown by `ForceDimensionDevice` outside the servo tick. The text is one line: what was tried, what the library said, what to check.
+class ForceDimensionError : public detail::DriverError<ForceDimensionProblem> {
+ public:
+  ForceDimensionError(ForceDimensionProblem problem, std::string const& text, int native_code = 0)
+      : DriverError(problem, "Force Dimension: " + text, native_code) {}
 };
 
 }  // namespace palpate

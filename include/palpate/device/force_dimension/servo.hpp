@@ -2,12 +2,14 @@
 #pragma once
 
 #include <palpate/core/event_ring.hpp>
+#include <palpate/core/matrix.hpp>
 #include <palpate/device/concept.hpp>
-#include <palpate/device/force_dimension/abi.hpp>
-#include <palpate/device/force_dimension/convert.hpp>
-#include <palpate/device/force_dimension/faults.hpp>
+#include <palpate/device/detail/driver.hpp>
+#include <palpate/device/force_dimension/library.hpp>
 #include <palpate/device/force_dimension/options.hpp>
 #include <palpate/device/limit.hpp>
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
@@ -32,15 +34,46 @@ struct ForceDimensionCounts {
 
 namespace detail::force_dimension {
 
+/// What the library gives for one tick: SI units, x towards the user, y to the right, z up.
+struct NativeState {
+  std::array<double, 3> position{}, velocity{}, angular_velocity{};
+  double rotation[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};   // rows; its columns are the tool's axes
+  unsigned buttons = 0;
+};
+
+constexpr int button_bits = 16;
+
+/// (towards the user, right, up) → (right, up, towards the user): a cyclic permutation, so a proper rotation.
+///   v = P v_dhd,   R = P R_dhd Pᵀ,   P = [0 1 0; 0 0 1; 1 0 0]
+inline Vector3<double> from_native(std::array<double, 3> const& v) noexcept { return {v[1], v[2], v[0]}; }
+inline std::array<double, 3> to_native(Vector3<double> const& v) noexcept { return {v.z(), v.x(), v.y()}; }
+
+/// False, and nothing changed, when position or velocity are not finite. A rotation that is none leaves the orientation as it was.
+inline bool convert(NativeState const& native, bool has_wrist, DeviceState<double>& state) noexcept {
+  Vector3<double> const position = from_native(native.position), velocity = from_native(native.velocity);
+  if (!is_finite(position) || !is_finite(velocity)) return false;
+  state.position = position;
+  state.velocity = velocity;
+  state.buttons = static_cast<std::uint32_t>(native.buttons) & ((1u << button_bits) - 1u);
+  if (!has_wrist) return true;
+  if (Vector3<double> const turning = from_native(native.angular_velocity); is_finite(turning)) state.angular_velocity = turning;
+  constexpr int from[3] = {1, 2, 0};
+  Matrix<double, 3, 3> rotation;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) rotation(row, column) = native.rotation[from[row]][from[column]];
+  take_orientation(rotation, state);
+  return true;
+}
+
 /// One open device: each tick takes its state and sends the force.
-///   force sent = ramp · limited(force wanted, largest force);   ramp: 0 → 1 within options.ramp while nothing speaks against a force
+/// The force rises within options.ramp (see ForceRamp) while nothing speaks against one.
 /// Cost       three or four calls of the library for a read and one for a write, some of which wait for the USB; ten times a second one more. Nothing
 ///            else waits, locks or allocates.
 class Servo {
  public:
   Servo(Functions const& functions, Id id, ForceDimensionOptions const& options, Capabilities const& capabilities) noexcept
-      : dhd_(functions), id_(id), max_force_(capabilities.max_force), max_torque_(capabilities.max_torque), jump_(options.jump), gap_(options.gap),
-        per_tick_(options.ramp > 0.0 ? 1.0 / (options.ramp * options.rate) : 1.0), silence_(std::max(1.0, std::ceil(options.silence * options.rate))),
+      : dhd_(functions), id_(id), ramp_(options.ramp, options.rate, capabilities), jump_(options.jump), gap_(options.gap),
+        silence_(std::max(1.0, std::ceil(options.silence * options.rate))),
         checked_every_(std::max(1u, static_cast<unsigned>(0.1 * options.rate))), calibrated_only_(options.calibrated_only),
         has_wrist_(capabilities.reports_orientation) {}
 
@@ -66,11 +99,9 @@ class Servo {
     if (!armed_) return DeviceStatus::ok;
     Wrench<double> out;
     if (sound_ && !switched_off_ && repeated_ < silence_ && (calibration_ == Calibration::good || !calibrated_only_)) {
-      ramp_ = std::min(1.0, ramp_ + per_tick_);
-      out.force = ramp_ * limited(wrench.force, max_force_);
-      out.torque = ramp_ * limited(wrench.torque, max_torque_);
+      out = ramp_.next(wrench);
     } else {
-      ramp_ = 0.0;
+      ramp_.begin_again();
     }
     int const came = send(out);
     if (came == result::saturated) ++counts_.saturated;
@@ -88,7 +119,7 @@ class Servo {
       return false;
     }
     switched_off_ = false;
-    ramp_ = 0.0;
+    ramp_.begin_again();
     last_ = {};
     until_check_ = checked_every_;
     return true;
@@ -98,7 +129,7 @@ class Servo {
     static_cast<void>(send({}));
     static_cast<void>(dhd_.enable_force(0, id_));
     armed_ = false;
-    ramp_ = 0.0;
+    ramp_.begin_again();
   }
 
   /// Asks the device how it is.
@@ -183,7 +214,7 @@ class Servo {
   }
   void begin_again(std::uint64_t& counter) noexcept {
     ++counter;
-    ramp_ = 0.0;
+    ramp_.begin_again();
   }
   void notice_gap() noexcept {
     auto const now = Clock::now();
@@ -205,8 +236,8 @@ class Servo {
 
   Functions const dhd_;
   Id const id_;
-  double const max_force_, max_torque_, jump_, gap_;
-  double const per_tick_;   // the ramp's rise
+  ForceRamp ramp_;
+  double const jump_, gap_;
   double const silence_;    // ticks
   unsigned const checked_every_;   // ticks
   bool const calibrated_only_, has_wrist_;
@@ -218,7 +249,7 @@ class Servo {
   EventRing<DeviceFault, 16> faults_;   // that the session goes on after
   std::optional<DeviceFault> ending_;
   Clock::time_point last_;      // read
-  double ramp_ = 0.0, repeated_ = 0.0;   // the latter in ticks
+  double repeated_ = 0.0;   // ticks
   unsigned until_check_ = 1, unsound_ = 0;
   int last_code_ = 0;
   bool armed_ = false, sound_ = false, known_ = false, switched_off_ = false;

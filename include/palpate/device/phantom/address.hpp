@@ -18,9 +18,7 @@ inline void add_phantom(DeviceRegistry<double>& devices) {
                            {"patience", "s, that arming waits for the user to calibrate, 0"}},
                .make = [](DeviceAddress const& address) {
                  PhantomOptions options{.device = address.path, .library = address.text("library", "")};
-                 options.rate = address.number("rate", options.rate);
-                 if (address.has("max_force")) options.max_force = address.number("max_force", 0.0);
-                 options.ramp = address.number("ramp", options.ramp);
+                 detail::take_driver_options(address, options);
                  options.calibration_patience = address.number("patience", options.calibration_patience);
                  return AnyDevice<double>(PhantomDevice(options));
                }});

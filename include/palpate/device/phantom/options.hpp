@@ -2,8 +2,8 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/device/detail/driver.hpp>
 
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
@@ -44,6 +44,23 @@ struct PhantomOptions {
     require.positive(".timeout", timeout, " s");
     require.not_negative(".calibration_patience", calibration_patience, " s");
   }
+};
+
+/// Why a PHANToM could not be opened, armed or started.
+enum class PhantomProblem {
+  library_not_found,      ///< no libHD could be loaded
+  library_incompatible,   ///< what was loaded lacks a function
+  licence,                ///< the licence of deployment was refused
+  device_not_found,       ///< the driver opens no device of that name
+  not_calibrated,
+  timeout,                ///< the driver did not come back in time
+  driver                  ///< the driver reported an error of its own: see the code
+};
+
+/// Thrown by `PhantomDevice` outside the servo tick. The text is one line: what was tried, what the driver said, what to check.
+class PhantomError : public detail::DriverError<PhantomProblem> {
+ public:
+  PhantomError(PhantomProblem problem, std::string const& text, int native_code = 0) : DriverError(problem, "PHANToM: " + text, native_code) {}
 };
 
 }  // namespace palpate

@@ -2,14 +2,16 @@
 #pragma once
 
 #include <palpate/core/event_ring.hpp>
+#include <palpate/core/matrix.hpp>
 #include <palpate/core/triple_buffer.hpp>
 #include <palpate/device/concept.hpp>
+#include <palpate/device/detail/driver.hpp>
 #include <palpate/device/limit.hpp>
-#include <palpate/device/phantom/abi.hpp>
-#include <palpate/device/phantom/convert.hpp>
-#include <palpate/device/phantom/faults.hpp>
+#include <palpate/device/phantom/control_thread.hpp>
+#include <palpate/device/phantom/library.hpp>
 #include <palpate/device/phantom/options.hpp>
-#include <palpate/device/phantom/plain_locale.hpp>
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
@@ -19,7 +21,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <thread>
 #include <utility>
 
 namespace palpate {
@@ -36,9 +37,54 @@ struct PhantomCounts {
 
 namespace detail::phantom {
 
+/// What the library gives for one tick, in its own units.
+struct NativeState {
+  std::array<double, 3> position{};           // mm
+  std::array<double, 3> velocity{};           // mm/s
+  std::array<double, 3> angular_velocity{};   // rad/s
+  std::array<double, 16> transform{};         // 4 × 4, translation in mm
+  int buttons = 0;
+};
+
+/// How the sixteen numbers lie: papers and libraries do not agree.
+enum class TransformOrder { by_columns, by_rows };
+
+/// The order in which the translation is the position; nothing when the position is too near to the origin to tell, or neither fits.
+inline std::optional<TransformOrder> order_of(NativeState const& native) noexcept {
+  auto const fits = [&](std::size_t x, std::size_t y, std::size_t z) {
+    return std::abs(native.transform[x] - native.position[0]) <= 1e-3 && std::abs(native.transform[y] - native.position[1]) <= 1e-3 &&
+           std::abs(native.transform[z] - native.position[2]) <= 1e-3;
+  };
+  bool const columns = fits(12, 13, 14), rows = fits(3, 7, 11);
+  if (columns == rows) return std::nullopt;
+  return columns ? TransformOrder::by_columns : TransformOrder::by_rows;
+}
+
+/// In SI units; false, and nothing changed, when position or velocity are not finite. A rotation that is none leaves the orientation as it was.
+/// The frame is the device's: x to the right, y up, z towards the user.
+inline bool convert(NativeState const& native, TransformOrder order, DeviceState<double>& state) noexcept {
+  auto const vector = [](std::array<double, 3> const& from, double unit) { return Vector3<double>(unit * from[0], unit * from[1], unit * from[2]); };
+  Vector3<double> const position = vector(native.position, 1e-3), velocity = vector(native.velocity, 1e-3),
+                        turning = vector(native.angular_velocity, 1.0);
+  if (!is_finite(position) || !is_finite(velocity)) return false;
+  state.position = position;
+  state.velocity = velocity;
+  if (is_finite(turning)) state.angular_velocity = turning;
+  state.buttons = static_cast<std::uint32_t>(native.buttons);
+  Eigen::Map<Matrix<double, 4, 4> const> const columns(native.transform.data());
+  Matrix<double, 3, 3> const linear = columns.topLeftCorner<3, 3>();
+  take_orientation(order == TransformOrder::by_columns ? linear : linear.transpose(), state);
+  return true;
+}
+
+inline std::array<double, 3> force_to_native(Vector3<double> const& force) noexcept { return {force.x(), force.y(), force.z()}; }   // N
+inline std::array<double, 3> torque_to_native(Vector3<double> const& torque) noexcept {   // N·m → mN·m
+  return {1e3 * torque.x(), 1e3 * torque.y(), 1e3 * torque.z()};
+}
+
 /// One device in the driver's thread: takes its state, asks for the force or takes the one that waits, and sends it. Everything of the library that
 /// is called here is called between begin_frame and end_frame of this device.
-///   force written = ramp · limited(force wanted, largest force);   ramp: 0 → 1 within options.ramp while the motors are on
+/// The force rises within options.ramp (see ForceRamp) while the motors are on.
 /// Threads    `tick` and what it calls: the scheduler's. The public atomics: any. `commands` has one writer, `states`, `faults` and `ending` one
 ///            reader each: the host.
 /// Cost       about fifteen calls of the library; noexcept, no allocation, no lock.
@@ -47,8 +93,8 @@ class Servo {
   using Tick = void (*)(void*) noexcept;
 
   Servo(PhantomOptions const& options, Handle handle, Capabilities const& capabilities, Number styles, Calibration at_first)
-      : calibrated(at_first), options_(options), handle_(handle), max_force_(capabilities.max_force), max_torque_(capabilities.max_torque),
-        per_tick_(options.ramp > 0.0 ? 1.0 / (options.ramp * options.rate) : 1.0), held_ticks_(std::max(1.0, std::ceil(options.held * options.rate))),
+      : calibrated(at_first), options_(options), handle_(handle), has_torque_(capabilities.max_torque > 0.0),
+        ramp_(options.ramp, options.rate, capabilities), held_ticks_(std::max(1.0, std::ceil(options.held * options.rate))),
         checked_every_(std::max(1u, static_cast<unsigned>(options.rate))),
         style_((styles & calibration::automatic) != 0 ? calibration::automatic : (styles & calibration::inkwell) != 0 ? calibration::inkwell : 0) {}
 
@@ -85,7 +131,7 @@ class Servo {
   /// The scheduler was stopped, and the library's motors are off with it.
   void interrupted() noexcept {
     force_on.store(false);
-    ramp_ = 0.0;
+    ramp_.begin_again();
     calibrating_ = false;
     known_ = false;
   }
@@ -157,7 +203,7 @@ class Servo {
 
   void begin_again(std::atomic<std::uint64_t>& counter) noexcept {
     counter.fetch_add(1, std::memory_order_relaxed);
-    ramp_ = 0.0;
+    ramp_.begin_again();
   }
 
   /// Motors off, and no frame any more.
@@ -199,7 +245,7 @@ class Servo {
     fresh_ = convert(native, order_.value_or(TransformOrder::by_columns), state_);
     if (!fresh_) {
       unreadable.fetch_add(1, std::memory_order_relaxed);
-      ramp_ = 0.0;
+      ramp_.begin_again();
       bad_tick_ = true;
       return;
     }
@@ -244,7 +290,7 @@ class Servo {
       hd.enable(capability::force);
     else
       hd.disable(capability::force);
-    ramp_ = 0.0;
+    ramp_.begin_again();
     force_on.store(on);
   }
 
@@ -255,7 +301,7 @@ class Servo {
     if (std::exchange(was_self_clocked_, hosts != nullptr) && hosts == nullptr) {   // the tick's last force ends with it
       wanted_ = {};
       age_ = long_ago;
-      ramp_ = 0.0;
+      ramp_.begin_again();
     }
     bool const waits = commands.fetch();
     if (hosts != nullptr) {   // a force from before start() is never given
@@ -271,20 +317,18 @@ class Servo {
     Wrench<double> out;
     if (age_ > held_ticks_) {
       unattended.fetch_add(1, std::memory_order_relaxed);
-      ramp_ = 0.0;
+      ramp_.begin_again();
     } else if (force_on.load(std::memory_order_relaxed) && fresh_) {
-      ramp_ = std::min(1.0, ramp_ + per_tick_);
-      out.force = ramp_ * limited(wanted_.force, max_force_);
-      out.torque = ramp_ * limited(wanted_.torque, max_torque_);
+      out = ramp_.next(wanted_);
     }
     hd.set_doubles(parameter::force, force_to_native(out.force).data());
-    if (max_torque_ > 0.0) hd.set_doubles(parameter::gimbal_torque, torque_to_native(out.torque).data());
+    if (has_torque_) hd.set_doubles(parameter::gimbal_torque, torque_to_native(out.torque).data());
   }
 
   PhantomOptions const options_;
   Handle const handle_;
-  double const max_force_, max_torque_;
-  double const per_tick_;     // the ramp's rise
+  bool const has_torque_;
+  ForceRamp ramp_;
   double const held_ticks_;
   unsigned const checked_every_;   // ticks
   Number const style_;        // of the calibration that is possible while the scheduler runs; 0: none
@@ -295,7 +339,6 @@ class Servo {
   std::size_t early_count_ = 0;
   Wrench<double> wanted_;
   double age_ = long_ago;          // ticks since a force was written
-  double ramp_ = 0.0;
   unsigned until_check_ = 0, until_attempt_ = 0;   // ticks
   unsigned attempts_ = 0;     // to calibrate, since the host asked for it or the driver was content
   unsigned bad_ticks_ = 0;

@@ -3,7 +3,6 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/force/network.hpp>
-#include <palpate/force/sample.hpp>
 
 #include <Eigen/Core>
 

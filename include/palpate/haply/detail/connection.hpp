@@ -3,7 +3,6 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/haply/detail/messages.hpp>
-#include <palpate/haply/error.hpp>
 #include <palpate/haply/options.hpp>
 
 #include <boost/asio/connect.hpp>

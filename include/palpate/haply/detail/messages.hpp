@@ -5,7 +5,6 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/device/concept.hpp>
-#include <palpate/haply/error.hpp>
 #include <palpate/haply/frame.hpp>
 #include <palpate/haply/options.hpp>
 

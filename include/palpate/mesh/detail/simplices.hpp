@@ -5,7 +5,6 @@
 #include <palpate/core/matrix.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <vector>
 

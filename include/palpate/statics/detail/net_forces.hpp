@@ -4,9 +4,7 @@
 #include <palpate/statics/concept.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <limits>
 #include <vector>
 
 namespace palpate::detail {

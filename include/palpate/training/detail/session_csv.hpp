@@ -4,7 +4,7 @@
 #include <palpate/core/error.hpp>
 #include <palpate/device/detail/csv_table.hpp>
 #include <palpate/force/tissue_presets.hpp>
-#include <palpate/simulator/detail/tick_text.hpp>
+#include <palpate/simulator/recording.hpp>
 #include <palpate/training/session.hpp>
 
 #include <array>
@@ -13,7 +13,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>

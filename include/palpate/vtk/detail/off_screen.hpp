@@ -14,7 +14,6 @@
 #include <vtkWindowToImageFilter.h>
 
 #include <filesystem>
-#include <string_view>
 
 // VTK's drawing code is chosen when a program is linked; these lines save each program from choosing.
 VTK_MODULE_INIT(vtkRenderingOpenGL2)

@@ -1,15 +1,25 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/vtk/detail/chart_window.hpp>
+#include <palpate/vtk/plot_style.hpp>
+
+#include <vtkAxis.h>
 #include <vtkBrush.h>
 #include <vtkContext2D.h>
 #include <vtkContextItem.h>
+#include <vtkDoubleArray.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPen.h>
+#include <vtkStringArray.h>
 #include <vtkTextProperty.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -82,6 +92,78 @@ class PlotInk : public vtkContextItem {
     float const space = width(painter, ' ' + text, points) - width(painter, text, points);
     painter->DrawString(std::round(x - space), std::round(y), (' ' + text + ' ').c_str());   // without spaces a stroke at an edge shows at the other edge too
   }
+};
+
+/// What an axis shows: grows with the points, then is rounded to whole ticks. A logarithmic axis is drawn as a plain one of decades.
+class PlotRange {
+ public:
+  explicit PlotRange(PlotAxis const& axis) : logarithmic_(axis.logarithmic) {
+    if (axis.from == axis.to) return;
+    given_ = true;
+    low_ = place(std::min(axis.from, axis.to));
+    high_ = place(std::max(axis.from, axis.to));
+  }
+
+  double place(double value) const { return logarithmic_ ? std::log10(value) : value; }
+  bool fits(double value) const {
+    double const at = place(value);
+    return std::isfinite(at) && (!given_ || (at >= low_ && at <= high_));
+  }
+  void include(double value) {
+    any_ = true;
+    if (given_) return;
+    low_ = std::min(low_, place(value));
+    high_ = std::max(high_, place(value));
+  }
+  bool is_empty() const { return !any_; }
+
+  /// Whole ticks on both sides; at most nine of them.
+  void round() {
+    double const span = high_ - low_;
+    if (logarithmic_) {
+      tick_ = std::max(1.0, std::ceil(span / 8));
+    } else {
+      double const rough = span > 0 ? span / 6 : std::max(1e-12, std::abs(low_));
+      double const decade = std::pow(10.0, std::floor(std::log10(rough)));
+      tick_ = decade * (rough > 5 * decade ? 10 : rough > 2 * decade ? 5 : rough > decade ? 2 : 1);
+    }
+    if (given_) return;
+    low_ = tick_ * std::floor(low_ / tick_ + 1e-9);
+    high_ = tick_ * std::ceil(high_ / tick_ - 1e-9);
+    if (!(high_ > low_)) high_ = low_ + tick_;
+  }
+
+  /// Where a value lies between the ends of the axis: 0 … 1.
+  double share(double value) const { return (place(value) - low_) / (high_ - low_); }
+
+  /// The powers of ten of a logarithmic axis are drawn by `ink`: at (x, y) begins the axis, `way` [pixels] leads to its end.
+  void put_on(vtkAxis* axis, std::string const& title, PlotInk& ink, std::array<float, 2> begin, std::array<float, 2> way) const {
+    float const gap = 0.5F * static_cast<float>(ink.text_size);
+    vtkNew<vtkDoubleArray> places;
+    vtkNew<vtkStringArray> labels;
+    for (double k = std::ceil(low_ / tick_ - 1e-9); k * tick_ <= high_ + 1e-9 * tick_; ++k) {
+      char text[32];
+      if (logarithmic_) {
+        auto const at = static_cast<float>((k * tick_ - low_) / (high_ - low_));
+        bool const up = way[1] > way[0];
+        int const exponent = static_cast<int>(std::lround(k * tick_));
+        ink.powers.push_back({begin[0] + at * way[0] - (up ? gap : 0.0F), begin[1] + at * way[1] - (up ? gap : 7.0F + 2.3F * gap), exponent, up});
+        std::snprintf(text, sizeof text, "1e%d", exponent);   // not seen, keeps the place
+      } else {
+        std::snprintf(text, sizeof text, "%g", k == 0 ? 0.0 : k * tick_);
+      }
+      places->InsertNextValue(k * tick_);
+      labels->InsertNextValue(text);
+    }
+    dress_axis(axis, title, ink.text_size);
+    if (logarithmic_) axis->GetLabelProperties()->SetOpacity(0.0);
+    axis->SetRange(low_, high_);
+    axis->SetCustomTickPositions(places, labels);
+  }
+
+ private:
+  bool logarithmic_, given_ = false, any_ = false;
+  double low_ = std::numeric_limits<double>::infinity(), high_ = -std::numeric_limits<double>::infinity(), tick_ = 1;
 };
 
 }  // namespace palpate::detail

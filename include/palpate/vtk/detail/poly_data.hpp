@@ -4,6 +4,7 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/mesh/wound_walls.hpp>
 
 #include <vtkCellArray.h>
 #include <vtkFloatArray.h>
@@ -12,6 +13,10 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <array>
+#include <cstddef>
 
 namespace palpate::detail {
 
@@ -52,6 +57,24 @@ template <RealScalar Scalar>
 vtkSmartPointer<vtkPolyData> to_smooth_poly_data(TriangleMesh<Scalar> const& mesh) {
   auto surface = to_poly_data(mesh);
   surface->GetPointData()->SetNormals(vector_array<Scalar>("Normals", vertex_normals(mesh)));
+  return surface;
+}
+
+/// Walls below every border edge, from `lip` red to `deep` dark.
+template <RealScalar Scalar>
+vtkSmartPointer<vtkPolyData> coloured_walls(TriangleMesh<Scalar> const& mesh, double depth, std::array<double, 3> const& lip,
+                                            std::array<double, 3> const& deep) {
+  auto const walls = wound_walls(mesh, boundary_edges(mesh), static_cast<Scalar>(depth), 4);
+  vtkNew<vtkUnsignedCharArray> colours;
+  colours->SetName("colours");
+  colours->SetNumberOfComponents(3);
+  for (Scalar const share : walls.share) {
+    double rgb[3];
+    for (std::size_t c = 0; c < 3; ++c) rgb[c] = 255.0 * (lip[c] + (deep[c] - lip[c]) * static_cast<double>(share));
+    colours->InsertNextTuple(rgb);
+  }
+  auto surface = to_smooth_poly_data(walls.mesh);
+  surface->GetPointData()->SetScalars(colours);
   return surface;
 }
 

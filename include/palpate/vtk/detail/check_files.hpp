@@ -1,15 +1,77 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/vtk/detail/text_scanner.hpp>
+#include <palpate/core/detail/text.hpp>
+#include <palpate/core/detail/whole_file.hpp>
+#include <palpate/core/error.hpp>
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
+#include <cstring>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 
 namespace palpate::detail {
+
+/// The bytes of a file. Throws `FileError` in one line: missing, a folder, unreadable, empty.
+inline std::string read_bytes(std::filesystem::path const& file) {
+  std::string bytes = read_whole_file(file);
+  if (bytes.find_first_not_of(" \t\r\n") == std::string::npos) throw FileError(message(file.string(), ": the file is empty"));
+  return bytes;
+}
+
+/// Takes the next word (no white space) from the front of `text`; empty at the end.
+constexpr std::string_view take_word(std::string_view& text) noexcept {
+  constexpr std::string_view space = " \t\r\n\v\f";
+  auto const begin = text.find_first_not_of(space);
+  if (begin == std::string_view::npos) {
+    text = {};
+    return {};
+  }
+  text.remove_prefix(begin);
+  auto const length = std::min(text.find_first_of(space), text.size());
+  std::string_view const word = text.substr(0, length);
+  text.remove_prefix(length);
+  return word;
+}
+
+/// Takes the next line, without its end.
+constexpr std::string_view take_line(std::string_view& text) noexcept {
+  auto const length = std::min(text.find('\n'), text.size());
+  std::string_view line = text.substr(0, length);
+  text.remove_prefix(std::min(length + 1, text.size()));
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line;
+}
+
+/// Throws `FileError` when an STL file holds fewer triangles than it announces: VTK would read what is there.
+/// A binary file announces its number of triangles (80 bytes of text, the number, 50 bytes each); a text file ends in "endsolid".
+inline void check_stl_complete(std::string_view bytes, std::string const& name) {
+  constexpr std::size_t header = 84, triangle = 50;
+  std::uint32_t announced = 0;
+  if (bytes.size() >= header) {
+    std::memcpy(&announced, bytes.data() + 80, sizeof announced);   // the format is little-endian
+    if constexpr (std::endian::native == std::endian::big)
+      announced = (announced >> 24) | ((announced >> 8) & 0xff00u) | ((announced << 8) & 0xff0000u) | (announced << 24);
+    if (bytes.size() == header + triangle * announced) return;
+  }
+  std::string_view text = bytes;
+  bool const printable = bytes.find('\0') == std::string_view::npos;
+  if (take_word(text) == "solid" && printable) {
+    if (bytes.find("endsolid") == std::string_view::npos)
+      throw FileError(message(name, ": there is no \"endsolid\"; the file was cut short"));
+    return;
+  }
+  if (bytes.size() < header)
+    throw FileError(message(name, ": ", bytes.size(), " bytes are too few for an STL file; was it cut short?"));
+  if (bytes.size() < header + triangle * announced)
+    throw FileError(message(name, ": the file announces ", announced, " triangles and holds ",
+                            (bytes.size() - header) / triangle, "; it was cut short"));
+}
 
 /// Throws `FileError` when a legacy VTK file announces numbers that can not be, or a list of cells (before version 5.1) is not
 /// as long as it announces: VTK would read beyond its end. "POLYGONS cells size" is followed by `size` integers, each cell its number of corners and the corners.
