@@ -78,7 +78,7 @@ TEMPLATE_TEST_CASE("strokes over a reserved body allocate nothing once the cutte
   }
 
   SECTION("on a closed body") {
-    std::vector<Stroke> const strokes{{{-0.02, -0.011, 0.045}, {0.02, -0.011, 0.045}, 200}, {{-0.02, 0.009, 0.045}, {0.02, 0.012, 0.045}, 200}};
+    std::vector<Stroke> const strokes{{{-0.02, -0.011, 0.045}, {0.02, -0.011, 0.045}, 50}, {{-0.02, 0.009, 0.045}, {0.02, 0.012, 0.045}, 50}};
     Vector const up(0, 0, 0.005);
     auto const sphere = make_sphere<double>(0.05, 24);
     INFO("the first time " << allocations_of(cutter, sphere, strokes, up, step));
