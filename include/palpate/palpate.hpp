@@ -40,6 +40,7 @@
 #include <palpate/mesh/tetrahedral_adjacency.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/tetrahedral_topology.hpp>
+#include <palpate/mesh/topology_edit.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
 #include <palpate/mesh/wound_walls.hpp>
