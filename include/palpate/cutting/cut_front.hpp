@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/temporary_subdivision.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/cut_anchor.hpp>
