@@ -166,7 +166,6 @@
 #include <palpate/haptics/overlay.hpp>
 #include <palpate/haptics/passivity.hpp>
 #include <palpate/haptics/patch_handover.hpp>
-#include <palpate/haptics/patch_update.hpp>
 #include <palpate/haptics/plane_handover.hpp>
 #include <palpate/haptics/plane_set.hpp>
 #include <palpate/haptics/press_then_cut.hpp>

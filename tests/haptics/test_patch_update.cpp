@@ -5,7 +5,7 @@
 #include "catch.hpp"
 
 #include <palpate/core/random.hpp>
-#include <palpate/haptics/patch_update.hpp>
+#include <palpate/haptics/surface_fit.hpp>
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>

@@ -3,7 +3,7 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
-#include <palpate/force/concept.hpp>
+#include <palpate/force/curve.hpp>
 
 #include <cmath>
 #include <numbers>
@@ -43,40 +43,13 @@ struct BladeFactors {
 
 /// A curve as another blade feels it; made by `bladed`.
 template <class Curve, RealScalar S>
-class BladedCurve {
-  static_assert(ForceCurve<Curve const, S>, "palpate::bladed: the first argument must be a force curve, a noexcept call (depth [m]) -> N or "
-                                            "(depth [m], palpate::Phase) -> N, in the scalar of the factors.");
-
- public:
-  using Scalar = S;
-
-  BladedCurve(Curve curve, BladeFactors<S> const& factors) : curve_(std::move(curve)) {
-    factors.validate();
-    depth_factor_ = factors.depth_factor();
-    force_factor_ = factors.force_factor();
-  }
-
-  S operator()(S depth) const noexcept
-    requires DepthCurve<Curve const, S>
-  {
-    return force_factor_ * static_cast<S>(curve_(depth_factor_ * depth));
-  }
-  S operator()(S depth, Phase phase) const noexcept
-    requires HysteresisCurve<Curve const, S>
-  {
-    return force_factor_ * static_cast<S>(curve_(depth_factor_ * depth, phase));
-  }
-
- private:
-  Curve curve_;
-  S depth_factor_ = S(1);
-  S force_factor_ = S(1);
-};
+using BladedCurve = ScaledCurve<Curve, S>;
 
 /// `bladed(liver_hysteresis<double>(), BladeFactors<double>{.width_ratio = 1.5, .entry_angle = 0.3})`
 template <class Curve, RealScalar S>
 BladedCurve<Curve, S> bladed(Curve curve, BladeFactors<S> const& factors) {
-  return {std::move(curve), factors};
+  factors.validate();
+  return {std::move(curve), factors.force_factor(), factors.depth_factor()};
 }
 
 }  // namespace palpate

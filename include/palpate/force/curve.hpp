@@ -22,6 +22,12 @@ template <RealScalar S>
 struct DepthRange {
   S low = S(0);
   S high = S(0);
+
+  /// Throws `InvalidArgument`, in the owner's name, for one without extent.
+  void validate(char const* owner) const {
+    if (!std::isfinite(low) || !std::isfinite(high) || !(low < high))
+      throw InvalidArgument(detail::message(owner, ": the depth range is ", low, " … ", high, " m; give two finite depths, the lower one first"));
+  }
 };
 
 /// The depths that samples were measured at, the first input of each: `NetworkCurve(network, depth_range(samples))`.
@@ -66,9 +72,7 @@ class NetworkCurve {
 
   NetworkCurve(Net network, DepthRange<Scalar> range, CurveGuard<Scalar> guard = {})
       : network_(std::move(network)), range_(range), guard_(guard) {
-    if (!std::isfinite(range.low) || !std::isfinite(range.high) || !(range.low < range.high))
-      throw InvalidArgument(detail::message("NetworkCurve: the depth range is ", range.low, " … ", range.high,
-                                            " m; give two finite depths, the lower one first"));
+    range.validate("NetworkCurve");
     for (std::size_t branch = 0; branch < branches; ++branch) {
       low_[branch] = end_at(range.low, branch);
       high_[branch] = end_at(range.high, branch);
@@ -141,16 +145,16 @@ class NetworkCurve {
   std::array<End, branches> high_{};
 };
 
-/// A curve times a factor, for a measurement with another probe or blade than the curve's own.
+/// A curve times a factor, and its depth times another, for a measurement with another probe or blade than the curve's own.
 template <class Curve, RealScalar S>
 class ScaledCurve {
-  static_assert(ForceCurve<Curve const, S>, "palpate::scaled: the first argument must be a force curve, a noexcept call "
+  static_assert(ForceCurve<Curve const, S>, "palpate::scaled, bladed: the first argument must be a force curve, a noexcept call "
                                       "(depth [m]) -> N or (depth [m], palpate::Phase) -> N, in the scalar of the factor.");
 
  public:
   using Scalar = S;
 
-  ScaledCurve(Curve curve, S factor) : curve_(std::move(curve)), factor_(factor) {
+  ScaledCurve(Curve curve, S factor, S depth_factor = S(1)) : curve_(std::move(curve)), factor_(factor), depth_factor_(depth_factor) {
     if (!std::isfinite(factor))
       throw InvalidArgument(detail::message("scaled: the factor is ", factor, "; give a finite number"));
   }
@@ -158,17 +162,17 @@ class ScaledCurve {
   S operator()(S depth) const noexcept
     requires DepthCurve<Curve const, S>
   {
-    return factor_ * static_cast<S>(curve_(depth));
+    return factor_ * static_cast<S>(curve_(depth_factor_ * depth));
   }
   S operator()(S depth, Phase phase) const noexcept
     requires HysteresisCurve<Curve const, S>
   {
-    return factor_ * static_cast<S>(curve_(depth, phase));
+    return factor_ * static_cast<S>(curve_(depth_factor_ * depth, phase));
   }
 
  private:
   Curve curve_;
-  S factor_;
+  S factor_, depth_factor_;
 };
 
 /// `scaled(liver_hysteresis<double>(), 8.3)`: the liver's curve for a probe that feels 8.3 times its force.

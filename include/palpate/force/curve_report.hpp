@@ -133,9 +133,7 @@ struct CurveSamples {
 template <class Curve, RealScalar S>
   requires ForceCurve<Curve, S>
 CurveReport<S> check_curve(Curve curve, DepthRange<S> range, std::type_identity_t<CurveCheck<S>> const& options = {}) {
-  if (!std::isfinite(range.low) || !std::isfinite(range.high) || !(range.low < range.high))
-    throw InvalidArgument(detail::message("check_curve: the depth range is ", range.low, " … ", range.high,
-                                          " m; give two finite depths, the lower one first"));
+  range.validate("check_curve");
   detail::OptionCheck const require{"CurveCheck"};
   require(options.depths >= 3, ".depths", options.depths, "give three or more");
   require.not_negative(".tolerance", options.tolerance, " N");

@@ -44,8 +44,7 @@ class SpeedCurve {
   SpeedCurve(Net network, DepthRange<Scalar> depths, SpeedRange<Scalar> speeds, CurveGuard<Scalar> guard = {}, Scalar fade_depth = Scalar(0.002))
       : network_(std::move(network)), depths_(depths), speeds_(speeds), guard_(guard), join_{.fade_depth = fade_depth} {
     join_.validate();
-    if (!std::isfinite(depths.low) || !std::isfinite(depths.high) || !(depths.low < depths.high))
-      throw InvalidArgument(detail::message("SpeedCurve: the depth range is ", depths.low, " … ", depths.high, " m; give two finite depths, the lower one first"));
+    depths.validate("SpeedCurve");
     if (!(speeds.low >= Scalar(0)) || !std::isfinite(speeds.high) || !(speeds.low <= speeds.high))
       throw InvalidArgument(detail::message("SpeedCurve: the speed range is ", speeds.low, " … ", speeds.high, " m/s; give two finite speeds, the lower one first"));
     detail::OptionCheck const require{"SpeedCurve"};

@@ -4,7 +4,9 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/padded_view.hpp>
 
+#include <cmath>
 #include <concepts>
+#include <limits>
 #include <type_traits>
 
 namespace palpate {
@@ -171,6 +173,13 @@ struct ModalBounds {
   Scalar decay_rate = 0;          ///< largest γ [1/s]
   Scalar min_decay_rate = 0;      ///< smallest γ of any mode [1/s]
 };
+
+/// The largest step h with h²κ/4 + share · hγ ≤ 1 for all modes within the bounds; infinity where none is needed.
+template <RealScalar Scalar>
+Scalar largest_step(ModalBounds<Scalar> const& modes, Scalar share) {
+  Scalar const damping = share * modes.decay_rate, sum = damping + std::sqrt(damping * damping + modes.squared_frequency);
+  return sum > 0 ? 2 / sum : std::numeric_limits<Scalar>::infinity();
+}
 
 /// An integrator that states its order: its error shrinks as h^order.
 template <class I>

@@ -3,9 +3,6 @@
 
 #include <palpate/integrator/concept.hpp>
 
-#include <cmath>
-#include <limits>
-
 namespace palpate {
 
 /// Position (Störmer) Verlet, x⁺ − 2x + x₋ = h² a(x, v), written with the velocity in place of the position of the step before:
@@ -37,8 +34,7 @@ struct StoermerVerlet {
 
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {
-    Scalar const sum = modes.decay_rate + std::sqrt(modes.decay_rate * modes.decay_rate + modes.squared_frequency);
-    return sum > 0 ? 2 / sum : std::numeric_limits<Scalar>::infinity();
+    return largest_step(modes, Scalar(1));
   }
 };
 
