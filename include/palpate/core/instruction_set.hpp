@@ -3,7 +3,7 @@
 
 /// Units of one program have to be compiled for the same vector registers: inline functions of the same name would be different code, of which the
 /// linker keeps one. Where a unit with AVX, or with PALPATE_PLAIN_SIMD, meets one without, ld and gold refuse: a name that is thread-local in one
-/// unit only can not be linked.
+/// unit only cannot be linked.
 /// Limits     not seen by lld, nor between a program and its shared libraries.
 #if defined(__ELF__)
 namespace palpate::detail {
