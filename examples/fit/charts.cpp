@@ -20,7 +20,7 @@ using palpate::Measurement;
 using palpate::PlotSeries;
 
 constexpr std::array all_phases{MeasuredPhase::indenting, MeasuredPhase::loading, MeasuredPhase::unloading};
-constexpr std::size_t colours = 7;   // of write_plot; the second seven series are dashed, the third seven are like the first
+constexpr std::size_t colours = palpate::plot_colours;   // the second so many series are dashed, the third are like the first
 constexpr std::size_t black = 6;
 
 /// With a little room above and below; ticks need not be at the ends.

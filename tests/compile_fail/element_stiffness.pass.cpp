@@ -13,6 +13,6 @@ struct Tether {
 void build() {
   using namespace palpate;
   auto const mesh = make_grid<double>(3, 3, 0.01);
-  auto const tethers = make_elements(mesh.points, [](auto const& rest) { return Tether{rest}; });
-  tethers.size();
+  ElementTissue const tissue(mesh, {.total = 0.1}, make_elements(mesh.points, [](auto const& rest) { return Tether{rest}; }));
+  tissue.size();
 }

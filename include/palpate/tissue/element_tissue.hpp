@@ -35,6 +35,19 @@ struct ElementList {
   int size() const noexcept { return static_cast<int>(elements.size()); }
 };
 
+namespace detail {
+
+/// In the place of what is no Element: the compiler has said so, and then says no more.
+template <RealScalar Scalar, int N>
+struct StandInElement {
+  static constexpr int nodes = N;
+  Scalar energy(NodeColumns<Scalar, N> const& x) const;
+  NodeColumns<Scalar, N> force(NodeColumns<Scalar, N> const& x) const;
+  NodeMatrix<Scalar, N> stiffness(NodeColumns<Scalar, N> const& x) const;
+};
+
+}  // namespace detail
+
 /// One element for each column of `indices`, which holds as many particles as the element has nodes: make(X) makes it from their rest positions [m].
 ///   make_elements(mesh.points, mesh.tetrahedra, [](auto const& rest) { return MyTetrahedron(rest, 3000.0, 0.3); })
 template <class Points, class Indices, class Make>
@@ -45,19 +58,23 @@ auto make_elements(Eigen::MatrixBase<Points> const& points, Eigen::MatrixBase<In
   static_assert(Element<E, typename Points::Scalar>,
                 "make_elements: what `make` returns is no Element of this scalar: it needs nodes, energy(x), force(x) and stiffness(x) const, x 3 x nodes; "
                 "see palpate/tissue/element.hpp.");
-  static_assert(E::nodes == nodes, "make_elements: the columns of indices hold another number of particles than the element has nodes.");
-  ElementList<E> list;
-  for (Eigen::Index c = 0; c < indices.cols(); ++c) {
-    Columns rest;
-    auto& own = list.nodes.emplace_back();
-    for (int k = 0; k < nodes; ++k) {
-      own[static_cast<std::size_t>(k)] = indices(k, c);
-      detail::check_index("particle", indices(k, c), static_cast<int>(points.cols()));
-      rest.col(k) = points.col(indices(k, c));
+  if constexpr (!Element<E, typename Points::Scalar>) {
+    return ElementList<detail::StandInElement<typename Points::Scalar, nodes>>{};
+  } else {
+    static_assert(E::nodes == nodes, "make_elements: the columns of indices hold another number of particles than the element has nodes.");
+    ElementList<E> list;
+    for (Eigen::Index c = 0; c < indices.cols(); ++c) {
+      Columns rest;
+      auto& own = list.nodes.emplace_back();
+      for (int k = 0; k < nodes; ++k) {
+        own[static_cast<std::size_t>(k)] = indices(k, c);
+        detail::check_index("particle", indices(k, c), static_cast<int>(points.cols()));
+        rest.col(k) = points.col(indices(k, c));
+      }
+      list.elements.push_back(make(std::as_const(rest)));
     }
-    list.elements.push_back(make(std::as_const(rest)));
+    return list;
   }
-  return list;
 }
 /// One element of one node for each particle.
 template <class Points, class Make>

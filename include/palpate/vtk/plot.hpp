@@ -70,6 +70,7 @@ struct PlotFrame {
   bool crosses(PlotSeries const& one, PlotRange const& x, PlotRange const& y, auto const& inside) const {
     double before[2] = {-1.0, -1.0};
     for (std::size_t k = 0; k < one.x.size(); ++k) {
+      if (one.gaps && std::isnan(one.y[k])) before[0] = -1.0;
       if (!x.fits(one.x[k]) || !y.fits(one.y[k])) continue;
       double const a = x.share(one.x[k]) * width, b = y.share(one.y[k]) * height;
       int const steps = one.lines && before[0] >= 0.0 ? 1 + static_cast<int>(std::hypot(a - before[0], b - before[1]) / 4.0) : 1;
@@ -85,27 +86,35 @@ struct PlotFrame {
 
 /// Two heads on a line, at a third and at two thirds of its length.
 inline void add_arrows(PlotInk& ink, PlotSeries const& one, PlotRange const& x, PlotRange const& y, PlotFrame const& frame, std::array<unsigned char, 3> colour) {
-  std::vector<std::array<double, 2>> points;
-  for (std::size_t k = 0; k < one.x.size(); ++k)
-    if (x.fits(one.x[k]) && y.fits(one.y[k])) points.push_back({frame.left + x.share(one.x[k]) * frame.width, frame.bottom + y.share(one.y[k]) * frame.height});
-  auto const between = [&](std::size_t k) { return std::hypot(points[k][0] - points[k - 1][0], points[k][1] - points[k - 1][1]); };
-  double length = 0.0, gone = 0.0;
-  for (std::size_t k = 1; k < points.size(); ++k) length += between(k);
-  for (std::size_t k = 1; k < points.size(); ++k) {
-    double const piece = between(k), dx = points[k][0] - points[k - 1][0], dy = points[k][1] - points[k - 1][1];
+  struct Piece {
+    double left, bottom, across, up, length;
+  };
+  std::vector<Piece> pieces;
+  double length = 0.0, gone = 0.0, before[2] = {-1.0, -1.0};
+  for (std::size_t k = 0; k < one.x.size(); ++k) {
+    if (one.gaps && std::isnan(one.y[k])) before[0] = -1.0;
+    if (!x.fits(one.x[k]) || !y.fits(one.y[k])) continue;
+    double const left = frame.left + x.share(one.x[k]) * frame.width, bottom = frame.bottom + y.share(one.y[k]) * frame.height;
+    if (before[0] >= 0.0) {
+      pieces.push_back({before[0], before[1], left - before[0], bottom - before[1], std::hypot(left - before[0], bottom - before[1])});
+      length += pieces.back().length;
+    }
+    before[0] = left, before[1] = bottom;
+  }
+  for (Piece const& piece : pieces) {
     for (double const at : {length / 3.0, 2.0 * length / 3.0})
-      if (double const share = (at - gone) / piece; share > 0.0 && share <= 1.0)
-        ink.arrows.push_back({{static_cast<float>(points[k - 1][0] + share * dx), static_cast<float>(points[k - 1][1] + share * dy)},
-                              {static_cast<float>(dx / piece), static_cast<float>(dy / piece)},
+      if (double const share = (at - gone) / piece.length; share > 0.0 && share <= 1.0)
+        ink.arrows.push_back({{static_cast<float>(piece.left + share * piece.across), static_cast<float>(piece.bottom + share * piece.up)},
+                              {static_cast<float>(piece.across / piece.length), static_cast<float>(piece.up / piece.length)},
                               colour});
-    gone += piece;
+    gone += piece.length;
   }
 }
 
 }  // namespace detail
 
 /// Draws series into a PNG file, with a legend in a free corner, or beside them. Points that are not finite or do not fit an axis are left out, and
-/// their line goes on to the next.
+/// their line goes on to the next; see PlotSeries::gaps.
 /// Errors     `InvalidArgument` when x and y of a series differ in number, or no point is left; `FileError` without a display (see
 ///            `VirtualDisplay`) or when the file can not be written; none is left half-written.
 inline void write_plot(std::filesystem::path const& file, std::span<PlotSeries const> series, PlotStyle const& style = {}) {
@@ -140,7 +149,7 @@ inline void write_plot(std::filesystem::path const& file, std::span<PlotSeries c
     x->SetName("x");
     y->SetName(one.label.empty() ? "y" : one.label.c_str());
     for (std::size_t k = 0; k < one.x.size(); ++k)
-      if (across.fits(one.x[k]) && up.fits(one.y[k])) {
+      if (across.fits(one.x[k]) && (up.fits(one.y[k]) || (one.gaps && std::isnan(one.y[k])))) {
         x->InsertNextValue(across.place(one.x[k]));
         y->InsertNextValue(up.place(one.y[k]));
       }

@@ -24,6 +24,7 @@ struct PlotSeries {
   bool lines = true;   ///< joins the points in their order
   bool marks = true;
   bool arrows = false;   ///< show which way the line goes, for loops
+  bool gaps = false;     ///< a value up that is NaN interrupts the line
 };
 
 struct PlotStyle {
