@@ -136,6 +136,15 @@ with_plain_addresses() {
   fi
 }
 
+# Of the sanitizers.
+name_functions_in_reports() {
+  if command -v llvm-symbolizer-16 >/dev/null; then
+    ASAN_SYMBOLIZER_PATH=$(command -v llvm-symbolizer-16)
+    TSAN_SYMBOLIZER_PATH=$ASAN_SYMBOLIZER_PATH
+    export ASAN_SYMBOLIZER_PATH TSAN_SYMBOLIZER_PATH
+  fi
+}
+
 jobs=$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
 demo() {
@@ -176,11 +185,7 @@ run_tests() {
   step "gcc: run the tests"
   with_display ctest --preset ci --parallel "$jobs"
 
-  if command -v llvm-symbolizer-16 >/dev/null; then
-    ASAN_SYMBOLIZER_PATH=$(command -v llvm-symbolizer-16)
-    TSAN_SYMBOLIZER_PATH=$ASAN_SYMBOLIZER_PATH
-    export ASAN_SYMBOLIZER_PATH TSAN_SYMBOLIZER_PATH
-  fi
+  name_functions_in_reports
   step "clang 16, warnings are errors, address and undefined-behaviour sanitizers"
   configure asan -D CMAKE_CXX_COMPILER=clang++-16
   cmake --build --preset asan --parallel "$jobs"
@@ -229,6 +234,12 @@ run_long_tests() {
   part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting 'random strokes across each other*'
   part "$PALPATE_ORGANS organs, 200 strokes each" build/ci/tests/test_cutting 'strokes across each other leave*'
   part "$PALPATE_ORGANS times five uneven meshes, 40 strokes each" build/ci/tests/test_cutting 'strokes over uneven meshes*'
+
+  step "clang 16, address sanitizer and every check of the undefined-behaviour sanitizer"
+  name_functions_in_reports
+  configure sanitized -D CMAKE_CXX_COMPILER=clang++-16
+  cmake --build --preset sanitized --parallel "$jobs"
+  part "every test in float and double" with_display env -u PALPATE_ORGANS ctest --preset sanitized --parallel "$jobs"
 
   step "clang 16, thread sanitizer"
   configure tsan -D CMAKE_CXX_COMPILER=clang++-16
