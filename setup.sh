@@ -229,11 +229,11 @@ run_long_tests() {
 
   step "gcc: what runs for long"
   configure ci -D CMAKE_CXX_COMPILER=g++
-  cmake --build --preset ci --parallel "$jobs" --target test_simulator test_cutting
-  part "$PALPATE_SOAK_SESSIONS sessions of a hand, $PALPATE_SOAK_TICKS ticks each" build/ci/tests/test_simulator '[soak]'
-  part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting 'random strokes across each other*'
-  part "$PALPATE_ORGANS organs, 200 strokes each" build/ci/tests/test_cutting 'strokes across each other leave*'
-  part "$PALPATE_ORGANS times five uneven meshes, 40 strokes each" build/ci/tests/test_cutting 'strokes over uneven meshes*'
+  cmake --build --preset ci --parallel "$jobs" --target test_cutting_simulator_device
+  part "$PALPATE_SOAK_SESSIONS sessions of a hand, $PALPATE_SOAK_TICKS ticks each" build/ci/tests/test_cutting_simulator_device '[soak]'
+  part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting_simulator_device 'random strokes across each other*'
+  part "$PALPATE_ORGANS organs, 200 strokes each" build/ci/tests/test_cutting_simulator_device 'strokes across each other leave*'
+  part "$PALPATE_ORGANS times five uneven meshes, 40 strokes each" build/ci/tests/test_cutting_simulator_device 'strokes over uneven meshes*'
 
   step "clang 16, address sanitizer and every check of the undefined-behaviour sanitizer"
   name_functions_in_reports
