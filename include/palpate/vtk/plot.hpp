@@ -86,10 +86,10 @@ struct PlotFrame {
 
 /// Two heads on a line, at a third and at two thirds of its length.
 inline void add_arrows(PlotInk& ink, PlotSeries const& one, PlotRange const& x, PlotRange const& y, PlotFrame const& frame, std::array<unsigned char, 3> colour) {
-  struct Piece {
+  struct Stretch {
     double left, bottom, across, up, length;
   };
-  std::vector<Piece> pieces;
+  std::vector<Stretch> pieces;
   double length = 0.0, gone = 0.0, before[2] = {-1.0, -1.0};
   for (std::size_t k = 0; k < one.x.size(); ++k) {
     if (one.gaps && std::isnan(one.y[k])) before[0] = -1.0;
@@ -101,7 +101,7 @@ inline void add_arrows(PlotInk& ink, PlotSeries const& one, PlotRange const& x, 
     }
     before[0] = left, before[1] = bottom;
   }
-  for (Piece const& piece : pieces) {
+  for (Stretch const& piece : pieces) {
     for (double const at : {length / 3.0, 2.0 * length / 3.0})
       if (double const share = (at - gone) / piece.length; share > 0.0 && share <= 1.0)
         ink.arrows.push_back({{static_cast<float>(piece.left + share * piece.across), static_cast<float>(piece.bottom + share * piece.up)},
