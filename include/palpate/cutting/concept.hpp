@@ -28,6 +28,15 @@ namespace detail {
 template <class C, class Body, class Scalar>
 concept FollowsTool = requires(C& cutter, Body& body, ToolPose<Scalar> const& tool) { cutter.advance(body, tool); };
 
+template <class C, class Scalar>
+concept TellsContact = requires(C const& cutter) { { cutter.contact() } -> std::convertible_to<SurfaceContact<Scalar> const&>; };
+template <class C>
+concept TellsState = requires(C const& cutter) { { cutter.state() } -> std::same_as<CuttingPhase>; };
+template <class C>
+concept TellsReport = requires(C const& cutter) { { cutter.report() } -> std::convertible_to<CutReport const&>; };
+template <class C, class Scalar>
+concept TellsTipRadius = requires(C const& cutter) { { cutter.tip_radius() } -> std::same_as<Scalar>; };
+
 }  // namespace detail
 
 /// Follows a tool on a body and changes the body where the tool cuts.
@@ -39,12 +48,8 @@ concept FollowsTool = requires(C& cutter, Body& body, ToolPose<Scalar> const& to
 /// What the syntax can not say: the body's mesh is valid after every tick, and its mass is unchanged. So is its rest area, unless the cutter moves
 /// vertices; then its report says by how much the area has changed.
 template <class C, class Body>
-concept Cutter = std::copyable<C> && detail::FollowsTool<C, Body, typename Body::Scalar> && requires(C const& cutter) {
-  { cutter.contact() } -> std::convertible_to<SurfaceContact<typename Body::Scalar> const&>;
-  { cutter.state() } -> std::same_as<CuttingPhase>;
-  { cutter.report() } -> std::convertible_to<CutReport const&>;
-  { cutter.tip_radius() } -> std::same_as<typename Body::Scalar>;
-};
+concept Cutter = std::copyable<C> && detail::FollowsTool<C, Body, typename Body::Scalar> && detail::TellsContact<C, typename Body::Scalar> && detail::TellsState<C> &&
+                 detail::TellsReport<C> && detail::TellsTipRadius<C, typename Body::Scalar>;
 
 namespace detail {
 
@@ -58,9 +63,13 @@ struct CutterSentences {
   static_assert(is_other || FollowsTool<C, Body, Scalar>,
                 "palpate: the cutter has no advance(body, tool); declare: template <class Body> void advance(Body& body, ToolPose<typename Body::Scalar> const& tool); use "
                 "NoCutter<double>{} for a blunt tool.");
-  static_assert(is_other || !FollowsTool<C, Body, Scalar> || Cutter<C, Body>,
-                "palpate: the cutter lacks one of: SurfaceContact<Scalar> const& contact() const, CuttingPhase state() const, CutReport const& report() const, Scalar "
-                "tip_radius() const; or it can not be copied.");
+  static constexpr bool follows = !is_other && FollowsTool<C, Body, Scalar>;
+  static_assert(!follows || TellsContact<C, Scalar>,
+                "palpate: the cutter has no contact() const; declare: SurfaceContact<Scalar> const& contact() const, where the tip touches since the last advance.");
+  static_assert(!follows || TellsState<C>, "palpate: the cutter has no state() const; declare: CuttingPhase state() const, no_contact, indenting or moving.");
+  static_assert(!follows || TellsReport<C>, "palpate: the cutter has no report() const; declare: CutReport const& report() const, what the current or last cut did.");
+  static_assert(!follows || TellsTipRadius<C, Scalar>, "palpate: the cutter has no tip_radius() const; declare: Scalar tip_radius() const, in m, 0 for a point.");
+  static_assert(!follows || std::copyable<C>, "palpate: a cutter is copied with its simulator; give it a copy constructor and a copy assignment.");
 };
 
 }  // namespace detail

@@ -21,6 +21,10 @@
 ///   int split_particle(p, triangles)         gives some of the triangles at p a copy of it; returns the copy
 ///   void even_masses()                       once a tick, after all edits
 ///   touch.restart_from(body, t, tip)         after an edit: goes on from a triangle near the contact
+///   touch.update(body, tip)                  finds the contact; touch.contact(), touch.tip_radius(), touch.reset()
+///   SurfaceContact: touching, off_surface, triangle, barycentric, point and home_point [m], normal, depth [m]
+///   CutReport: particles_added, triangles_added, vertex_edge, vertex_vertex, edge_vertex, edge_edge, counts
+///   body.nearest_point(x).triangle           the triangle nearest to a place; body.mean_edge() [m]; body.tissue().cuttable()
 ///   body.tissue().surface()                  corners(t), triangles_at(p), triangle_with_edge(a, b), triangle_count()
 ///   body.tissue().rest_position(p)           m, undeformed; positions() and reference_position(p): now, undisturbed
 /// Battery

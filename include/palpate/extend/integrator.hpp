@@ -9,6 +9,7 @@
 /// Optional; static_assert(StatesOrder<MyRule>) finds a misspelt one
 ///   static constexpr int order                                    the error shrinks as h^order                      StatesOrder
 ///   template <RealScalar S> S stable_step(ModalBounds<S> const& modes) const   [s], infinity: none is needed        StatesStableStep
+///     modes: squared_frequency, largest κ [1/s²], decay_rate and min_decay_rate, largest and smallest γ [1/s], of x″ = −κ x − γ x′
 ///   static constexpr double force_time                             forces are asked for at x + force_time · h v       HasForceTime
 ///   static constexpr bool fused_step = true                         a step is one call of step_by_parts               FusedStep
 ///   a step that calls linearise(), multiply_tangent(): it takes a LinearisedSystem alone                            ImplicitIntegrator

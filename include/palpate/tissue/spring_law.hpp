@@ -28,7 +28,7 @@ concept HasDamping = requires(Law const& law) {
 /// Optional: `monotone(L)`, whether T grows with δ wherever a link of rest length L can be, from δ = −L on. MassSpring refuses a law
 /// that says no: where the tension falls a link has no stable length.
 template <class Law, class Scalar>
-concept SpringLaw = RealScalar<Scalar> && std::copyable<Law> && detail::HasTension<Law, Scalar> && detail::HasDamping<Law, Scalar>;
+concept SpringLaw = RealScalar<Scalar> && std::copyable<Law> && std::default_initializable<Law> && detail::HasTension<Law, Scalar> && detail::HasDamping<Law, Scalar>;
 
 namespace detail {
 
@@ -37,6 +37,7 @@ template <class Law, class Scalar>
 struct SpringLawSentences {
   static_assert(RealScalar<Scalar>, "palpate: the scalar of a spring law is double or float.");
   static_assert(std::copyable<Law>, "palpate: each link has its spring law; give the law a copy constructor and a copy assignment.");
+  static_assert(std::default_initializable<Law>, "palpate: a spring law is made before its numbers are known; make it an aggregate, with defaults for its members and no constructor.");
   static_assert(HasTension<Law, Scalar>, "palpate: the spring law has no tension(elongation, rest_length); declare: Scalar tension(Scalar elongation, Scalar rest_length) const, m to N.");
   static_assert(HasDamping<Law, Scalar>, "palpate: the spring law has no member damping; declare: Scalar damping = 0, in N s/m; LinearSpring<double> is a law.");
 };
