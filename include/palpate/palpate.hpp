@@ -50,12 +50,24 @@
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/collision/tool_shape.hpp>
 
+// material: what stress a deformation costs
+#include <palpate/material/concept.hpp>
+#include <palpate/material/corotational.hpp>
+#include <palpate/material/isotropic.hpp>
+#include <palpate/material/linear_elastic.hpp>
+#include <palpate/material/neo_hookean.hpp>
+#include <palpate/material/principal_tangent.hpp>
+#include <palpate/material/st_venant_kirchhoff.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+
 // tissue: what the body is made of
 #include <palpate/tissue/concept.hpp>
 #include <palpate/tissue/cubic_spring.hpp>
 #include <palpate/tissue/element.hpp>
 #include <palpate/tissue/element_tissue.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/linear_spring.hpp>
+#include <palpate/tissue/linear_tetrahedron.hpp>
 #include <palpate/tissue/locking_spring.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/maximum_elongation.hpp>

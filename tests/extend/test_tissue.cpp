@@ -28,7 +28,7 @@ auto cube() {
     if (edges.determinant() < 0) std::swap(c[2], c[3]);
   }
   return ElementTissue(mesh, make_elements(mesh.points, mesh.tetrahedra, [](auto const& rest) {
-    return palpate_test::LinearTetrahedron<S>(rest, S(3000), S(0.3));   // Pa
+    return palpate_test::UserTetrahedron<S>(rest, S(3000), S(0.3));   // Pa
   }));
 }
 
@@ -42,7 +42,7 @@ TEMPLATE_TEST_CASE("a linear tetrahedron of one's own makes tissue", "", PALPATE
   CHECK(mass == Approx(1000 * 8e-6).epsilon(1e-6));   // kg
   NodeColumns<S, 4> corners;
   corners << 0, S(0.02), 0, 0, 0, 0, S(0.02), 0, 0, 0, 0, S(0.02);
-  CHECK(testing::to_text(testing::check_element<S>(palpate_test::LinearTetrahedron<S>(corners, S(3000), S(0.3)), corners, {.turns = false})) == "");
+  CHECK(testing::to_text(testing::check_element<S>(palpate_test::UserTetrahedron<S>(corners, S(3000), S(0.3)), corners, {.turns = false})) == "");
   CHECK(testing::to_text(testing::check_tissue(tissue)) == "");
 
   SoftBody body(tissue);

@@ -4,11 +4,13 @@
 
 #include <palpate/body/soft_body.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/parallel/on_cores.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/tissue/element_tissue.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/supported.hpp>
 
@@ -60,8 +62,9 @@ TEST_CASE("so does tissue with support springs, and tissue of a user's elements"
   same_on_two(Supported(sheet, LinearSpring<double>{.stiffness = 20.0}, {0.2, 0.2, -0.2}));
   auto const block = make_block<double>(17, 17, 15, 0.01);
   same_on_two(ElementTissue(block, make_elements(block.points, block.tetrahedra, [](auto const& rest) {
-                              return palpate_test::LinearTetrahedron<double>(rest, 3000.0, 0.3);
+                              return palpate_test::UserTetrahedron<double>(rest, 3000.0, 0.3);
                             })));
+  same_on_two(FiniteElements<double, StableNeoHookean<double>>(block, {.density = 1000.0, .material = {.young = 3000.0, .poisson = 0.3}}));
 }
 
 TEST_CASE("no cores are refused") {

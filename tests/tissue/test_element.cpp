@@ -61,7 +61,7 @@ TEMPLATE_TEST_CASE("shipped elements obey the laws of elements", "", PALPATE_TES
 TEMPLATE_TEST_CASE("a user's elements obey them too", "", PALPATE_TEST_SCALARS) {
   using S = TestType;
   NodeColumns<S, 4> const rest = corners<S>();
-  CHECK(broken<S>(LinearTetrahedron<S>(rest, S(3000), S(0.3)), rest, {.turns = false}) == "");
+  CHECK(broken<S>(UserTetrahedron<S>(rest, S(3000), S(0.3)), rest, {.turns = false}) == "");
   NodeColumns<S, 3> const triangle = rest.template leftCols<3>();
   CHECK(broken<S>(MembraneTriangle<S>(triangle, S(3000), S(0.3), S(0.001), S(0.01)), triangle) == "");
 }

@@ -34,7 +34,7 @@ using namespace palpate_test;
 namespace {
 
 template <RealScalar S>
-using Tetrahedra = ElementTissue<S, LinearTetrahedron<S>>;
+using Tetrahedra = ElementTissue<S, UserTetrahedron<S>>;
 
 /// A block of nx × ny × nz points, those inside moved at random by up to a fifth of an edge.
 template <RealScalar S>
@@ -50,7 +50,7 @@ TetrahedralMesh<S> distorted(int nx, int ny, int nz) {
 
 template <RealScalar S>
 Tetrahedra<S> solid(TetrahedralMesh<S> const& mesh, S poisson = S(0.3)) {
-  return Tetrahedra<S>(mesh, make_elements(mesh.points, mesh.tetrahedra, [&](auto const& rest) { return LinearTetrahedron<S>(rest, S(3000), poisson); }));
+  return Tetrahedra<S>(mesh, make_elements(mesh.points, mesh.tetrahedra, [&](auto const& rest) { return UserTetrahedron<S>(rest, S(3000), poisson); }));
 }
 
 template <RealScalar S>
@@ -248,7 +248,7 @@ TEST_CASE("BackwardEuler takes such a bar there in steps far above the stable on
 TEST_CASE("a zone moves what is touched as the whole body does") {
   auto const mesh = make_block<double>(9, 9, 5, 0.01);
   auto const homes = make_elements(mesh.points, [](auto const& rest) { return AnchorSpring<double>{rest, {2.0, 0.02}}; });
-  auto const solid_parts = make_elements(mesh.points, mesh.tetrahedra, [](auto const& rest) { return LinearTetrahedron<double>(rest, 300.0, 0.3); });
+  auto const solid_parts = make_elements(mesh.points, mesh.tetrahedra, [](auto const& rest) { return UserTetrahedron<double>(rest, 300.0, 0.3); });
   ElementTissue const tissue(mesh, {.total = 0.3}, homes, solid_parts);
   SoftBody zone(tissue, LeapfrogVerlet{}, ZoneOfInfluence{.rings = 2});
   SoftBody whole(tissue, LeapfrogVerlet{}, WholeBody{});
@@ -309,7 +309,7 @@ TEMPLATE_TEST_CASE("blocks of elements walked at once or backwards give the byte
 
 TEST_CASE("what no tissue can be made of is refused in a sentence") {
   auto const mesh = make_block<double>(3, 3, 3, 0.01);
-  auto const list = make_elements(mesh.points, mesh.tetrahedra, [](auto const& rest) { return LinearTetrahedron<double>(rest, 3000.0, 0.3); });
+  auto const list = make_elements(mesh.points, mesh.tetrahedra, [](auto const& rest) { return UserTetrahedron<double>(rest, 3000.0, 0.3); });
   auto wrong = list;
   wrong.nodes[3][1] = 27;
   CHECK_THROWS_WITH(ElementTissue(mesh, {}, wrong), Catch::Matchers::Contains("particle index 27"));
@@ -325,7 +325,7 @@ TEST_CASE("what no tissue can be made of is refused in a sentence") {
   CHECK_THROWS_WITH(ElementTissue(mesh, light), Catch::Matchers::Contains("particle 0 weighs 0 kg"));
   Matrix<int, 4, Dynamic> outside = mesh.tetrahedra;
   outside(2, 5) = -1;
-  CHECK_THROWS_AS(make_elements(mesh.points, outside, [](auto const& rest) { return LinearTetrahedron<double>(rest, 1.0, 0.0); }), OutOfRange);
+  CHECK_THROWS_AS(make_elements(mesh.points, outside, [](auto const& rest) { return UserTetrahedron<double>(rest, 1.0, 0.0); }), OutOfRange);
   ElementTissue tissue(mesh, {}, list);
   CHECK_THROWS_AS(tissue.nail(27), OutOfRange);
   CHECK_THROWS_AS(tissue.set_mass(3, 0.0), InvalidArgument);

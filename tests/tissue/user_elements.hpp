@@ -13,7 +13,7 @@ using namespace palpate;
 
 /// A tetrahedron of small strains ε = sym(∇u): σ = λ tr(ε) I + 2μ ε, constant in it; density [kg/m³].
 template <RealScalar S>
-struct LinearTetrahedron {
+struct UserTetrahedron {
   static constexpr int nodes = 4;
   using Columns = NodeColumns<S, 4>;
   using Block = Matrix<S, 3, 3>;
@@ -21,7 +21,7 @@ struct LinearTetrahedron {
   Matrix<S, 4, 3> gradient;   // of the shape functions, 1/m
   S volume, lambda, mu, density;
 
-  LinearTetrahedron(Columns const& rest, S young, S poisson, S mass_density = 1000)
+  UserTetrahedron(Columns const& rest, S young, S poisson, S mass_density = 1000)
       : lambda(young * poisson / ((1 + poisson) * (1 - 2 * poisson))), mu(young / (2 * (1 + poisson))), density(mass_density) {
     Block const edges = rest.template rightCols<3>().colwise() - rest.col(0);
     gradient.template bottomRows<3>() = edges.inverse();

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <span>
 #include <tuple>
+#include <type_traits>
 #include <vector>
 
 namespace palpate {
@@ -70,6 +71,11 @@ class ElementAssembly {
   template <class X>
   void linearise(X const& x, Scalar const* /*inverse_mass*/) {
     for_each_kind(*this, [&]<class E>(Kind<E>& kind) {
+      if constexpr (has_packed_tangent<E>) {
+        static_assert(is_padded<X>);
+        for (int b = 0; b < blocks(); ++b) kind.packs[at(b)].linearise(x.data());
+        return;
+      }
       kind.tangents.reserve(kind.elements.capacity());
       kind.tangents.clear();
       for (std::size_t e = 0; e < kind.elements.size(); ++e) {
@@ -102,6 +108,8 @@ class ElementAssembly {
     ConstPadded const direction(d, 4, static_cast<Eigen::Index>(particles_.size()));
     Padded product(out, 4, direction.cols());
     for_each_kind(*this, [&]<class E>(Kind<E> const& kind) {
+      if constexpr (has_packed_tangent<E>)
+        for (int b = 0; b < blocks(); ++b) kind.packs[at(b)].add_product(stiffness, d, out, own(b));
       for (std::size_t e = 0; e < kind.tangents.size(); ++e) {
         auto const here = gather(direction, kind.nodes[e]);
         NodeColumns<Scalar, E::nodes> sum = NodeColumns<Scalar, E::nodes>::Zero();
@@ -114,6 +122,8 @@ class ElementAssembly {
   void add_tangent_diagonal(Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
     Padded diagonal(out, 4, static_cast<Eigen::Index>(particles_.size()));
     for_each_kind(*this, [&]<class E>(Kind<E> const& kind) {
+      if constexpr (has_packed_tangent<E>)
+        for (int b = 0; b < blocks(); ++b) kind.packs[at(b)].add_diagonal(stiffness, out, own(b));
       for (std::size_t e = 0; e < kind.tangents.size(); ++e)
         for (int k = 0; k < 3 * E::nodes; ++k)
           diagonal(k % 3, kind.nodes[e][at(k / 3)]) += stiffness * kind.tangents[e].stiffness(k, k) + damping * kind.tangents[e].damping(k, k);
@@ -162,16 +172,20 @@ class ElementAssembly {
         for (std::size_t e = 0; e < kind.nodes.size(); ++e)
           if (std::any_of(kind.nodes[e].begin(), kind.nodes[e].end(), [&](int j) { return j >= first_of(b) && j < first_of(b + 1); }))
             kind.of_block[at(b)].push_back(static_cast<int>(e));
+      fill_packs(kind);
     });
   }
   /// Memory for sets of up to so many particles and elements of each kind.
   void reserve(int particles, std::array<std::size_t, sizeof...(Elements)> const& elements) {
     particles_.reserve(at(particles)), local_.reserve(at(particles)), inverse_mass_.reserve(at(particles));
     auto count = elements.begin();
-    for_each_kind(*this, [&](auto& kind) {
+    for_each_kind(*this, [&]<class E>(Kind<E>& kind) {
       kind.nodes.reserve(*count), kind.elements.reserve(*count), kind.ends.reserve(at(particles));
       for (auto& some : kind.of_block)
         if (particles >= 2 * min_block_size) some.reserve(*count);
+      if constexpr (HasElementPacks<E, Scalar>)
+        for (auto& packs : kind.packs)
+          if (&packs == kind.packs.data() || particles >= 2 * min_block_size) packs.reserve(at(particles), *count);
       ++count;
     });
   }
@@ -189,7 +203,17 @@ class ElementAssembly {
     explicit Tangent(NodeMatrix<Scalar, Nodes> const& k) noexcept : stiffness(k) {}
   };
   template <class E>
-  struct Kind {
+  struct Packed {
+    static constexpr bool has_tangent = false;
+  };
+  template <class E>
+    requires HasElementPacks<E, Scalar>
+  struct Packed<E> {
+    static constexpr bool has_tangent = E::Packs::has_tangent;
+    std::array<typename E::Packs, max_blocks> packs;   // the elements that act on particles of each block
+  };
+  template <class E>
+  struct Kind : Packed<E> {
     std::vector<std::array<int, std::size_t{E::nodes}>> nodes;   // local
     std::vector<E> elements;
     std::vector<int> ends;                                       // of those whose first chosen particle is each of the moving ones
@@ -197,7 +221,34 @@ class ElementAssembly {
     std::array<std::vector<int>, max_blocks> of_block;          // elements that act on particles of each block, where there are several
   };
 
+  template <class E>
+  static constexpr bool has_packed_tangent = Packed<E>::has_tangent;
+  template <class X>
+  static constexpr bool is_padded = int{std::remove_cvref_t<X>::OuterStrideAtCompileTime} == 4;
+
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
+  /// Whether a particle is of a block; the border is of any where there is one block.
+  struct Own {
+    int first, count;
+    bool operator()(int i) const noexcept { return static_cast<unsigned>(i - first) < static_cast<unsigned>(count); }
+  };
+  Own own(int block) const noexcept {
+    if (blocks() == 1) return {0, static_cast<int>(particles_.size())};
+    return {first_of(block), first_of(block + 1) - first_of(block)};
+  }
+  template <class E>
+  void fill_packs(Kind<E>& kind) const {
+    if constexpr (HasElementPacks<E, Scalar>) {
+      int const particles = static_cast<int>(particles_.size());
+      auto const fill = [&](int b, std::size_t count, auto const& which) {
+        kind.packs[at(b)].fill(particles, kind.nodes, kind.elements, static_cast<int>(count), which);
+      };
+      if (blocks() == 1)
+        fill(0, kind.nodes.size(), [](int k) { return k; });
+      else
+        for (int b = 0; b < blocks(); ++b) fill(b, kind.of_block[at(b)].size(), [&some = kind.of_block[at(b)]](int k) { return some[at(k)]; });
+    }
+  }
   int first_of(int block) const noexcept { return static_cast<int>(static_cast<long long>(moving()) * block / blocks()); }
 
   template <class Self, class Visit>
@@ -218,7 +269,11 @@ class ElementAssembly {
   /// To the particles of a block, or of all: −1.
   template <class X, class V, class F>
   void add_forces(int block, X const& x, V const& v, F& f) const noexcept {
-    for_each_kind(*this, [&](auto const& kind) {
+    for_each_kind(*this, [&]<class E>(Kind<E> const& kind) {
+      if constexpr (HasElementPacks<E, Scalar> && is_padded<X> && is_padded<F>) {
+        for (int b = std::max(block, 0); b < (block < 0 ? blocks() : block + 1); ++b) kind.packs[at(b)].add_forces(x.data(), f.data(), own(b));
+        return;
+      }
       if (block < 0) {
         for (std::size_t e = 0; e < kind.elements.size(); ++e)
           scatter(detail::element_force(kind.elements[e], gather(x, kind.nodes[e]), gather(v, kind.nodes[e])), kind.nodes[e], f);

@@ -55,9 +55,13 @@ auto make_elements(Eigen::MatrixBase<Points> const& points, Eigen::MatrixBase<In
   constexpr int nodes = Indices::RowsAtCompileTime;
   using Columns = NodeColumns<typename Points::Scalar, nodes>;
   using E = std::remove_cvref_t<std::invoke_result_t<Make&, Columns const&>>;
-  static_assert(Element<E, typename Points::Scalar>,
-                "make_elements: what `make` returns is no Element of this scalar: it needs nodes, energy(x), force(x) and stiffness(x) const, x 3 x nodes; "
-                "see palpate/tissue/element.hpp.");
+  using S = typename Points::Scalar;
+  static_assert(HasNodes<E>, "make_elements: what `make` returns is no Element, it has no nodes; declare: static constexpr int nodes, how many particles it joins.");
+  static_assert(!HasNodes<E> || HasElementEnergy<E, S>, "make_elements: the element has no energy(x) const; declare: Scalar energy(NodeColumns<Scalar, nodes> const& x) const, in J.");
+  static_assert(!HasNodes<E> || HasElementForce<E, S>,
+                "make_elements: the element has no force(x) const; declare: NodeColumns<Scalar, nodes> force(NodeColumns<Scalar, nodes> const& x) const, in N.");
+  static_assert(!HasNodes<E> || HasElementStiffness<E, S>,
+                "make_elements: the element has no stiffness(x) const; declare: NodeMatrix<Scalar, nodes> stiffness(NodeColumns<Scalar, nodes> const& x) const, in N/m.");
   if constexpr (!Element<E, typename Points::Scalar>) {
     return ElementList<detail::StandInElement<typename Points::Scalar, nodes>>{};
   } else {
@@ -174,6 +178,21 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   S stiffness_bound(int i) const noexcept { return stiffness_at_rest_[at(i)]; }
   S damping_bound(int i) const noexcept { return damping_at_rest_[at(i)]; }
 
+ protected:
+  /// change(nodes at rest, element) → what takes the place of each of these elements. What the tissue weighs changes with them.
+  template <class E, class Change>
+  void change_elements(std::span<int const> some, Change const& change) {
+    auto& list = std::get<Kind<E>>(kinds_).list;
+    for (int const e : some) {
+      NodeColumns<S, E::nodes> rest;
+      for (int k = 0; k < E::nodes; ++k) rest.col(k) = rest_[list.nodes[at(e)][at(k)]];
+      list.elements[at(e)] = change(rest, list.elements[at(e)]);
+    }
+    if constexpr ((HasElementMass<Elements, S> || ...)) mass_ = mass_of_elements();
+    take_bounds();
+    ++revision_;
+  }
+
  private:
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
 
@@ -212,9 +231,13 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     for (int i = 0; i < size(); ++i) {
       if (!(this->mass(i) > 0))
         throw InvalidArgument(detail::message("particle ", i, " weighs ", this->mass(i), " kg; give masses, or elements with a mass there"));
-      stiffness_at_rest_.push_back(Sums::stiffness_bound(i));
-      damping_at_rest_.push_back(Sums::damping_bound(i));
     }
+    take_bounds();
+  }
+
+  void take_bounds() {
+    stiffness_at_rest_.clear(), damping_at_rest_.clear();
+    for (int i = 0; i < size(); ++i) stiffness_at_rest_.push_back(Sums::stiffness_bound(i)), damping_at_rest_.push_back(Sums::damping_bound(i));
   }
 
   std::vector<S> mass_of_elements() const {

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+// What a leapfrog step of a solid costs beside a plain Eigen loop over the same tetrahedra in the same run, and a product with its tangent beside one with
+// a loop over the elements' 12 x 12 matrices' blocks, by material, scalar and size (cubes of 5 alternating tetrahedra: 8^3, 16^3, 28^3 of them).
+//   bench_solid                              as it was compiled
+//   BENCH=solid sh benchmarks/step.sh        compiled with plain -O2, -O3, with AVX2 and for this processor, one after the other
+// prints, for each, the median of plain time / library time over rounds that run both in turn (above 1 the library is faster) and the best time of both
+// per tetrahedron [ns]. Time is the thread's own.
+#include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/material/corotational.hpp>
+#include <palpate/material/st_venant_kirchhoff.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/region/whole_body.hpp>
+#include <palpate/tissue/finite_elements.hpp>
+
+#include <benchmark/benchmark.h>
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <ctime>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace palpate;
+
+double now() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// The stress of each material as one writes it with Eigen; the rotation of the last by the library's formula, one number at a time.
+template <class S>
+using Square = Matrix<S, 3, 3>;
+template <class S>
+Square<S> plain_stress(StVenantKirchhoffLaw<S> const& law, Square<S> const& F) {
+  Square<S> const E = S(0.5) * (F.transpose() * F - Square<S>::Identity());
+  return F * (law.lambda * E.trace() * Square<S>::Identity() + 2 * law.mu * E);
+}
+template <class S>
+Square<S> plain_stress(StableNeoHookeanLaw<S> const& law, Square<S> const& F) {
+  Square<S> cofactor;
+  cofactor.col(0) = F.col(1).cross(F.col(2)), cofactor.col(1) = F.col(2).cross(F.col(0)), cofactor.col(2) = F.col(0).cross(F.col(1));
+  S const J = F.col(0).dot(cofactor.col(0)), I = F.squaredNorm();
+  return law.m * (1 - 1 / (I + 1)) * F + law.l * (J - law.alpha) * cofactor;
+}
+template <class S>
+Square<S> plain_stress(CorotationalLaw<S> const& law, Square<S> const& F) {
+  RotationOf<S> const found({F(0, 0), F(0, 1), F(0, 2), F(1, 0), F(1, 1), F(1, 2), F(2, 0), F(2, 1), F(2, 2)});
+  Tensor3<S> const& r = found.R;
+  Square<S> R;
+  R << r.xx, r.xy, r.xz, r.yx, r.yy, r.yz, r.zx, r.zy, r.zz;
+  return 2 * law.mu * (F - R) + law.lambda * (found.trace - 3) * R;
+}
+
+/// Leapfrog over columns of Eigen.
+template <class S, class Law>
+class PlainSolid {
+ public:
+  PlainSolid(TetrahedralMesh<S> const& mesh, Law const& law, S density) : x_(mesh.points), v_(Matrix3X<S>::Zero(3, x_.cols())), f_(v_), inverse_mass_(static_cast<std::size_t>(x_.cols())) {
+    for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+      auto const n = mesh.tetrahedra.col(t);
+      Square<S> edges;
+      for (int k = 0; k < 3; ++k) edges.col(k) = x_.col(n[k + 1]) - x_.col(n[0]);
+      elements_.push_back({{n[0], n[1], n[2], n[3]}, edges.inverse(), edges.determinant() / 6, law});
+      for (int k = 0; k < 4; ++k) inverse_mass_[static_cast<std::size_t>(n[k])] += density * elements_.back().volume / 4;
+    }
+    for (S& m : inverse_mass_) m = 1 / m;
+  }
+  void advance(S h) {
+    f_.setZero();
+    for (auto const& [n, inverse, volume, law] : elements_) {
+      Square<S> D;
+      for (int k = 0; k < 3; ++k) D.col(k) = x_.col(n[k + 1]) - x_.col(n[0]);
+      Square<S> const H = -volume * plain_stress(law, Square<S>(D * inverse)) * inverse.transpose();
+      for (int k = 0; k < 3; ++k) f_.col(n[k + 1]) += H.col(k);
+      f_.col(n[0]) -= H.rowwise().sum();
+    }
+    for (Eigen::Index i = 0; i < x_.cols(); ++i) v_.col(i) += h * inverse_mass_[static_cast<std::size_t>(i)] * f_.col(i), x_.col(i) += h * v_.col(i);
+  }
+  Matrix3X<S> const& positions() const { return x_; }
+  Matrix3X<S>& velocities() { return v_; }
+
+ private:
+  struct Element {
+    int nodes[4];
+    Square<S> inverse;   // of the edges at rest
+    S volume;
+    Law law;
+  };
+  Matrix3X<S> x_, v_, f_;
+  std::vector<S> inverse_mass_;
+  std::vector<Element> elements_;
+};
+
+template <class Plain, class Library>
+void in_turn(benchmark::State& state, double tetrahedra, int rounds, Plain const& plain, Library const& library) {
+  std::vector<double> ratios;
+  double best_plain = 1e9, best_library = 1e9;
+  for (auto _ : state) {
+    double const start = now();
+    for (int k = 0; k < rounds; ++k) plain();
+    double const middle = now();
+    for (int k = 0; k < rounds; ++k) library();
+    double const end = now();
+    ratios.push_back((middle - start) / (end - middle));
+    best_plain = std::min(best_plain, (middle - start) / rounds / tetrahedra * 1e9), best_library = std::min(best_library, (end - middle) / rounds / tetrahedra * 1e9);
+  }
+  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
+  state.counters["plain/library"] = ratios[ratios.size() / 2];
+  state.counters["plain_ns"] = best_plain;
+  state.counters["library_ns"] = best_library;
+}
+
+template <class S, class M>
+FiniteElements<S, M> solid(TetrahedralMesh<S> const& mesh) {
+  return {mesh, {.density = S(1000), .material = {.young = S(5000), .poisson = S(0.45)}}};
+}
+
+template <class S, class M>
+void step(benchmark::State& state) {
+  int const n = static_cast<int>(state.range(0));
+  auto const mesh = make_block<S>(n + 1, n + 1, n + 1, S(0.005), BlockPattern::alternating);
+  SoftBody body(solid<S, M>(mesh), LeapfrogVerlet{}, WholeBody{});
+  PlainSolid<S, decltype(M{}.law())> peer(mesh, M{S(5000), S(0.45)}.law(), S(1000));
+  auto start = body.save();
+  for (int i = 0; i < body.size(); ++i) start.particles.velocity[i] = peer.velocities().col(i) = S(0.02) * Vector3<S>::Random();
+  body.restore(start);
+  S const h = S(0.3) * body.stable_step();
+  auto const tetrahedra = static_cast<double>(mesh.tetrahedra.cols());
+  in_turn(state, tetrahedra, std::max(2, static_cast<int>(4e5 / tetrahedra)), [&] { peer.advance(h); }, [&] { body.step(h); });
+}
+
+/// The plain one has the elements' matrices, made beforehand.
+template <class S, class M>
+void tangent_product(benchmark::State& state) {
+  int const n = static_cast<int>(state.range(0));
+  auto const mesh = make_block<S>(n + 1, n + 1, n + 1, S(0.005), BlockPattern::alternating);
+  auto const tissue = solid<S, M>(mesh);
+  typename FiniteElements<S, M>::Assembly assembly;
+  std::vector<int> all(static_cast<std::size_t>(tissue.size()));
+  std::iota(all.begin(), all.end(), 0);
+  tissue.assemble(all, assembly);
+  Matrix<S, 4, Dynamic> x = Matrix<S, 4, Dynamic>::Zero(4, mesh.points.cols()), d = x, product = x;
+  x.topRows(3) = mesh.points + S(2e-4) * Matrix3X<S>::Random(3, x.cols());
+  d.topRows(3).setRandom();
+  assembly.linearise(PaddedView<S>(x.data(), 4, x.cols()), nullptr);
+  std::vector<NodeMatrix<S, 4>> matrices;
+  auto const& elements = tissue.template elements<typename FiniteElements<S, M>::Element>();
+  for (std::size_t e = 0; e < elements.elements.size(); ++e) {
+    NodeColumns<S, 4> here;
+    for (int k = 0; k < 4; ++k) here.col(k) = x.col(elements.nodes[e][static_cast<std::size_t>(k)]).template head<3>();
+    matrices.push_back(elements.elements[e].semidefinite_stiffness(here));
+  }
+  Matrix3X<S> const direction = d.topRows(3);
+  Matrix3X<S> out = direction;
+  auto const plain = [&] {
+    out.setZero();
+    for (std::size_t e = 0; e < matrices.size(); ++e) {
+      auto const& nodes = elements.nodes[e];
+      Matrix<S, 12, 1> own;
+      for (int k = 0; k < 4; ++k) own.template segment<3>(3 * k) = direction.col(nodes[static_cast<std::size_t>(k)]);
+      Matrix<S, 12, 1> const pull = matrices[e] * own;
+      for (int k = 0; k < 4; ++k) out.col(nodes[static_cast<std::size_t>(k)]) += pull.template segment<3>(3 * k);
+    }
+  };
+  auto const tetrahedra = static_cast<double>(matrices.size());
+  in_turn(state, tetrahedra, std::max(2, static_cast<int>(4e5 / tetrahedra)), plain, [&] { assembly.multiply_tangent(0, 0, 1, d.data(), product.data()); });
+  if (!((product.topRows(3) - out).norm() < S(1e-3) * out.norm())) state.SkipWithError("the two products differ");
+}
+
+BENCHMARK(step<double, StVenantKirchhoff<double>>)->Arg(8)->Arg(16)->Arg(28)->Unit(benchmark::kMillisecond);
+BENCHMARK(step<double, StableNeoHookean<double>>)->Arg(8)->Arg(16)->Arg(28)->Unit(benchmark::kMillisecond);
+BENCHMARK(step<double, Corotational<double>>)->Arg(8)->Arg(16)->Arg(28)->Unit(benchmark::kMillisecond);
+BENCHMARK(step<float, StVenantKirchhoff<float>>)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(step<float, StableNeoHookean<float>>)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(step<float, Corotational<float>>)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(tangent_product<double, StableNeoHookean<double>>)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(tangent_product<float, StableNeoHookean<float>>)->Arg(16)->Unit(benchmark::kMillisecond);
+
+}  // namespace

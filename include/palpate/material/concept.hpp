@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+#include <palpate/core/tensor3.hpp>
+
+#include <concepts>
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+
+namespace palpate {
+
+/// What stress a deformation costs, of a hyperelastic material: ψ its energy per volume of the undeformed tissue [J/m³], F the deformation gradient.
+///   energy(F) const → T                  ψ, 0 at F = 1
+///   stress(F) const → Tensor3<T>         first Piola–Kirchhoff stress P = ∂ψ/∂F [Pa], 0 at F = 1
+///   stress_change(F, dF) const           ∂P/∂F : dF
+/// A template over its numbers, struct MyLaw<T> { T …; }, computes as many elements at once as a register holds; a law of plain numbers one after the
+/// other. What the syntax can not say, and testing::check_material checks: the three belong together, and turning the tissue changes no energy.
+template <class L, class T>
+concept MaterialLaw = std::copyable<L> && requires(L const& law, Tensor3<T> const& F) {
+  { law.energy(F) } -> std::convertible_to<T>;
+  { law.stress(F) } -> std::convertible_to<Tensor3<T>>;
+  { law.stress_change(F, F) } -> std::convertible_to<Tensor3<T>>;
+};
+
+namespace detail {
+
+template <class M>
+concept HasLaw = requires(M const& material) { material.law(); };
+
+template <class M>
+struct LawOf {
+  using type = M;
+  static M of(M const& material) { return material; }
+};
+template <HasLaw M>
+struct LawOf<M> {
+  using type = std::remove_cvref_t<decltype(std::declval<M const&>().law())>;
+  static type of(M const& material) { return material.law(); }
+};
+
+}  // namespace detail
+
+/// What tissue is made of: a MaterialLaw, or what a user gives and has one, of numbers that are computed once.
+///   law() const → L
+template <class M, class Scalar>
+concept Material = RealScalar<Scalar> && std::copyable<M> && MaterialLaw<typename detail::LawOf<M>::type, Scalar>;
+
+// --- what a law may answer besides ------------------------------------------------------------------------------------
+
+/// Refinement: states a positive semidefinite part of its tangent: semidefinite_stress_change(F, dF). Of isotropic laws it follows (see IsIsotropicLaw),
+/// of others each element's is found by eigenvalues.
+template <class L, class T>
+concept HasSemidefiniteStressChange = MaterialLaw<L, T> && requires(L const& law, Tensor3<T> const& F) {
+  { law.semidefinite_stress_change(F, F) } -> std::convertible_to<Tensor3<T>>;
+};
+
+/// Refinement: refuses deformations that turn an element over, J = det F ≤ 0: accepts(J).
+template <class L, class Scalar>
+concept RefusesInversion = MaterialLaw<L, Scalar> && requires(L const& law, Scalar J) {
+  { law.accepts(J) } -> std::same_as<bool>;
+};
+
+namespace detail {
+
+/// The law over packs of its numbers, where it is a template over them.
+template <class L, class T>
+struct LawOver {};
+template <template <class> class L, RealScalar S, class T>
+struct LawOver<L<S>, T> {
+  using type = L<T>;
+};
+
+template <class L, class Scalar, class T>
+concept IsLawOfNumbers = requires { typename LawOver<L, T>::type; } && MaterialLaw<typename LawOver<L, T>::type, T> && std::is_trivially_copyable_v<L> &&
+                         sizeof(typename LawOver<L, T>::type) * sizeof(Scalar) == sizeof(L) * sizeof(T);
+
+}  // namespace detail
+
+}  // namespace palpate

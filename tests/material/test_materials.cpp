@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+#include "catch.hpp"
+
+#include <palpate/core/error.hpp>
+#include <palpate/material/corotational.hpp>
+#include <palpate/material/linear_elastic.hpp>
+#include <palpate/material/neo_hookean.hpp>
+#include <palpate/material/st_venant_kirchhoff.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/testing/material.hpp>
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <utility>
+
+using namespace palpate;
+
+namespace {
+
+using Square = Eigen::Matrix3d;
+
+Tensor3<double> tensor(Square const& m) { return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)}; }
+Square matrix(Tensor3<double> const& a) { return (Square() << a.xx, a.xy, a.xz, a.yx, a.yy, a.yz, a.zx, a.zy, a.zz).finished(); }
+
+/// Lateral stretch and stress along x of a bar that is pulled to a stretch and free at its sides.
+template <class Law>
+std::pair<double, double> pull(Law const& law, double stretch) {
+  double low = 0.2, high = 3.0;   // the lateral stress grows with the lateral stretch
+  for (int k = 0; k < 200; ++k) {
+    double const middle = (low + high) / 2;
+    (law.stress({stretch, 0, 0, 0, middle, 0, 0, 0, middle}).yy > 0 ? high : low) = middle;
+  }
+  return {low, law.stress({stretch, 0, 0, 0, low, 0, 0, 0, low}).xx};
+}
+
+template <class Law>
+Square cauchy(Law const& law, Square const& F) {
+  return matrix(law.stress(tensor(F))) * F.transpose() / F.determinant();
+}
+
+bool says_so(testing::Violations const& found, char const* sentence) { return std::find(found.begin(), found.end(), sentence) != found.end(); }
+
+Square simple_shear(double gamma) {
+  Square F = Square::Identity();
+  F(0, 1) = gamma;
+  return F;
+}
+
+/// A law whose stress is not the gradient of its energy, and more.
+struct Wrong {
+  int mistake;
+  double energy(Tensor3<double> const& F) const { return right().energy(F) + (mistake == 0 ? 1.0 : 0.0) + (mistake == 4 ? F.xy * F.xy * 100 : 0.0); }
+  Tensor3<double> stress(Tensor3<double> const& F) const {
+    auto P = (mistake == 1 ? 1.1 : 1.0) * right().stress(F);
+    if (mistake == 4) P.xy += 200 * F.xy;
+    return P;
+  }
+  Tensor3<double> stress_change(Tensor3<double> const& F, Tensor3<double> const& d) const {
+    auto P = (mistake == 1 || mistake == 2 ? 1.1 : 1.0) * right().stress_change(F, d);
+    if (mistake == 3) P.xy += 100 * d.xx;
+    if (mistake == 4) P.xy += 200 * d.xy;
+    return P;
+  }
+  static StVenantKirchhoffLaw<double> right() { return StVenantKirchhoff<double>{1000, 0.3}.law(); }
+};
+
+}  // namespace
+
+// Yardsticks: central differences, rotations, and Hooke's law in the limit.
+TEMPLATE_TEST_CASE("each material is the gradient of its energy, turns with the tissue and obeys Hooke's law at small strain", "[material]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  double const strain = GENERATE(0.05, 0.3, 1.0);
+  auto const check = [&](auto const& material, bool objective) {
+    return testing::check_material<S>(material.law(), {.strain = strain, .objective = objective, .young = 3000, .poisson = 0.4});
+  };
+  S const young = 3000, poisson = S(0.4);
+  CHECK(check(LinearElastic<S>{young, poisson}, false) == testing::Violations{});
+  CHECK(check(Corotational<S>{young, poisson}, true) == testing::Violations{});
+  CHECK(check(StVenantKirchhoff<S>{young, poisson}, true) == testing::Violations{});
+  CHECK(check(StableNeoHookean<S>{young, poisson}, true) == testing::Violations{});
+  if (strain < 1) CHECK(check(NeoHookean<S>{young, poisson}, true) == testing::Violations{});
+}
+
+TEST_CASE("the law battery sees what is wrong", "[material]") {
+  CHECK(testing::check_material<double>(Wrong{5}) == testing::Violations{});
+  CHECK(testing::check_material<double>(Wrong{0}) == testing::Violations{"there is energy at F = 1"});
+  CHECK(testing::check_material<double>(Wrong{1}) == testing::Violations{"stress must be d energy/dF"});
+  CHECK(testing::check_material<double>(Wrong{2}) == testing::Violations{"stress_change must be d stress/dF : dF"});
+  CHECK(says_so(testing::check_material<double>(Wrong{3}), "stress_change must be symmetric: a : change(b) = b : change(a)"));
+  CHECK(testing::check_material<double>(Wrong{4}) == testing::Violations{"the energy changes when the tissue is turned"});
+  CHECK(testing::check_material<double>(Wrong{5}, {.young = 1100, .poisson = 0.3}) == testing::Violations{"small strains must obey Hooke's law: stress_change(1, d) is another"});
+  CHECK(says_so(testing::check_material<double>(LinearElastic<double>{1000, 0.3}.law()), "the energy changes when the tissue is turned"));
+}
+
+// Yardstick: closed forms; for the neo-Hookean bar the root of its two equations, found elsewhere.
+TEST_CASE("bars and shears follow the closed forms", "[material]") {
+  double const E = 5000, nu = 0.45, mu = E / (2 * (1 + nu)), lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
+  auto const st_venant = StVenantKirchhoff<double>{E, nu}.law();
+  auto const neo_hooke = NeoHookean<double>{E, nu}.law();
+  for (double const stretch : {0.8, 1.0, 1.3}) {
+    CAPTURE(stretch);
+    CHECK(pull(st_venant, stretch).second == Approx(E / 2 * (stretch * stretch * stretch - stretch)).margin(1e-9 * E));
+  }
+  for (double const gamma : {-0.4, 0.1, 1.5}) {
+    CAPTURE(gamma);
+    CHECK(st_venant.stress(tensor(simple_shear(gamma))).xy == Approx(mu * gamma + (lambda + 2 * mu) * gamma * gamma * gamma / 2));
+    Square const sigma = cauchy(neo_hooke, simple_shear(gamma));
+    CHECK(sigma(0, 1) == Approx(mu * gamma));
+    CHECK(sigma(0, 0) - sigma(1, 1) == Approx(mu * gamma * gamma));
+  }
+  auto const [narrow, pressed] = pull(neo_hooke, 0.7);
+  CHECK(narrow == Approx(1.170853).margin(1e-6));
+  CHECK(pressed / E == Approx(-0.433939).margin(1e-6));
+  auto const [thin, pulled] = pull(neo_hooke, 2.0);
+  CHECK(thin == Approx(0.725935).margin(1e-6));
+  CHECK(pulled / E == Approx(0.598796).margin(1e-6));
+}
+
+// Yardstick: the rotation U diag(1, 1, det) V^T of Eigen's singular value decomposition.
+TEST_CASE("the nearest rotation is that of the singular value decomposition, turned over too", "[material]") {
+  std::srand(7);
+  for (int k = 0; k < 2000; ++k) {
+    Square const F = (k % 2 == 0 ? 1.0 : 0.0) * Square::Identity() + 0.7 * Square::Random();
+    Eigen::JacobiSVD<Square> const svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    double const sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+    if (svd.singularValues()[1] + sign * svd.singularValues()[2] < 1e-3) continue;   // none is nearest
+    Square const R = svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    CAPTURE(k, svd.singularValues().transpose());
+    RotationOf<double> const found(tensor(F));
+    CHECK((matrix(found.R) - R).norm() < 1e-9);
+    CHECK(found.trace == Approx((R.transpose() * F).trace()));
+  }
+  for (double const stretch : {0.0, 1e-200, 1e-9, 1e9}) CHECK(is_finite(matrix(RotationOf<double>(Tensor3<double>::diagonal(stretch)).R)));
+}
+
+// Yardstick: the eigenvalues of the tangent as a 9 x 9 matrix, by Eigen.
+TEST_CASE("the tangent's positive semidefinite part leaves the positive eigenvalues", "[material]") {
+  std::srand(5);
+  auto const check = [](auto const& law, double strain) {
+    Square const F = Square::Identity() + strain * Square::Random();
+    Eigen::Matrix<double, 9, 9> whole, part;
+    detail::PrincipalTangent<double> const tangent(law, tensor(F));
+    for (int k = 0; k < 9; ++k) {
+      Square d = Square::Zero();
+      d(k) = 1;
+      whole.col(k) = Eigen::Map<Eigen::Matrix<double, 9, 1> const>(Square(matrix(law.stress_change(tensor(F), tensor(d)))).data());
+      part.col(k) = Eigen::Map<Eigen::Matrix<double, 9, 1> const>(Square(matrix(tangent.stress_change(tensor(d)))).data());
+    }
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> const eigen(whole);
+    Eigen::Matrix<double, 9, 9> const expected = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() * eigen.eigenvectors().transpose();
+    return (part - expected).norm() / expected.norm();
+  };
+  for (double const strain : {0.0, 0.1, 0.5, 1.0})
+    for (int k = 0; k < 50; ++k) {
+      CAPTURE(strain, k);
+      CHECK(check(StVenantKirchhoff<double>{1000, 0.4}.law(), strain) < 1e-6);
+      CHECK(check(StableNeoHookean<double>{1000, 0.4}.law(), strain) < 1e-6);
+      CHECK(check(Corotational<double>{1000, 0.4}.law(), strain) < 1e-6);
+      if (strain < 0.4) CHECK(check(NeoHookean<double>{1000, 0.4}.law(), strain) < 1e-6);
+    }
+}
+
+TEST_CASE("a modulus or Poisson's ratio that cannot be is refused in a line", "[material][error]") {
+  double const nan = std::numeric_limits<double>::quiet_NaN();
+  for (double const young : {5.0, 2e10, 0.0, -1.0, nan}) CHECK_THROWS_AS((StableNeoHookean<double>{young, 0.4}.law()), InvalidArgument);
+  for (double const poisson : {0.5, 0.6, -1.0, nan}) CHECK_THROWS_AS((Corotational<double>{1000, poisson}.law()), InvalidArgument);
+  CHECK_THROWS_WITH((StableNeoHookean<double>{5.0, 0.4}.law()), says("Young's modulus is 5 Pa", "kPa times 1,000"));
+  CHECK_THROWS_WITH((StableNeoHookean<double>{5000, 0.5}.law()), says("Poisson's ratio is 0.5", "below 0.5"));
+}

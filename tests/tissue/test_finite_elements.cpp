@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: MIT
+#include "allocation_trap.hpp"
+#include "catch.hpp"
+
+#include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/material/corotational.hpp>
+#include <palpate/material/linear_elastic.hpp>
+#include <palpate/material/neo_hookean.hpp>
+#include <palpate/material/st_venant_kirchhoff.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/statics/newton_raphson.hpp>
+#include <palpate/testing/element.hpp>
+#include <palpate/testing/tissue.hpp>
+#include <palpate/tissue/finite_elements.hpp>
+
+#include <Eigen/Dense>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+template <class S>
+TetrahedralMesh<S> distorted(int n, S spacing) {
+  std::srand(3);
+  auto mesh = make_block<S>(n, n, n, spacing, BlockPattern::alternating);
+  for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) mesh.points.col(i) += S(0.15) * spacing * Vector3<S>::Random();
+  return mesh;
+}
+
+template <class S>
+bool is_inside(int i, int n) {
+  int const x = i % n, y = i / n % n, z = i / (n * n);
+  return std::min({x, y, z}) > 0 && std::max({x, y, z}) < n - 1;
+}
+
+/// The forces of the whole tissue on the columns that a body computes in: fourth rows of zeros.
+template <class Tissue, class S = typename Tissue::Scalar>
+Matrix3X<S> forces(Tissue const& tissue, Matrix3X<S> const& x) {
+  typename Tissue::Assembly assembly;
+  std::vector<int> all(static_cast<std::size_t>(tissue.size()));
+  std::iota(all.begin(), all.end(), 0);
+  tissue.assemble(all, assembly);
+  Matrix<S, 4, Dynamic> padded = Matrix<S, 4, Dynamic>::Zero(4, x.cols()), f = padded;
+  padded.topRows(3) = x;
+  assembly.add_forces(padded, padded, f);
+  return f.topRows(3);
+}
+
+/// Starts a body from positions and velocities.
+template <class Body, class S = typename Body::Scalar>
+void start(Body& body, Matrix3X<S> const& x, Matrix3X<S> const& v) {
+  auto state = body.save();
+  for (int i = 0; i < body.size(); ++i) state.particles.position[i] = x.col(i), state.particles.velocity[i] = v.col(i);
+  body.restore(state);
+}
+
+/// A law of plain numbers that says nothing but what it must.
+struct Plain {
+  StVenantKirchhoffLaw<double> law;
+  double energy(Tensor3<double> const& F) const { return law.energy(F); }
+  Tensor3<double> stress(Tensor3<double> const& F) const { return law.stress(F); }
+  Tensor3<double> stress_change(Tensor3<double> const& F, Tensor3<double> const& d) const { return law.stress_change(F, d); }
+};
+
+template <class S, class Visit>
+void for_each_material(Visit visit) {
+  S const young = 3000, poisson = S(0.4);
+  visit(LinearElastic<S>{young, poisson});
+  visit(Corotational<S>{young, poisson});
+  visit(StVenantKirchhoff<S>{young, poisson});
+  visit(NeoHookean<S>{young, poisson});
+  visit(StableNeoHookean<S>{young, poisson});
+}
+
+template <class S, class M>
+FiniteElements<S, M> solid(TetrahedralMesh<S> const& mesh, M const& material) {
+  return {mesh, {.density = 1000, .material = material}};
+}
+
+/// The stiffness at rest as a sparse matrix without the rows and columns of fixed particles.
+template <class Tissue>
+Eigen::SparseMatrix<double> stiffness_at_rest(Tissue const& tissue, Matrix3X<double> const& rest, std::vector<int> const& place, int free) {
+  std::vector<Eigen::Triplet<double>> entries;
+  tissue.for_each_stiffness_block(rest, [&](int i, int j, Matrix<double, 3, 3> const& block) {
+    int const row = place[static_cast<std::size_t>(i)], column = place[static_cast<std::size_t>(j)];
+    if (row < 0 || column < 0) return;
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) entries.emplace_back(3 * row + a, 3 * column + b, block(a, b));
+  });
+  Eigen::SparseMatrix<double> matrix(3 * free, 3 * free);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+/// What a cantilever of 10 x 1 x 1 with `through` cubes through its height bends at its tip under a small load there, over Timoshenko's beam.
+double tip_over_timoshenko(int through, double poisson, BlockPattern pattern) {
+  double const young = 1000, height = 0.01, length = 10 * height;
+  auto const mesh = make_block<double>(10 * through + 1, through + 1, through + 1, height / through, pattern);
+  auto const tissue = solid<double>(mesh, LinearElastic<double>{young, poisson});
+  std::vector<int> place(static_cast<std::size_t>(tissue.size()), -1);
+  int free = 0;
+  for (int i = 0; i < tissue.size(); ++i)
+    if (mesh.points(0, i) > 1e-9) place[static_cast<std::size_t>(i)] = free++;
+  Eigen::VectorXd load = Eigen::VectorXd::Zero(3 * free), area = load;
+  double sum = 0;
+  for (int t = 0; t < tissue.surface().triangle_count(); ++t) {   // shared over the end face by area
+    auto const corners = tissue.surface().corners(t);
+    Vector3<double> const a = mesh.points.col(corners[0]), b = mesh.points.col(corners[1]), c = mesh.points.col(corners[2]);
+    if (std::min({a.x(), b.x(), c.x()}) < length - 1e-9) continue;
+    double const share = (b - a).cross(c - a).norm() / 6;
+    for (int const i : corners) load[3 * place[static_cast<std::size_t>(i)] + 2] += share, sum += share;
+  }
+  load /= sum;   // 1 N
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> const solver(stiffness_at_rest(tissue, mesh.points, place, free));
+  double const tip = load.dot(solver.solve(load));
+  double const inertia = height * height * height * height / 12, shear = young / (2 * (1 + poisson));
+  return tip / (length * length * length / (3 * young * inertia) + length / (5.0 / 6 * shear * height * height));
+}
+
+}  // namespace
+
+// Yardstick: what a battery for any element asks: central differences, and balance of forces and torques.
+TEST_CASE("a tetrahedron of each material keeps the laws of elements", "[tissue][finite_elements]") {
+  NodeColumns<double, 4> rest;
+  rest << 0.0, 0.01, 0.002, 0.001, 0.0, 0.001, 0.012, 0.003, 0.0, -0.001, 0.002, 0.009;
+  for_each_material<double>([&]<class M>(M const& material) {
+    LinearTetrahedron<double, typename detail::LawOf<M>::type> const element(rest, material.law(), 1000);
+    CHECK(testing::check_element<double>(element, rest, {.reach = 5e-4, .turns = !std::same_as<M, LinearElastic<double>>}) == testing::Violations{});
+  });
+  LinearTetrahedron<double, Plain> const plain(rest, Plain{StVenantKirchhoff<double>{3000, 0.4}.law()}, 1000);
+  CHECK(testing::check_element<double>(plain, rest, {.reach = 5e-4}) == testing::Violations{});
+}
+
+// Yardstick: dense central differences of the energy; the laws of tissues.
+TEST_CASE("a solid's forces are the gradient of its energy, of the whole and of a subset", "[tissue][finite_elements]") {
+  auto const mesh = distorted<double>(3, 0.01);
+  for_each_material<double>([&]<class M>(M const& material) {
+    auto const tissue = solid<double>(mesh, material);
+    CHECK(testing::check_tissue(tissue, {.displacement = 0.05, .isolated = !std::same_as<M, LinearElastic<double>>}) == testing::Violations{});
+    std::srand(11);
+    Matrix3X<double> x = mesh.points + 5e-4 * Matrix3X<double>::Random(3, mesh.points.cols());
+    Matrix3X<double> gradient(3, x.cols());
+    double const step = 1e-7;
+    for (Eigen::Index k = 0; k < x.size(); ++k) {
+      double const before = x(k);
+      x(k) = before + step;
+      double const ahead = tissue.potential_energy(x);
+      x(k) = before - step;
+      gradient(k) = (ahead - tissue.potential_energy(x)) / (2 * step);
+      x(k) = before;
+    }
+    CHECK((forces(tissue, x) + gradient).norm() < 1e-6 * gradient.norm());
+  });
+}
+
+// Yardstick: a homogeneous stress has no divergence; a rigid motion costs nothing.
+TEMPLATE_TEST_CASE("patch: an affine displacement leaves no force inside, and what turns as a whole has none or turns along", "[tissue][finite_elements]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  constexpr int n = 5;
+  S const tolerance = std::same_as<S, float> ? S(1e-5) : S(1e-12);
+  auto const mesh = distorted<S>(n, S(0.01));
+  Matrix<S, 3, 3> F;
+  F << S(1.1), S(0.05), S(-0.1), S(0.02), S(0.95), S(0.07), S(-0.04), S(0.1), S(1.2);
+  Matrix<S, 3, 3> const R = Eigen::AngleAxis<S>(S(2), Vector3<S>(1, -2, S(0.5)).normalized()).toRotationMatrix();
+  for_each_material<S>([&]<class M>(M const& material) {
+    auto const tissue = solid<S>(mesh, material);
+    Matrix3X<S> const x = F * mesh.points, f = forces(tissue, x);
+    S const scale = S(3000) * S(0.01) * S(0.01);   // N, of a modulus on a facet
+    for (int i = 0; i < tissue.size(); ++i)
+      if (is_inside<S>(i, n)) CHECK(f.col(i).norm() < 10 * tolerance * scale);
+    CHECK(f.norm() > S(0.1) * scale);
+    if constexpr (!std::same_as<M, LinearElastic<S>>) {
+      CHECK(forces(tissue, Matrix3X<S>(R * mesh.points)).norm() < 100 * tolerance * scale);
+      CHECK((forces(tissue, Matrix3X<S>(R * x)) - R * f).norm() < 10 * tolerance * f.norm());
+    }
+  });
+}
+
+// Yardstick: a body that nothing holds has six motions without stiffness.
+TEST_CASE("a free solid has six null modes", "[tissue][finite_elements]") {
+  auto const mesh = distorted<double>(3, 0.01);
+  std::vector<int> place(static_cast<std::size_t>(mesh.points.cols()));
+  std::iota(place.begin(), place.end(), 0);
+  for_each_material<double>([&](auto const& material) {
+    auto const tissue = solid<double>(mesh, material);
+    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> const modes(Eigen::MatrixXd(stiffness_at_rest(tissue, mesh.points, place, tissue.size())));
+    CHECK(std::abs(modes.eigenvalues()[5]) < 1e-8 * modes.eigenvalues().tail(1)[0]);
+    CHECK(modes.eigenvalues()[6] > 1e-4 * modes.eigenvalues().tail(1)[0]);
+  });
+}
+
+// Yardstick: deflections over Timoshenko's beam as computed independently for these meshes, within 0.01.
+TEST_CASE("a cantilever bends as linear tetrahedra do", "[tissue][finite_elements]") {
+  CHECK(tip_over_timoshenko(2, 0.3, BlockPattern::alternating) == Approx(0.67).margin(0.01));
+  CHECK(tip_over_timoshenko(4, 0.3, BlockPattern::alternating) == Approx(0.89).margin(0.01));
+  CHECK(tip_over_timoshenko(2, 0.49, BlockPattern::alternating) == Approx(0.60).margin(0.01));
+  CHECK(tip_over_timoshenko(4, 0.49, BlockPattern::alternating) == Approx(0.83).margin(0.01));
+  CHECK(tip_over_timoshenko(2, 0.49, BlockPattern::kuhn) == Approx(0.104).margin(0.01));
+  CHECK(tip_over_timoshenko(4, 0.49, BlockPattern::kuhn) == Approx(0.288).margin(0.01));
+}
+
+// Yardstick: a bar clamped at one end, without lateral strain, swings along itself at sqrt(E / rho) / (4 L).
+TEST_CASE("a clamped bar swings along itself at the frequency of the closed form", "[tissue][finite_elements]") {
+  double const young = 5000, density = 1000, spacing = 0.005;
+  int const cubes = 40;
+  auto const mesh = make_block<double>(cubes + 1, 2, 2, spacing, BlockPattern::alternating);
+  FiniteElements<double, Corotational<double>> tissue(mesh, {.density = density, .material = {.young = young, .poisson = 0.0}});
+  for (int i = 0; i < tissue.size(); ++i)
+    if (mesh.points(0, i) < 1e-9) tissue.nail(i);
+  SoftBody body(std::move(tissue), LeapfrogVerlet{});
+  double const length = cubes * spacing, frequency = std::sqrt(young / density) / (4 * length);
+  Matrix3X<double> x = mesh.points;
+  x.row(0) += 1e-3 * length * (std::numbers::pi / (2 * length) * mesh.points.row(0).array()).sin().matrix();
+  start(body, x, Matrix3X<double>(Matrix3X<double>::Zero(3, x.cols())));
+  int const end = body.nearest_vertex({length, 0, 0});
+  double const h = 0.5 * body.stable_step(), from = length;
+  double last = x(0, end) - from, first_zero = 0, time = 0;
+  int zeros = 0;
+  while (zeros < 5 && time < 10 / frequency) {
+    body.step(h);
+    time += h;
+    double const now = body.positions()(0, end) - from;
+    if ((now < 0) != (last < 0)) {
+      double const at = time - h * now / (now - last);
+      if (zeros++ == 0) first_zero = at;
+      else if (zeros == 5) CHECK(2 / (at - first_zero) == Approx(frequency).epsilon(2e-3));
+    }
+    last = now;
+  }
+  CHECK(zeros == 5);
+}
+
+// Yardstick: energy and momentum of a body that nothing acts on.
+TEST_CASE("an undamped solid keeps its energy and momentum", "[tissue][finite_elements]") {
+  auto const mesh = distorted<double>(4, 0.01);
+  SoftBody body(solid<double>(mesh, StableNeoHookean<double>{5000, 0.45}), LeapfrogVerlet{});
+  Matrix3X<double> const squeezed = Eigen::Vector3d(1.1, 0.95, 1.0).asDiagonal() * mesh.points;
+  Matrix3X<double> spin(3, mesh.points.cols());
+  for (Eigen::Index i = 0; i < spin.cols(); ++i) spin.col(i) = Vector3<double>(0.1, 0, 0) + Vector3<double>(0, 0, 5).cross(Vector3<double>(squeezed.col(i)));
+  start(body, squeezed, spin);
+  double const h = 0.2 * body.stable_step(), energy = body.kinetic_energy() + body.potential_energy();
+  auto const momentum = [&] {
+    Vector3<double> sum = Vector3<double>::Zero();
+    for (int i = 0; i < body.size(); ++i) sum += body.tissue().mass(i) * body.velocities().col(i);
+    return sum;
+  };
+  Vector3<double> const before = momentum();
+  double worst = 0;
+  body.step(h);
+  palpate_test::AllocationCount const allocations;
+  for (int k = 0; k < 3000; ++k) {
+    body.step(h);
+    worst = std::max(worst, std::abs(body.kinetic_energy() + body.potential_energy() - energy));
+  }
+  CHECK(allocations.count() == 0);
+  CHECK(worst < 0.02 * energy);
+  CHECK((momentum() - before).norm() < 1e-11 * before.norm());
+}
+
+// Yardstick: the equilibrium of an independent solver, Newton's method.
+TEST_CASE("implicit steps come to rest where Newton's method does, and allocate nothing after the first", "[tissue][finite_elements]") {
+  auto const mesh = make_block<double>(11, 3, 3, 0.005, BlockPattern::alternating);
+  auto const sag = [&](auto const& material) {
+    auto tissue = solid<double>(mesh, material);
+    for (int i = 0; i < tissue.size(); ++i)
+      if (mesh.points(0, i) < 1e-9) tissue.nail(i);
+    SoftBody body(std::move(tissue), BackwardEuler{});
+    body.set_gravity({0, 0, -9.81});
+    body.step(0.02);
+    palpate_test::AllocationCount const allocations;
+    for (int k = 0; k < 200; ++k) body.step(0.02);
+    CHECK(allocations.count() == 0);
+    double const reached = (body.positions() - mesh.points).row(2).minCoeff();
+    body.settle(NewtonRaphson{});
+    double const expected = (body.positions() - mesh.points).row(2).minCoeff();
+    CHECK(expected < -1e-3);
+    CHECK(reached == Approx(expected).epsilon(1e-3));
+  };
+  sag(StableNeoHookean<double>{2e5, 0.4});
+  sag(LinearElastic<double>{2e5, 0.4});
+}
+
+TEST_CASE("a nodule of another material is stiffer and heavier", "[tissue][finite_elements]") {
+  auto const mesh = make_block<double>(3, 3, 3, 0.01, BlockPattern::alternating);
+  auto tissue = solid<double>(mesh, StableNeoHookean<double>{3000, 0.45});
+  auto const total = [&] {
+    double sum = 0;
+    for (int i = 0; i < tissue.size(); ++i) sum += tissue.mass(i);
+    return sum;
+  };
+  CHECK(total() == Approx(1000 * 0.02 * 0.02 * 0.02));
+  double const bound = tissue.stiffness_bound(13);
+  std::size_t const revision = tissue.revision();
+  std::vector<int> const first_cube{0, 1, 2, 3, 4};
+  tissue.set_material(first_cube, {30000, 0.45}, 3000);
+  CHECK(total() == Approx(1000 * 7e-6 + 3000 * 1e-6));
+  CHECK(tissue.stiffness_bound(13) > 1.5 * bound);
+  CHECK(tissue.revision() != revision);
+  CHECK_THROWS_AS(tissue.set_material(std::vector<int>{40}, {3000, 0.4}, 1000), OutOfRange);
+  CHECK_THROWS_WITH(tissue.set_material(first_cube, {3000, 0.4}, -1), says("density", "-1"));
+}
+
+TEST_CASE("a solid of what cannot be is refused in a line", "[tissue][finite_elements][error]") {
+  auto const make = [](auto const& edit) {
+    auto mesh = make_block<double>(2, 2, 2, 0.01);
+    edit(mesh);
+    return solid<double>(mesh, StableNeoHookean<double>{3000, 0.45});
+  };
+  CHECK_NOTHROW(make([](auto&) {}));
+  CHECK_THROWS_AS(make([](auto& mesh) { mesh.points.col(7) = mesh.points.col(6); }), InvalidMesh);
+  CHECK_THROWS_AS(make([](auto& mesh) { std::swap(mesh.tetrahedra(0, 2), mesh.tetrahedra(1, 2)); }), InvalidMesh);
+  CHECK_THROWS_AS(make([](auto& mesh) { mesh.tetrahedra(0, 2) = mesh.tetrahedra(1, 2); }), InvalidMesh);
+  CHECK_THROWS_AS(make([](auto& mesh) { mesh.points(0, 3) = std::numeric_limits<double>::quiet_NaN(); }), InvalidMesh);
+  CHECK_THROWS_WITH(FiniteElements(make_block<double>(2, 2, 2, 0.01), SolidOptions<double, StableNeoHookean<double>>{.density = 0, .material = {3000, 0.45}}), says("density", "0 kg/m3"));
+}
