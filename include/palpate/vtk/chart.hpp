@@ -80,13 +80,17 @@ inline std::vector<ForcePart> parts_of(std::span<ForceSample const> samples) {
 /// A line through the samples, in the colour of their parts; a gap between two parts is bridged by the later one.
 template <class X>
 void write_force_chart(std::filesystem::path const& file, std::span<ForceSample const> samples, ChartStyle const& style,
-                       std::string const& title, char const* x_title, bool loops, X const& x) {
+                       std::string const& title, char const* x_title, X const& x) {
   if (samples.empty()) throw InvalidArgument(message("can not draw ", file.string(), ": there are no samples"));
   std::array<PlotSeries, 1 + static_cast<std::size_t>(ForcePart::no_contact)> lines;
   auto const parts = parts_of(samples);
+  double low = 0.0, high = 0.0;
+  for (ForceSample const& sample : samples)
+    if (std::isfinite(sample.force)) low = std::min(low, sample.force), high = std::max(high, sample.force);
+  if (!(high > low)) high = low + 1.0;
   for (ForcePart const part : {ForcePart::indenting, ForcePart::loading, ForcePart::unloading, ForcePart::no_contact}) {
     PlotSeries& line = lines[static_cast<std::size_t>(part)];
-    line = {.label = to_string(part), .marks = false, .arrows = loops && part != ForcePart::no_contact, .gaps = true};
+    line = {.label = to_string(part), .marks = false, .gaps = true};
     auto const add = [&](double across, double up) { line.x.push_back(across), line.y.push_back(up); };
     for (std::size_t i = 0; i < samples.size(); ++i) {
       if (!std::isfinite(x(samples[i])) || !std::isfinite(samples[i].force)) continue;
@@ -96,8 +100,10 @@ void write_force_chart(std::filesystem::path const& file, std::span<ForceSample 
       if (here && !joins) add(x(samples[i]), std::numeric_limits<double>::quiet_NaN());
     }
   }
+  double const room = 0.03 * (high - low);   // so that zero is seen above the axis
   write_plot(file, lines,
-             {.width = style.width, .height = style.height, .title = style.title.empty() ? title : style.title, .x = {.title = x_title}, .y = {.title = "force (N)"}});
+             {.width = style.width, .height = style.height, .title = style.title.empty() ? title : style.title, .x = {.title = x_title},
+              .y = {.title = "force (N)", .from = low - room, .to = high + room}});
 }
 
 }  // namespace detail
@@ -106,13 +112,13 @@ void write_force_chart(std::filesystem::path const& file, std::span<ForceSample 
 /// Errors     `FileError` without a display (see `VirtualDisplay`) or when the file can not be written; none is left half-written.
 inline void write_force_time_chart(std::filesystem::path const& file, std::span<ForceSample const> samples,
                                    ChartStyle const& style = {}) {
-  detail::write_force_chart(file, samples, style, "Force on the hand over time", "time (s)", false, [](ForceSample const& sample) { return sample.time; });
+  detail::write_force_chart(file, samples, style, "Force on the hand over time", "time (s)", [](ForceSample const& sample) { return sample.time; });
 }
 
-/// Draws force over depth (in mm) into a PNG file, in the same colours and with arrows: loading and unloading show as two curves that meet.
+/// Draws force over depth (in mm) into a PNG file, in the same colours: loading and unloading show as two curves that meet.
 inline void write_force_depth_chart(std::filesystem::path const& file, std::span<ForceSample const> samples,
                                     ChartStyle const& style = {}) {
-  detail::write_force_chart(file, samples, style, "Force on the hand over depth below the undeformed surface", "depth (mm)", true,
+  detail::write_force_chart(file, samples, style, "Force on the hand over depth below the undeformed surface", "depth (mm)",
                             [](ForceSample const& sample) { return 1000.0 * sample.depth; });
 }
 
