@@ -25,6 +25,8 @@
 #include <palpate/region/concept.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 
+#include "thread_time.hpp"
+
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -32,7 +34,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <ctime>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -164,13 +165,6 @@ class PressedBall {
   Selection zone_, moved_;
 };
 
-/// The processor time of this thread [s].
-double thread_seconds() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 double part_of(std::vector<double>& values, double part) {
   auto const at = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + at, values.end());
@@ -228,9 +222,9 @@ void rendering(benchmark::State& state) {
   std::vector<double> ratios, single;
   auto const timed = [&](std::size_t which, std::size_t ticks, auto one) {
     for (std::size_t k = 0; k < ticks / 10 + 1; ++k) benchmark::DoNotOptimize(one());   // what the way before left in the caches is gone
-    double const start = thread_seconds();
+    double const start = benchmarks::thread_time();
     for (std::size_t k = 0; k < ticks; ++k) benchmark::DoNotOptimize(one());
-    ways[which].us.push_back(1e6 * (thread_seconds() - start) / double(ticks));
+    ways[which].us.push_back(1e6 * (benchmarks::thread_time() - start) / double(ticks));
   };
   for (auto _ : state) {
     timed(0, few, [&] { auto const tip = ball.stroke(tick++); return render(ball.search_linear(tip), tip, true); });

@@ -14,6 +14,8 @@
 #include <palpate/region/whole_body.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 
+#include "thread_time.hpp"
+
 #include <benchmark/benchmark.h>
 
 #include <Eigen/LU>
@@ -21,7 +23,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <ctime>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -29,12 +30,6 @@
 namespace {
 
 using namespace palpate;
-
-double now() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 /// The stress of each material as one writes it with Eigen; the rotation of the last by the library's formula, one number at a time.
 template <class S>
@@ -105,11 +100,11 @@ void in_turn(benchmark::State& state, double tetrahedra, int rounds, Plain const
   std::vector<double> ratios;
   double best_plain = 1e9, best_library = 1e9;
   for (auto _ : state) {
-    double const start = now();
+    double const start = benchmarks::thread_time();
     for (int k = 0; k < rounds; ++k) plain();
-    double const middle = now();
+    double const middle = benchmarks::thread_time();
     for (int k = 0; k < rounds; ++k) library();
-    double const end = now();
+    double const end = benchmarks::thread_time();
     ratios.push_back((middle - start) / (end - middle));
     best_plain = std::min(best_plain, (middle - start) / rounds / tetrahedra * 1e9), best_library = std::min(best_library, (end - middle) / rounds / tetrahedra * 1e9);
   }

@@ -18,6 +18,7 @@
 #include <palpate/tissue/mass_spring.hpp>
 
 #include "plain_body.hpp"
+#include "thread_time.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -25,19 +26,11 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <ctime>
 #include <vector>
 
 namespace {
 
 using namespace palpate;
-
-/// The processor time of this thread [s].
-double now() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 /// The plain loop and the library in turn, enough steps each that what the other left in the caches is gone.
 template <RealScalar S>
@@ -73,12 +66,12 @@ void step(benchmark::State& state) {
   double best_plain = 1e9, best_library = 1e9;
   for (auto _ : state) {
     int const first = time;
-    double const start = now();
+    double const start = benchmarks::thread_time();
     for (int k = 0; k < steps; ++k) plain_step();
-    double const middle = now();
+    double const middle = benchmarks::thread_time();
     time = first;
     for (int k = 0; k < steps; ++k) library_step();
-    double const end = now();
+    double const end = benchmarks::thread_time();
     double const plain = middle - start, library = end - middle;
     ratios.push_back(plain / library);
     best_plain = std::min(best_plain, plain / steps / springs * 1e9);
@@ -105,9 +98,9 @@ void pressed(benchmark::State& state) {
   auto const seconds = [&](auto body, auto const& push) {
     push(body, 0);
     body.step(h);   // finds its stable step and lays out its springs
-    double const start = now();
+    double const start = benchmarks::thread_time();
     for (int k = 1; k < steps; ++k) push(body, k), body.step(h);
-    return (now() - start) / (steps - 1);
+    return (benchmarks::thread_time() - start) / (steps - 1);
   };
   auto const press = [](auto& body, int) { body.apply_force(n * n / 2, Vector3<S>(0, 0, S(-0.03))); };
   auto const shake = [](auto& body, int k) {

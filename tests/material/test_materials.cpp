@@ -103,21 +103,21 @@ TEST_CASE("bars and shears follow the closed forms", "[material]") {
   auto const neo_hooke = NeoHookean<double>{E, nu}.law();
   for (double const stretch : {0.8, 1.0, 1.3}) {
     CAPTURE(stretch);
-    CHECK(pull(st_venant, stretch).second == Approx(E / 2 * (stretch * stretch * stretch - stretch)).margin(1e-9 * E));
+    CHECK(std::abs(pull(st_venant, stretch).second - E / 2 * (stretch * stretch * stretch - stretch)) < 1e-9 * E);
   }
   for (double const gamma : {-0.4, 0.1, 1.5}) {
     CAPTURE(gamma);
-    CHECK(st_venant.stress(tensor(simple_shear(gamma))).xy == Approx(mu * gamma + (lambda + 2 * mu) * gamma * gamma * gamma / 2));
+    CHECK(std::abs(st_venant.stress(tensor(simple_shear(gamma))).xy - (mu * gamma + (lambda + 2 * mu) * gamma * gamma * gamma / 2)) < 1e-12 * E);
     Square const sigma = cauchy(neo_hooke, simple_shear(gamma));
-    CHECK(sigma(0, 1) == Approx(mu * gamma));
-    CHECK(sigma(0, 0) - sigma(1, 1) == Approx(mu * gamma * gamma));
+    CHECK(std::abs(sigma(0, 1) - mu * gamma) < 1e-12 * E);
+    CHECK(std::abs(sigma(0, 0) - sigma(1, 1) - mu * gamma * gamma) < 1e-12 * E);
   }
   auto const [narrow, pressed] = pull(neo_hooke, 0.7);
-  CHECK(narrow == Approx(1.170853).margin(1e-6));
-  CHECK(pressed / E == Approx(-0.433939).margin(1e-6));
+  CHECK(std::abs(narrow - 1.170853) < 1e-6);
+  CHECK(std::abs(pressed / E - (-0.433939)) < 1e-6);
   auto const [thin, pulled] = pull(neo_hooke, 2.0);
-  CHECK(thin == Approx(0.725935).margin(1e-6));
-  CHECK(pulled / E == Approx(0.598796).margin(1e-6));
+  CHECK(std::abs(thin - 0.725935) < 1e-6);
+  CHECK(std::abs(pulled / E - 0.598796) < 1e-6);
 }
 
 // Yardstick: the rotation U diag(1, 1, det) V^T of Eigen's singular value decomposition.
@@ -132,7 +132,7 @@ TEST_CASE("the nearest rotation is that of the singular value decomposition, tur
     CAPTURE(k, svd.singularValues().transpose());
     RotationOf<double> const found(tensor(F));
     CHECK((matrix(found.R) - R).norm() < 1e-9);
-    CHECK(found.trace == Approx((R.transpose() * F).trace()));
+    CHECK(std::abs(found.trace - (R.transpose() * F).trace()) < 1e-9);
   }
   for (double const stretch : {0.0, 1e-200, 1e-9, 1e9}) CHECK(is_finite(matrix(RotationOf<double>(Tensor3<double>::diagonal(stretch)).R)));
 }
