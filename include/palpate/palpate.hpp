@@ -56,6 +56,7 @@
 #include <palpate/material/isotropic.hpp>
 #include <palpate/material/linear_elastic.hpp>
 #include <palpate/material/neo_hookean.hpp>
+#include <palpate/material/presets.hpp>
 #include <palpate/material/principal_tangent.hpp>
 #include <palpate/material/st_venant_kirchhoff.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
