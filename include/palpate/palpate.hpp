@@ -5,7 +5,7 @@
 /// Headers of their own, because few programs need them and each costs compile time: palpate/organs.hpp (demo organs),
 /// palpate/fitting.hpp (coefficients from measurements), palpate/training.hpp (sessions of a person, guidance), and the
 /// drivers palpate/device/phantom.hpp and palpate/device/force_dimension.hpp. For policies of one's own palpate/extend/ has a
-/// header for each family: law, integrator, tissue, cutter, device, force.
+/// header for each family: law, material, integrator, tissue, cutter, device, force.
 
 // core: scalars, errors, random numbers, units, frames
 #include <palpate/core/error.hpp>
@@ -43,6 +43,7 @@
 #include <palpate/mesh/topology_edit.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
+#include <palpate/mesh/vertices_where.hpp>
 #include <palpate/mesh/wound_walls.hpp>
 
 // collision: where the tool is nearest

@@ -54,6 +54,15 @@ macro(check_04_cutting_force)
   endif()
 endmacro()
 
+macro(check_06_solid)
+  run(06_solid)
+  if(output MATCHES "^sag ([-0-9.]+) mm\nback at rest: yes\n$")
+    expect_between(06_solid -4.34 "${CMAKE_MATCH_1}" -4.23)   # 0.83 to 0.85 of Timoshenko's 5.10 mm, as four elements through the height reach
+  else()
+    list(APPEND failures "06_solid should print the sag in mm and 'back at rest: yes', printed '${output}'")
+  endif()
+endmacro()
+
 macro(check_05_simulator)
   run(05_simulator)
   if(output MATCHES "^ticks 3600 cut 1 largest force ([0-9.]+) N\n$")

@@ -65,6 +65,8 @@ TEST_CASE("so does tissue with support springs, and tissue of a user's elements"
                               return palpate_test::UserTetrahedron<double>(rest, 3000.0, 0.3);
                             })));
   same_on_two(FiniteElements<double, StableNeoHookean<double>>(block, {.density = 1000.0, .material = {.young = 3000.0, .poisson = 0.3}}));
+  same_on_two(FiniteElements<double, StableNeoHookean<double>>(
+      block, {.density = 1000.0, .material = {.young = 3000.0, .poisson = 0.45}, .damping = {.alpha = 1.0, .beta = 1e-4}, .pressure = Pressure::nodal}));
 }
 
 TEST_CASE("no cores are refused") {

@@ -8,6 +8,7 @@
 #include <palpate/core/serial.hpp>
 #include <palpate/core/simd.hpp>
 #include <palpate/integrator/concept.hpp>
+#include <palpate/integrator/solve_report.hpp>
 #include <palpate/tissue/column_force.hpp>
 #include <palpate/tissue/concept.hpp>
 
@@ -150,6 +151,33 @@ class BodySystem {
     hand_out(out);
   }
 
+  /// The energy of the elements that act on the moving particles at x, less the work of gravity and applied forces.
+  template <class X>
+  Scalar potential(Eigen::MatrixBase<X> const& x)
+    requires HasAssemblyEnergy<Tissue>
+  {
+    PaddedView<Scalar> const at = with_border(x.derived(), border_x_);
+    Scalar energy = assembly_.energy(at.data());
+    for (int i = 0; i < moving_; ++i)
+      energy -= (gravity_[0] * at(0, i) + gravity_[1] * at(1, i) + gravity_[2] * at(2, i)) / inverse_mass_[static_cast<std::size_t>(i)];
+    for (auto const& push : pushes_)
+      for (int k = 0; k < 3; ++k) energy -= push.force[k] * at(k, push.column);
+    return energy;
+  }
+  Scalar potential_rounding() const noexcept
+    requires HasAssemblyEnergy<Tissue>
+  {
+    return assembly_.energy_rounding();
+  }
+  /// Of the elements that act on the moving particles, where they are.
+  auto lowest_determinant() noexcept
+    requires HasLowestDeterminant<Tissue>
+  {
+    return assembly_.lowest_determinant(now(x_, &State::position).padded_view().data());
+  }
+  void take(SolveReport<Scalar> const& report) noexcept { solve_ = report; }
+  SolveReport<Scalar> const& solve() const noexcept { return solve_; }
+
   int moving() const noexcept { return moving_; }
 
   explicit BodySystem(Execution run = {}) : run_(std::move(run)) {}
@@ -199,6 +227,7 @@ class BodySystem {
     bound_ = bound;
     fused_step_ = fused_step;
     diverged_one_ = {};
+    solve_ = {};
     direct_ = is_whole_ ? &state : nullptr;
     keeps_ = direct_ != nullptr && (!fused_step || blocks() == 1);
     if (direct_ == nullptr)
@@ -374,6 +403,7 @@ class BodySystem {
   std::vector<ColumnForce<Scalar>> pushes_;      // in the order of their columns
   std::vector<Divergence<Scalar>> diverged_;   // the first of each block, its column
   Divergence<Scalar> diverged_one_;
+  SolveReport<Scalar> solve_;
 };
 
 }  // namespace palpate

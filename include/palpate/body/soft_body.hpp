@@ -10,9 +10,12 @@
 #include <palpate/core/flush_denormals.hpp>
 #include <palpate/core/policy.hpp>
 #include <palpate/core/serial.hpp>
+#include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/integrator/solve_report.hpp>
 #include <palpate/region/whole_body.hpp>
 
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -24,6 +27,18 @@ namespace detail {
 template <class Tissue, class I, class R, class E>
 concept MakeSoftBody = TissueModel<Tissue> && Integrator<I, typename Tissue::Scalar> && Region<R> && Execution<E> &&
                        (!ImplicitIntegrator<I, typename Tissue::Scalar> || HasTangentOperator<Tissue>);
+
+/// What moves a tissue when the host says nothing: the tissue's own wish, or leapfrog.
+template <class Tissue>
+struct DefaultIntegratorOf {
+  using type = LeapfrogVerlet;
+};
+template <HasDefaultIntegrator Tissue>
+struct DefaultIntegratorOf<Tissue> {
+  using type = typename Tissue::DefaultIntegrator;
+};
+template <class Tissue>
+using DefaultIntegrator = typename DefaultIntegratorOf<Tissue>::type;
 
 /// Says, where it is instantiated, what keeps these from it.
 template <class Tissue, class I, class R, class E, bool is_tissue = TissueModel<Tissue>>
@@ -62,7 +77,7 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
   using Vector = Vector3<Scalar>;
 
   /// With pre-tension in the tissue the body is settled first: it starts in equilibrium.
-  /// Without an integrator and a region: LeapfrogVerlet{} and WholeBody{}.
+  /// Without an integrator and a region: LeapfrogVerlet{}, of elastic solids BackwardEuler{}, and WholeBody{}.
   explicit SoftBody(Tissue matter, IntegratorType integrator = {}, RegionType region = {}, ExecutionType execution = {})
       : Motion(std::move(matter), std::move(region), std::move(execution)), integrator_(std::move(integrator)) {}
 
@@ -81,7 +96,7 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
   /// first step finds the stable step anew, unless the host has asked for it.
   StepReport<Scalar> step(Scalar h) {
     this->require_duration("a step", h);
-    if (!this->knows_modes()) stable_step();
+    if (!knows_stable_step()) stable_step();
     StepReport<Scalar> const report = take_step(h);
     this->consume_forces();
     return report;
@@ -95,7 +110,7 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
   StepReport<Scalar> advance(Scalar duration, Substeps const& substeps = {}) {
     this->require_duration("a duration", duration);
     if (substeps.most < 1) throw InvalidArgument(detail::message("at most ", substeps.most, " substeps; it must be at least 1"));
-    if (!this->knows_modes()) stable_step();
+    if (!knows_stable_step()) stable_step();
     EqualSteps<Scalar> const steps = split_duration(duration, known_stable_step_, substeps.most);
     StepReport<Scalar> report;
     for (int k = 1; k <= steps.count && report; ++k) {
@@ -110,12 +125,17 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
   /// The largest step [s] that the integrator stands where the body is now, damping included; see ModalEstimate. 0: none.
   /// Sharp: power iteration finds the fastest mode and raises it by 5 %, so it is some 2.5 % below the limit.
   Scalar stable_step() {
+    if constexpr (StepsOfAnySize<IntegratorType>) return known_stable_step_ = std::numeric_limits<Scalar>::infinity();
     return known_stable_step_ = palpate::stable_step(integrator_, this->find_modes());
   }
   /// A smaller one that is certain: from Gershgorin's row sums; see row_bounds for what it guarantees. One pass over the springs.
   Scalar guaranteed_stable_step() const {
+    if constexpr (StepsOfAnySize<IntegratorType>) return std::numeric_limits<Scalar>::infinity();
     return palpate::stable_step(integrator_, this->guaranteed_modal_bounds());
   }
+
+  /// How an implicit integrator's steps were solved, of all so far; of explicit ones nothing.
+  SolveStatistics<Scalar> const& solve_statistics() const noexcept { return solved_; }
 
  private:
   /// One step; the forces applied stay.
@@ -139,16 +159,28 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
         report.status = StepStatus::diverged;
         report.particle = diverged.particle;
         report.value = diverged.value;
+        if constexpr (HasLowestDeterminant<Tissue>)
+          note_inverted(report, this->tissue_.lowest_determinant(this->positions()), std::numeric_limits<Scalar>::infinity());
         report.stable_step = stable_step();
         return report;
       }
       this->commit_step(h);
+      if constexpr (ImplicitIntegrator<IntegratorType, Scalar>) {
+        solved_.add(report.solve = system.solve());
+        if constexpr (HasLowestDeterminant<Tissue>) note_inverted(report, system.lowest_determinant(), Scalar(0));
+      }
     }
     this->end_step(h);
     return report;
   }
 
+  bool knows_stable_step() const noexcept { return StepsOfAnySize<IntegratorType> ? known_stable_step_ > 0 : this->knows_modes(); }
+  static void note_inverted(StepReport<Scalar>& report, auto const& lowest, Scalar most) noexcept {
+    if (!(lowest.value > most)) report.element = lowest.element, report.determinant = lowest.value;
+  }
+
   IntegratorType integrator_;
+  SolveStatistics<Scalar> solved_;
   Scalar known_stable_step_ = 0;   // s
 };
 
@@ -165,7 +197,7 @@ class SoftBody<TissueType, IntegratorType, RegionType, ExecutionType> : detail::
 };
 
 template <class Tissue>
-SoftBody(Tissue) -> SoftBody<Tissue, LeapfrogVerlet, WholeBody>;
+SoftBody(Tissue) -> SoftBody<Tissue, detail::DefaultIntegrator<Tissue>, WholeBody>;
 template <class Tissue, class IntegratorType>
 SoftBody(Tissue, IntegratorType) -> SoftBody<Tissue, IntegratorType, WholeBody>;
 template <class Tissue, class IntegratorType, class RegionType>

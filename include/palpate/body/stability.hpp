@@ -3,13 +3,17 @@
 
 #include <palpate/core/columns.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/padded_columns.hpp>
 #include <palpate/integrator/measured_stability.hpp>
 #include <palpate/tissue/concept.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
+#include <numeric>
+#include <vector>
 
 namespace palpate {
 
@@ -47,6 +51,45 @@ ModalBounds<typename Tissue::Scalar> row_bounds(Tissue const& tissue, X const& x
   return modes;
 }
 
+namespace detail {
+
+/// The tangent of a whole tissue by its Assembly, of one that says it is faster so.
+template <class Tissue>
+struct WholeTangent {};
+template <HasFastTangent Tissue>
+class WholeTangent<Tissue> {
+ public:
+  using Scalar = typename Tissue::Scalar;
+
+  template <class X>
+  void linearise(Tissue const& tissue, X const& x) {
+    if (d_.size() != tissue.size() || revision_ != tissue.revision()) {
+      all_.resize(static_cast<std::size_t>(tissue.size()));
+      std::iota(all_.begin(), all_.end(), 0);
+      tissue.assemble(all_, assembly_);
+      d_.resize(tissue.size()), y_.resize(tissue.size());
+      revision_ = tissue.revision();
+    }
+    d_.view() = x;
+    assembly_.linearise(d_.padded_view(), nullptr);
+  }
+  /// y = (damping C + stiffness K) d.
+  template <class D, class Y>
+  void multiply(Scalar damping, Scalar stiffness, D const& d, Y& y) {
+    d_.view() = d;
+    assembly_.multiply_tangent(Scalar(0), damping, stiffness, d_.padded_view().data(), y_.padded_view().data());
+    y = y_.view();
+  }
+
+ private:
+  typename Tissue::Assembly assembly_;
+  std::vector<int> all_;
+  PaddedColumns<Scalar> d_, y_;
+  std::size_t revision_ = 0;
+};
+
+}  // namespace detail
+
 /// Finds the extremes of a body's modes x″ = −M⁻¹K x − M⁻¹C x′, linearised where it is.
 /// Tissue that multiplies its stiffness: power iteration for the largest κ and γ, started from the last answer and raised by 5 %
 /// (it nears its limit from below). Other tissue: row_bounds.
@@ -61,8 +104,16 @@ class ModalEstimate {
   /// `moves(i)` says whether particle i is free to move; `x` are the current positions, 3 × n.
   template <class X, class Moves>
   ModalBounds<Scalar> operator()(Tissue const& tissue, X const& x, Moves moves) {
-    ModalBounds<Scalar> modes = row_bounds(tissue, x, moves);
     products_ = 0;
+    if constexpr (HasFastTangent<Tissue>) {
+      whole_.linearise(tissue, x);
+      ModalBounds<Scalar> modes;
+      modes.min_decay_rate = 0;
+      modes.squared_frequency = largest(tissue, moves, stiffest_, [&](auto const& d, auto& y) { whole_.multiply(Scalar(0), Scalar(1), d, y); });
+      modes.decay_rate = largest(tissue, moves, max_damped_, [&](auto const& d, auto& y) { whole_.multiply(Scalar(1), Scalar(0), d, y); });
+      return modes;
+    }
+    ModalBounds<Scalar> modes = row_bounds(tissue, x, moves);
     if constexpr (HasStiffnessProduct<Tissue>) {
       if (modes.squared_frequency > 0 || modes.decay_rate > 0) {
         modes.squared_frequency = largest(tissue, moves, stiffest_,
@@ -78,7 +129,13 @@ class ModalEstimate {
   /// each. The least damping is not looked for.
   template <class X, class Moves>
   ModalBounds<Scalar> follow(Tissue const& tissue, X const& x, Moves moves) {
-    if constexpr (HasStiffnessProduct<Tissue>) {
+    if constexpr (HasFastTangent<Tissue>) {
+      whole_.linearise(tissue, x);
+      ModalBounds<Scalar> modes;
+      modes.squared_frequency = followed(tissue, moves, stiffest_, [&](auto const& d, auto& y) { whole_.multiply(Scalar(0), Scalar(1), d, y); });
+      modes.decay_rate = followed(tissue, moves, max_damped_, [&](auto const& d, auto& y) { whole_.multiply(Scalar(1), Scalar(0), d, y); });
+      return modes;
+    } else if constexpr (HasStiffnessProduct<Tissue>) {
       ModalBounds<Scalar> modes;
       modes.squared_frequency = followed(tissue, moves, stiffest_, [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
       modes.decay_rate = followed(tissue, moves, max_damped_, [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
@@ -176,6 +233,7 @@ class ModalEstimate {
   }
 
   Columns3 stiffest_, max_damped_, y_;
+  detail::WholeTangent<Tissue> whole_;
   int products_ = 0;
 };
 

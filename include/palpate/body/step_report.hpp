@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
+#include <palpate/integrator/solve_report.hpp>
 
 namespace palpate {
 
@@ -20,6 +21,9 @@ struct StepReport {
   int steps = 1;               ///< taken by advance(); one that diverged counts
   int particle = -1;           ///< the first that diverged, or −1
   Scalar value = 0;            ///< what it came to: its first coordinate [m] or velocity [m/s] that is not finite or out of bounds
+  int element = -1;            ///< of a solid: one that is flat or turned over after an implicit step; after divergence the one nearest to it before
+  Scalar determinant = 1;      ///< its det F
+  SolveReport<Scalar> solve{};   ///< of an implicit integrator, the last step's
   Scalar stable_step = 0;      ///< s, as last found by stable_step(); after divergence what is stable at the state that was kept
   explicit operator bool() const noexcept { return status != StepStatus::diverged; }
 };

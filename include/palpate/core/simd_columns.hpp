@@ -56,7 +56,7 @@ inline void transpose(Numbers (&row)[4]) noexcept {
 
 /// Lane k of (x, y, z) = column node[k].
 template <class Numbers, RealScalar Scalar>
-inline void load_columns(Numbers& x, Numbers& y, Numbers& z, Scalar const* columns, int const* node) noexcept {
+[[gnu::always_inline]] inline void load_columns(Numbers& x, Numbers& y, Numbers& z, Scalar const* columns, int const* node) noexcept {
   constexpr int count = static_cast<int>(sizeof(Numbers) / sizeof(Scalar));
   auto const column = [&](int k) { return columns + 4 * static_cast<std::ptrdiff_t>(node[k]); };
 #if defined(__GNUC__) && !defined(PALPATE_PLAIN_SIMD)
@@ -96,7 +96,7 @@ inline void load_columns(Numbers& x, Numbers& y, Numbers& z, Scalar const* colum
 
 /// Adds lane k of (x, y, z, 0) to column node[k], lane after lane: a column may be there twice. Those where `own(node)` is false are left out.
 template <class Numbers, RealScalar Scalar, class Own>
-inline void add_to_columns(Scalar* columns, int const* node, Numbers const& x, Numbers const& y, Numbers const& z, Own const& own) noexcept {
+[[gnu::always_inline]] inline void add_to_columns(Scalar* columns, int const* node, Numbers const& x, Numbers const& y, Numbers const& z, Own const& own) noexcept {
   constexpr int count = static_cast<int>(sizeof(Numbers) / sizeof(Scalar));
   auto const add = [&](int k, auto const& to_add) {
     if (!own(node[k])) return;

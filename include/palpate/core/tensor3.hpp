@@ -9,13 +9,25 @@
 
 namespace palpate {
 
+/// The type of one number of a pack.
+template <class T>
+struct NumberIn {
+  using type = std::remove_cvref_t<decltype(std::declval<T&>()[0])>;
+};
+template <std::floating_point T>
+struct NumberIn<T> {
+  using type = T;
+};
+template <class T>
+using NumberOf = typename NumberIn<T>::type;
+
 /// A constant of a formula, as a number or in each place of a pack.
 template <class T>
 constexpr T number(double value) noexcept {
   if constexpr (std::floating_point<T>)
     return static_cast<T>(value);
   else
-    return T{} + static_cast<std::remove_cvref_t<decltype(std::declval<T&>()[0])>>(value);
+    return T{} + static_cast<NumberOf<T>>(value);
 }
 
 /// A 3 × 3 matrix of numbers, or of packs of them (simd::Pack): what a material is written in, so that one formula serves one element or as many as a

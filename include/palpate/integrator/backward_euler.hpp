@@ -15,14 +15,16 @@ namespace palpate {
 /// Source     \cite baraff1998.
 struct BackwardEuler {
   static constexpr int order = 1;
+  static constexpr bool steps_of_any_size = true;
 
-  double tolerance = 1e-4;      ///< relative
+  double tolerance = 1e-3;      ///< relative
   int max_iterations = 100;    ///< of conjugate gradients in a step: the real-time budget
   int newton_iterations = 1;    ///< 1: linearised
+  int halvings = 12;            ///< of a step that raises the incremental potential
 
   template <LinearisedSystem S>
   void step(S& system, typename S::Scalar h) const {
-    ThetaScheme{1.0, tolerance, max_iterations, newton_iterations}.step(system, h);
+    ThetaScheme{1.0, tolerance, max_iterations, newton_iterations, halvings}.step(system, h);
   }
 
   template <RealScalar Scalar>

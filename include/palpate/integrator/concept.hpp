@@ -44,6 +44,14 @@ concept LinearisedSystem = System<S> && requires(S& system, typename S::Matrix& 
   system.tangent_diagonal(factor, factor, factor, columns);
 };
 
+/// A LinearisedSystem that knows its potential at positions x, a 3 × n of the moving particles [J]: the energy inside less the work of applied forces and
+/// gravity, up to a constant; infinite or NaN where there is none. And what rounding may add to that.
+template <class S>
+concept HasPotential = LinearisedSystem<S> && requires(S& system, typename S::Matrix& columns) {
+  { system.potential_rounding() } -> std::convertible_to<typename S::Scalar>;
+  { system.potential(columns) } -> std::convertible_to<typename S::Scalar>;
+};
+
 namespace detail {
 
 /// The least a System can be; concepts are checked against it.
@@ -192,6 +200,10 @@ template <class I>
 concept StatesStableStep = Integrator<I> && requires(I const& integrator, ModalBounds<double> const& modes) {
   { integrator.stable_step(modes) } -> std::convertible_to<double>;
 };
+
+/// An integrator that takes any step without the body's modes having to be known, and says so: `static constexpr bool steps_of_any_size = true`.
+template <class I>
+concept StepsOfAnySize = Integrator<I> && requires { requires I::steps_of_any_size; };
 
 /// An integrator that evaluates forces at x + force_time · h v, and says so; the others are taken to do it at x. A stiff contact
 /// predicts the step's forces there.

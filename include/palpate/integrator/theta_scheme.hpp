@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/integrator/concept.hpp>
+#include <palpate/integrator/solve_report.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,11 @@ namespace palpate {
 /// Newton's method with the tangent at x. Its first iteration is the linearised step of Baraff and Witkin,
 ///   (M + hθ C + h²θ² K) Δv = h f(x, v) − h²θ K v,
 /// and further ones keep the tangent (modified Newton). Each is solved by matrix-free conjugate gradients with a diagonal preconditioner;
-/// the first guess is the acceleration of the last step.
+/// the first guess is the acceleration of the last step, by the factor at which it is best.
+/// Line search where the system knows its potential W (HasPotential): a step never raises the incremental potential
+///   Π(Δv) = ½ ΔvᵀMΔv − (1 − θ) h f(x, v)ᵀΔv + W(x⁺) + hθ/2 (v + Δv)ᵀC(v + Δv)
+/// above its value at x⁺ = x; the way of each Newton iteration is halved until it does not, at most `halvings` times and then left out. So it is with
+/// energies that are no numbers.
 /// θ = 1 is BackwardEuler, θ = ½ CrankNicolson, θ = 0 explicit Euler.
 /// Order      1; 2 for θ = ½, with two Newton iterations: K is made positive semidefinite and leaves out the rotation of dampers, so one
 ///            iteration alone is of first order.
@@ -34,6 +39,7 @@ struct ThetaScheme {
   double tolerance = 1e-6;
   int max_iterations = 100;
   int newton_iterations = 1;
+  int halvings = 12;   ///< of the way of a Newton iteration; with 0 there is no line search
 
   template <LinearisedSystem S>
   void step(S& system, typename S::Scalar h) const {
@@ -62,18 +68,32 @@ struct ThetaScheme {
     if (!std::isfinite(size)) {
       change = h * a;   // so that the body sees it
     } else if (size > 0 && system.remembers()) {
-      auto&& better = padded_view(system.scratch(direction_at));
       change = h * memory;
       system.multiply_tangent(Scalar(1), damping, stiffness, change, product);
-      better = residual - product;
-      if (norm(better) < size)
-        residual = better;
-      else
+      Scalar const curvature = change.cwiseProduct(product).sum(), best = residual.cwiseProduct(change).sum() / curvature;
+      if (curvature > 0 && std::isfinite(best)) {
+        change *= best;
+        residual -= best * product;
+      } else {
         change.setZero();
+      }
     }
     Scalar const least = std::max(static_cast<Scalar>(tolerance), 4 * std::numeric_limits<Scalar>::epsilon());
+    SolveReport<Scalar> report;
+    report.converged = std::isfinite(size);
     int left = std::isfinite(size) ? max_iterations : 0;
+    [[maybe_unused]] bool const searches = HasPotential<S> && halvings > 0 && share > 0;
+    [[maybe_unused]] Scalar potential = 0;
+    if constexpr (HasPotential<S>)
+      if (searches) potential = system.potential(x);
     for (int k = 0; k < newton_iterations && left > 0; ++k) {
+      if constexpr (HasPotential<S>) {
+        auto&& from = padded_view(system.scratch(from_at));
+        if (k == 0)
+          from.setZero();   // x⁺ = x
+        else
+          from = v + share * change;
+      }
       if (k > 0) {
         auto&& later_x = padded_view(system.scratch(6));
         auto&& later_v = padded_view(system.scratch(7));
@@ -84,8 +104,16 @@ struct ThetaScheme {
         system.multiply_tangent(Scalar(1), Scalar(0), Scalar(0), product, residual);
         size = std::max(size, norm(residual));
       }
-      solve(system, damping, stiffness, tolerance > 0 ? least * least * size : Scalar(0), left);
+      Scalar const enough = tolerance > 0 ? least * least * size : Scalar(0);
+      Scalar const reached = solve(system, damping, stiffness, enough, left, report);
+      report.residual = size > 0 ? std::sqrt(reached / size) : Scalar(0);
+      report.converged = reached <= enough;
+      ++report.newton_iterations;
+      if constexpr (HasPotential<S>)
+        if (searches && !search(system, h, a, potential, report)) break;
     }
+    report.iterations = max_iterations - left;
+    if constexpr (TakesSolveReport<S>) system.take(report);
     memory = change / h;
     x += h * v + damping * change;
     v += change;
@@ -102,12 +130,49 @@ struct ThetaScheme {
   }
 
  private:
-  static constexpr int change_at = 0, residual_at = 1, inverse_at = 2, product_at = 3, direction_at = 4, scaled_at = 8;
+  static constexpr int change_at = 0, residual_at = 1, inverse_at = 2, product_at = 3, direction_at = 4, scaled_at = 8, from_at = 9;
   static constexpr int block = 64;   // columns that stay in the fastest cache while they are worked on
 
-  /// Conjugate gradients on the residual, into the change, until its squared norm is not above `enough` or none are `left`.
+  /// Halves the way that an iteration took the change, from the mean velocity in scratch(from_at), until the incremental potential is not above that there;
+  /// W there is `potential`, and then where it went to. `a` is the acceleration at the start. False: no part of it is better.
+  template <class S, class Columns, class Scalar = typename S::Scalar>
+  bool search(S& system, Scalar h, Columns const& a, Scalar& potential, SolveReport<Scalar>& report) const {
+    auto&& x = padded_view(system.positions());
+    auto&& v = padded_view(system.velocities());
+    auto&& change = padded_view(system.scratch(change_at));
+    auto&& product = padded_view(system.scratch(product_at));
+    auto&& from = padded_view(system.scratch(from_at));
+    auto&& way = padded_view(system.scratch(6));   // of q = v + θ Δv
+    auto&& place = padded_view(system.scratch(7));
+    Scalar const share = static_cast<Scalar>(theta), rest = 1 - share;
+    way = v + share * change - from;
+    system.multiply_tangent(Scalar(1), Scalar(0), Scalar(0), way, product);   // Π of q + s · way is a square in s, but for W
+    Scalar square = way.cwiseProduct(product).sum() / (2 * share * share), line = (from - v).cwiseProduct(product).sum() / (share * share);
+    line -= rest * h / share * a.cwiseProduct(product).sum();
+    system.multiply_tangent(Scalar(0), Scalar(1), Scalar(0), way, product);
+    square += h / (2 * share) * way.cwiseProduct(product).sum(), line += h / share * (from - rest * v).cwiseProduct(product).sum();
+    Scalar const most = potential + system.potential_rounding() + 4 * std::numeric_limits<Scalar>::epsilon() * std::abs(potential);
+    Scalar factor = 1;
+    for (int halved = 0;; ++halved, factor /= 2) {
+      place = x + h * from + (h * factor) * way;
+      Scalar const there = system.potential(place);
+      if (there + factor * (factor * square + line) <= most) {
+        potential = there;
+        break;
+      }
+      if (halved == halvings) {
+        factor = 0;
+        break;
+      }
+      ++report.halvings;
+    }
+    if (factor < 1) change = (from + factor * way - v) / share;
+    return factor > 0;
+  }
+
+  /// Conjugate gradients on the residual, into the change, until its squared norm is not above `enough` or none are `left`; that norm.
   template <class S, class Scalar = typename S::Scalar>
-  static void solve(S& system, Scalar damping, Scalar stiffness, Scalar enough, int& left) {
+  static Scalar solve(S& system, Scalar damping, Scalar stiffness, Scalar enough, int& left, SolveReport<Scalar>& report) {
     auto&& change = padded_view(system.scratch(change_at));
     auto&& residual = padded_view(system.scratch(residual_at));
     auto&& inverse = padded_view(system.scratch(inverse_at));
@@ -119,7 +184,10 @@ struct ThetaScheme {
     for (; left > 0 && size > enough; --left) {
       system.multiply_tangent(Scalar(1), damping, stiffness, direction, product);
       Scalar const curvature = direction.cwiseProduct(product).sum();
-      if (!(curvature > 0)) return;
+      if (!(curvature > 0)) {
+        ++report.negative_curvatures;
+        break;
+      }
       Scalar const length = size / curvature, last = size;
       size = 0;
       for (Eigen::Index first = 0; first < change.cols(); first += block) {
@@ -133,6 +201,7 @@ struct ThetaScheme {
       }
       direction = scaled + size / last * direction;
     }
+    return size;
   }
 };
 

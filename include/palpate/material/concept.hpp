@@ -11,6 +11,17 @@
 
 namespace palpate {
 
+namespace detail {
+
+template <class L, class T>
+concept HasEnergyDensity = requires(L const& law, Tensor3<T> const& F) { { law.energy(F) } -> std::convertible_to<T>; };
+template <class L, class T>
+concept HasStress = requires(L const& law, Tensor3<T> const& F) { { law.stress(F) } -> std::convertible_to<Tensor3<T>>; };
+template <class L, class T>
+concept HasStressChange = requires(L const& law, Tensor3<T> const& F) { { law.stress_change(F, F) } -> std::convertible_to<Tensor3<T>>; };
+
+}  // namespace detail
+
 /// What stress a deformation costs, of a hyperelastic material: ψ its energy per volume of the undeformed tissue [J/m³], F the deformation gradient.
 ///   energy(F) const → T                  ψ, 0 at F = 1
 ///   stress(F) const → Tensor3<T>         first Piola–Kirchhoff stress P = ∂ψ/∂F [Pa], 0 at F = 1
@@ -18,11 +29,7 @@ namespace palpate {
 /// A template over its numbers, struct MyLaw<T> { T …; }, computes as many elements at once as a register holds; a law of plain numbers one after the
 /// other. What the syntax can not say, and testing::check_material checks: the three belong together, and turning the tissue changes no energy.
 template <class L, class T>
-concept MaterialLaw = std::copyable<L> && requires(L const& law, Tensor3<T> const& F) {
-  { law.energy(F) } -> std::convertible_to<T>;
-  { law.stress(F) } -> std::convertible_to<Tensor3<T>>;
-  { law.stress_change(F, F) } -> std::convertible_to<Tensor3<T>>;
-};
+concept MaterialLaw = std::copyable<L> && detail::HasEnergyDensity<L, T> && detail::HasStress<L, T> && detail::HasStressChange<L, T>;
 
 namespace detail {
 
@@ -47,6 +54,21 @@ struct LawOf<M> {
 template <class M, class Scalar>
 concept Material = RealScalar<Scalar> && std::copyable<M> && MaterialLaw<typename detail::LawOf<M>::type, Scalar>;
 
+namespace detail {
+
+/// Says, where it is instantiated, what keeps M from being a Material of this scalar.
+template <class M, class Scalar>
+struct MaterialSentences {
+  using L = typename LawOf<M>::type;
+  static_assert(std::copyable<L>, "palpate: a material's law is copied into each element; give it a copy constructor and a copy assignment.");
+  static_assert(HasEnergyDensity<L, Scalar>, "palpate: the material has no energy(F); declare: Scalar energy(Tensor3<Scalar> const& F) const, in J/m3 of the undeformed tissue, 0 at F = 1.");
+  static_assert(HasStress<L, Scalar>, "palpate: the material has no stress(F); declare: Tensor3<Scalar> stress(Tensor3<Scalar> const& F) const, the first Piola-Kirchhoff stress in Pa.");
+  static_assert(HasStressChange<L, Scalar>,
+                "palpate: the material has no stress_change(F, dF); declare: Tensor3<Scalar> stress_change(Tensor3<Scalar> const& F, Tensor3<Scalar> const& dF) const, in Pa.");
+};
+
+}  // namespace detail
+
 // --- what a law may answer besides ------------------------------------------------------------------------------------
 
 /// Refinement: states a positive semidefinite part of its tangent: semidefinite_stress_change(F, dF). Of isotropic laws it follows (see IsIsotropicLaw),
@@ -54,6 +76,19 @@ concept Material = RealScalar<Scalar> && std::copyable<M> && MaterialLaw<typenam
 template <class L, class T>
 concept HasSemidefiniteStressChange = MaterialLaw<L, T> && requires(L const& law, Tensor3<T> const& F) {
   { law.semidefinite_stress_change(F, F) } -> std::convertible_to<Tensor3<T>>;
+};
+
+/// Refinement: says that its energy depends on the principal stretches alone: `static constexpr bool isotropic = true`.
+template <class L>
+concept IsIsotropicLaw = requires {
+  { L::isotropic } -> std::convertible_to<bool>;
+  requires L::isotropic;
+};
+
+/// Refinement: states its bulk modulus κ at small strain [Pa], so that averaged nodal pressure can take the place of its own: see Pressure::nodal.
+template <class L, class T>
+concept HasBulkModulus = MaterialLaw<L, T> && requires(L const& law) {
+  { law.bulk_modulus() } -> std::convertible_to<T>;
 };
 
 /// Refinement: refuses deformations that turn an element over, J = det F ≤ 0: accepts(J).
@@ -64,10 +99,14 @@ concept RefusesInversion = MaterialLaw<L, Scalar> && requires(L const& law, Scal
 
 namespace detail {
 
+template <template <class> class L, class T>
+concept CanBeOver = requires { typename L<T>; };
+
 /// The law over packs of its numbers, where it is a template over them.
 template <class L, class T>
 struct LawOver {};
 template <template <class> class L, RealScalar S, class T>
+  requires CanBeOver<L, T>
 struct LawOver<L<S>, T> {
   using type = L<T>;
 };

@@ -26,7 +26,7 @@ struct RotationOf {
   explicit RotationOf(Tensor3<T> const& F) noexcept {
     Tensor3<T> const cof = cofactor(F);
     T const I = double_contraction(F, F), J = determinant(F, cof), K = double_contraction(cof, cof);
-    constexpr double epsilon = std::is_same_v<std::remove_cvref_t<decltype(first(I))>, float> ? std::numeric_limits<float>::epsilon() : std::numeric_limits<double>::epsilon();
+    constexpr double epsilon = std::numeric_limits<NumberOf<T>>::epsilon();
     T s;
     simd::square_root(s, T(number<T>(3) * I));
     for (int k = 0; k < 30; ++k) {
@@ -37,7 +37,7 @@ struct RotationOf {
       T step = value / slope;
       simd::raise_to(step, T{});   // only down; NaN stays where it is
       s -= step;
-      if (simd::all_below(T(step - number<T>(4 * epsilon) * s), smallest(I))) break;
+      if (simd::all_below(T(step - number<T>(4 * epsilon) * s), std::numeric_limits<NumberOf<T>>::min())) break;
     }
     T const q = number<T>(0.5) * (s * s - I);
     T lowest = number<T>(1e4 * epsilon) * I * s;
@@ -47,15 +47,6 @@ struct RotationOf {
     R = (number<T>(1) / divisor) * (((s * s - q) * F + s * cof) - F * (transpose(F) * F));
     trace = s;
   }
-
- private:
-  static auto first(T const& numbers) noexcept {
-    if constexpr (std::floating_point<T>)
-      return numbers;
-    else
-      return numbers[0];
-  }
-  static auto smallest(T const& numbers) noexcept { return std::numeric_limits<decltype(first(numbers))>::min(); }
 };
 
 /// Hooke's law in the frame of the nearest rotation R: ψ = μ |F − R|² + λ/2 (tr S − 3)², P = 2μ (F − R) + λ (tr S − 3) R.
@@ -65,6 +56,7 @@ struct CorotationalLaw {
 
   static constexpr bool isotropic = true;
   static CorotationalLaw of(LameConstants<T> const& lame) { return {lame.lambda, lame.mu}; }
+  T bulk_modulus() const noexcept { return lambda + number<T>(2.0 / 3) * mu; }
 
   T energy(Tensor3<T> const& F) const noexcept {
     RotationOf<T> const rotation(F);

@@ -16,6 +16,7 @@ struct NeoHookeanLaw {
 
   static constexpr bool isotropic = true;
   static NeoHookeanLaw of(LameConstants<T> const& lame) { return {lame.lambda, lame.mu}; }
+  T bulk_modulus() const noexcept { return lambda + number<T>(2.0 / 3) * mu; }
   static bool accepts(T const& J) noexcept { return J > 0; }
 
   T energy(Tensor3<T> const& F) const noexcept {

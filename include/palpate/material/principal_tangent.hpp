@@ -3,24 +3,18 @@
 
 #include <palpate/core/simd.hpp>
 #include <palpate/core/tensor3.hpp>
-#include <palpate/material/concept.hpp>
 
-#include <concepts>
+#include <limits>
 
 namespace palpate {
 
-/// Says that its energy depends on the principal stretches alone: `static constexpr bool isotropic = true`.
-template <class L>
-concept IsIsotropicLaw = requires {
-  { L::isotropic } -> std::convertible_to<bool>;
-  requires L::isotropic;
-};
-
 namespace detail {
 
-/// Eigenvalues of a symmetric tensor, in its diagonal, and eigenvectors, in the columns of V, by Jacobi's rotations: as many sweeps as double needs.
+/// Eigenvalues of a symmetric tensor, in its diagonal, and eigenvectors, in the columns of V, by Jacobi's rotations: until nothing but rounding is beside the
+/// diagonal, at most as many sweeps as double needs.
 template <class T>
 Tensor3<T> diagonalise(Tensor3<T>& a) noexcept {
+  constexpr auto epsilon = std::numeric_limits<NumberOf<T>>::epsilon();
   Tensor3<T> V = Tensor3<T>::identity();
   T const zero{}, tiny = number<T>(1e-30);
   auto const turn = [&](T& pp, T& qq, T& pq, T& rp, T& rq, T& xp, T& xq, T& yp, T& yq, T& zp, T& zq) {
@@ -39,6 +33,8 @@ Tensor3<T> diagonalise(Tensor3<T>& a) noexcept {
     both(rp, rq), both(xp, xq), both(yp, yq), both(zp, zq);
   };
   for (int sweep = 0; sweep < 5; ++sweep) {
+    T const beside = a.xy * a.xy + a.xz * a.xz + a.yz * a.yz, along = a.xx * a.xx + a.yy * a.yy + a.zz * a.zz;
+    if (simd::all_below(T(beside - number<T>(epsilon * epsilon) * along), std::numeric_limits<NumberOf<T>>::min())) break;
     turn(a.xx, a.yy, a.xy, a.xz, a.yz, V.xx, V.xy, V.yx, V.yy, V.zx, V.zy);
     turn(a.xx, a.zz, a.xz, a.xy, a.yz, V.xx, V.xz, V.yx, V.yz, V.zx, V.zz);
     turn(a.yy, a.zz, a.yz, a.xy, a.xz, V.xy, V.xz, V.yy, V.yz, V.zy, V.zz);
@@ -48,11 +44,44 @@ Tensor3<T> diagonalise(Tensor3<T>& a) noexcept {
 
 /// The positive semidefinite part of an isotropic law's tangent at F = U Σ Vᵀ, U and V rotations. In the frames of U and V it is a matrix A of the three
 /// principal changes and, for each two of the others, a 2 × 2 block whose eigenvalues are a sum and a difference; where one is negative it becomes 0.
+/// This is what products need when gradients have been turned by V.
+template <class T>
+struct TurnedTangent {
+  Tensor3<T> U;
+  T Axx, Ayy, Azz, Axy, Axz, Ayz;
+  T sums[3], differences[3];   // of the pairs yz, xz, xy
+
+  /// The stress in the frames of U and V of a change M = Uᵀ dF V there.
+  [[gnu::always_inline]] Tensor3<T> in_frames(Tensor3<T> const& M) const noexcept {
+    return {Axx * M.xx + Axy * M.yy + Axz * M.zz, sums[2] * M.xy + differences[2] * M.yx, sums[1] * M.xz + differences[1] * M.zx,
+            sums[2] * M.yx + differences[2] * M.xy, Axy * M.xx + Ayy * M.yy + Ayz * M.zz, sums[0] * M.yz + differences[0] * M.zy,
+            sums[1] * M.zx + differences[1] * M.xz, sums[0] * M.zy + differences[0] * M.yz, Axz * M.xx + Ayz * M.yy + Azz * M.zz};
+  }
+  [[gnu::always_inline]] Tensor3<T> change(Tensor3<T> const& dF) const noexcept { return U * in_frames(transpose(U) * dF); }
+  /// dF : change(dF) for dF = e_c ⊗ (x, y, z); (ux, uy, uz) is row c of U.
+  [[gnu::always_inline]] T curvature(T const& ux, T const& uy, T const& uz, T const& x, T const& y, T const& z) const noexcept {
+    Tensor3<T> const M{ux * x, ux * y, ux * z, uy * x, uy * y, uy * z, uz * x, uz * y, uz * z};
+    return double_contraction(M, in_frames(M));
+  }
+  /// (x, y, z) for c = 0, 1, 2.
+  template <class Use>
+  [[gnu::always_inline]] void curvatures(T const& x, T const& y, T const& z, Use const& use) const noexcept {
+    use(curvature(U.xx, U.xy, U.xz, x, y, z), curvature(U.yx, U.yy, U.yz, x, y, z), curvature(U.zx, U.zy, U.zz, x, y, z));
+  }
+  /// That of so many times the law.
+  void scale(T const& factor) noexcept {
+    for (T* entry : {&Axx, &Ayy, &Azz, &Axy, &Axz, &Ayz}) *entry = factor * *entry;
+    for (int k = 0; k < 3; ++k) sums[k] = factor * sums[k], differences[k] = factor * differences[k];
+  }
+};
+
+/// The same, with V.
 /// Source     \cite teran2005, there for laws in the principal stretches; here the entries are asked of stress_change at Σ.
 template <class T>
-struct PrincipalTangent {
-  Tensor3<T> U, V, A;
-  T sums[3], differences[3];   // of the pairs yz, xz, xy
+struct PrincipalTangent : TurnedTangent<T> {
+  using TurnedTangent<T>::U, TurnedTangent<T>::Axx, TurnedTangent<T>::Ayy, TurnedTangent<T>::Azz, TurnedTangent<T>::Axy, TurnedTangent<T>::Axz, TurnedTangent<T>::Ayz;
+  using TurnedTangent<T>::sums, TurnedTangent<T>::differences;
+  Tensor3<T> V;
 
   template <class Law>
   PrincipalTangent(Law const& law, Tensor3<T> const& F) noexcept {
@@ -88,10 +117,14 @@ struct PrincipalTangent {
     auto const change = [&](Tensor3<T> const& d) { return law.stress_change(stretches, d); };
     Tensor3<T> const x = change({one, zero, zero, zero, zero, zero, zero, zero, zero}), y = change({zero, zero, zero, zero, one, zero, zero, zero, zero}),
                      z = change({zero, zero, zero, zero, zero, zero, zero, zero, one});
-    A = {x.xx, y.xx, z.xx, x.yy, y.yy, z.yy, x.zz, y.zz, z.zz};
-    Tensor3<T> const frame = diagonalise(A);
-    simd::raise_to(A.xx, zero), simd::raise_to(A.yy, zero), simd::raise_to(A.zz, zero);
-    A = (frame * Tensor3<T>{A.xx, zero, zero, zero, A.yy, zero, zero, zero, A.zz}) * transpose(frame);
+    Tensor3<T> A{x.xx, y.xx, z.xx, x.yy, y.yy, z.yy, x.zz, y.zz, z.zz};
+    T const minor = A.xx * A.yy - A.xy * A.xy, whole = determinant(A, cofactor(A));
+    if (!(simd::all_below(T(zero - A.xx), NumberOf<T>{}) && simd::all_below(T(zero - minor), NumberOf<T>{}) && simd::all_below(T(zero - whole), NumberOf<T>{}))) {
+      Tensor3<T> const frame = diagonalise(A);
+      simd::raise_to(A.xx, zero), simd::raise_to(A.yy, zero), simd::raise_to(A.zz, zero);
+      A = (frame * Tensor3<T>{A.xx, zero, zero, zero, A.yy, zero, zero, zero, A.zz}) * transpose(frame);
+    }
+    Axx = A.xx, Ayy = A.yy, Azz = A.zz, Axy = A.xy, Axz = A.xz, Ayz = A.yz;
     auto const pair = [&](int k, T const& same, T const& other) {
       sums[k] = same + other, differences[k] = same - other;
       simd::raise_to(sums[k], zero), simd::raise_to(differences[k], zero);
@@ -103,13 +136,7 @@ struct PrincipalTangent {
     pair(0, yz.yz, yz.zy), pair(1, xz.xz, xz.zx), pair(2, xy.xy, xy.yx);
   }
 
-  /// The stress in the frames of U and V of a change M = Uᵀ dF V there.
-  Tensor3<T> in_frames(Tensor3<T> const& M) const noexcept {
-    return {A.xx * M.xx + A.xy * M.yy + A.xz * M.zz, sums[2] * M.xy + differences[2] * M.yx, sums[1] * M.xz + differences[1] * M.zx,
-            sums[2] * M.yx + differences[2] * M.xy, A.yx * M.xx + A.yy * M.yy + A.yz * M.zz, sums[0] * M.yz + differences[0] * M.zy,
-            sums[1] * M.zx + differences[1] * M.xz, sums[0] * M.zy + differences[0] * M.yz, A.zx * M.xx + A.zy * M.yy + A.zz * M.zz};
-  }
-  Tensor3<T> stress_change(Tensor3<T> const& dF) const noexcept { return U * in_frames(transpose(U) * dF * V) * transpose(V); }
+  Tensor3<T> stress_change(Tensor3<T> const& dF) const noexcept { return this->change(dF * V) * transpose(V); }
 
  private:
   /// 1 where a is not above the others, else 0.

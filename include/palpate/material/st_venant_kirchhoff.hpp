@@ -14,6 +14,7 @@ struct StVenantKirchhoffLaw {
 
   static constexpr bool isotropic = true;
   static StVenantKirchhoffLaw of(LameConstants<T> const& lame) { return {lame.lambda, lame.mu}; }
+  T bulk_modulus() const noexcept { return lambda + number<T>(2.0 / 3) * mu; }
 
   T energy(Tensor3<T> const& F) const noexcept {
     Tensor3<T> const E = strain(F);

@@ -22,6 +22,7 @@ struct StableNeoHookeanLaw {
     T const m = 4 * lame.mu / 3, l = lame.lambda + 5 * lame.mu / 6;
     return {m, l, 1 + 3 * m / (4 * l)};
   }
+  T bulk_modulus() const noexcept { return l - number<T>(0.125) * m; }   // λ + 2μ/3
 
   T energy(Tensor3<T> const& F) const noexcept {
     T const half = number<T>(0.5), I = double_contraction(F, F), J = determinant(F, cofactor(F)), one = number<T>(1);

@@ -11,6 +11,7 @@
 #include <palpate/haptics/surface_sensor.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 namespace palpate {
@@ -175,6 +176,7 @@ class BodyLoop {
 
   /// The largest step for a tick of h seconds.
   Scalar step_for(Scalar h) {
+    if (revision() == stable_for_ && !std::isfinite(stable_step_)) return stable_step_;   // nothing can fall
     if (revision() != stable_for_) {
       find_stable_step();
       guard();

@@ -231,6 +231,30 @@ concept HasTangentOperator = HasSubsetForces<T> && requires(typename T::Assembly
   assembly.tangent_diagonal(factor, factor, factor, out);
 };
 
+/// Refinement: its Assembly states the energy of the elements that act on the chosen particles, at positions as multiply_tangent has them, and
+/// what rounding may add to it [J].
+template <class T>
+concept HasAssemblyEnergy = HasTangentOperator<T> && requires(typename T::Assembly const& assembly, typename T::Scalar const* x) {
+  { assembly.energy_rounding() } -> std::convertible_to<typename T::Scalar>;
+  { assembly.energy(x) } -> std::convertible_to<typename T::Scalar>;
+};
+
+/// Refinement: says what moves it when the host names no integrator: `using DefaultIntegrator = BackwardEuler;`.
+template <class T>
+concept HasDefaultIntegrator = requires { typename T::DefaultIntegrator; };
+
+/// Refinement: its Assembly multiplies with the tangent faster than the tissue itself: `static constexpr bool fast_tangent = true` in it.
+template <class T>
+concept HasFastTangent = HasTangentOperator<T> && requires { requires T::Assembly::fast_tangent; };
+
+/// Refinement: says at positions x which of its elements is nearest to being turned over, and its J = det F; so does its Assembly, of those that act.
+template <class T>
+concept HasLowestDeterminant = HasSubsetForces<T> && requires(T const& tissue, typename T::Assembly const& assembly, Matrix3X<typename T::Scalar> const& x) {
+  assembly.lowest_determinant(x.data());
+  { tissue.lowest_determinant(x).element } -> std::convertible_to<int>;
+  { tissue.lowest_determinant(x).value } -> std::convertible_to<typename T::Scalar>;
+};
+
 /// Refinement: states the energy stored in its elements at given positions [J]; they are padded columns or a matrix.
 template <class T>
 concept HasPotentialEnergy =

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/semidefinite.hpp>
 #include <palpate/core/matrix.hpp>
-#include <palpate/tissue/detail/semidefinite.hpp>
 
-#include <array>
 #include <concepts>
-#include <cstddef>
-#include <span>
 
 namespace palpate {
 
@@ -90,25 +87,6 @@ template <class E, class Scalar>
 concept HasElementMass = Element<E, Scalar> && requires(E const& element) {
   { element.mass() } -> std::convertible_to<Scalar>;
 };
-
-/// Refinement: is computed in packs of several: E::Packs holds some elements with their nodes; columns are 4 × n, contiguous, the fourth row 0.
-///   reserve(particles, elements), fill(particles, nodes, elements, count, which): holds elements[which(k)], k < count
-///   add_forces(x, f, own) const           f += the forces at x, on the nodes where own(node)
-///   has_tangent static                    whether it has the next two:
-///   linearise(x), add_product(factor, d, out, own) const, which adds factor · K d, K as of semidefinite_stiffness at that x, add_diagonal(factor, out, own)
-/// Elements with damping are computed one by one.
-template <class E, class Scalar>
-concept HasElementPacks = Element<E, Scalar> && !HasElementDamping<E, Scalar> &&
-                          requires(typename E::Packs& packs, std::span<E const> elements, std::span<std::array<int, std::size_t{E::nodes}> const> nodes, Scalar const* x,
-                                   Scalar* f, bool (*own)(int), int (*which)(int)) {
-                            packs.reserve(std::size_t{1}, std::size_t{1});
-                            packs.fill(1, nodes, elements, 1, which);
-                            packs.add_forces(x, f, own);
-                            { E::Packs::has_tangent } -> std::convertible_to<bool>;
-                            packs.linearise(x);
-                            packs.add_product(*x, x, f, own);
-                            packs.add_diagonal(*x, f, own);
-                          };
 
 namespace detail {
 
@@ -195,6 +173,17 @@ Scalar damping_bound_at_rest(E const& element, NodeColumns<Scalar, N> const& x, 
     return row_norm<Scalar, 3 * N>(element.damping(x), k);
   else
     return 0;
+}
+
+/// add(k, stiffness, damping) for each node k: the two above.
+template <class E, RealScalar Scalar, class Add>
+void add_bounds_at_rest(E const& element, NodeColumns<Scalar, E::nodes> const& x, Add const& add) {
+  if constexpr (HasElementBounds<E, Scalar>) {
+    for (int k = 0; k < E::nodes; ++k) add(k, element.stiffness_bound(), element.damping_bound());
+  } else {
+    NodeMatrix<Scalar, E::nodes> const stiffness = element.stiffness(x);
+    for (int k = 0; k < E::nodes; ++k) add(k, row_norm<Scalar, 3 * E::nodes>(stiffness, k), damping_bound_at_rest<E, Scalar, E::nodes>(element, x, k));
+  }
 }
 
 }  // namespace detail

@@ -138,6 +138,11 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   ElementList<E> const& elements() const noexcept {
     return std::get<Kind<E>>(kinds_).list;
   }
+  /// Those of one kind that particle i is a node of: their places in that list.
+  template <class E>
+  std::span<int const> elements_at(int i) const noexcept {
+    return std::get<Kind<E>>(kinds_).at[i];
+  }
 
   void set_mass(int i, S mass) {
     detail::check_index("particle", i, size());
@@ -179,6 +184,32 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   S damping_bound(int i) const noexcept { return damping_at_rest_[at(i)]; }
 
  protected:
+  static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
+
+  /// Lists of whole numbers, one after the other in memory.
+  struct Lists {
+    std::vector<int> ends, items;
+    Lists() = default;
+    explicit Lists(std::vector<std::vector<int>> const& lists) {
+      for (auto const& list : lists) {
+        items.insert(items.end(), list.begin(), list.end());
+        ends.push_back(static_cast<int>(items.size()));
+      }
+    }
+    /// In order, each number once.
+    static Lists of_sets(std::vector<std::vector<int>>& lists) {
+      for (auto& list : lists) {
+        std::sort(list.begin(), list.end());
+        list.erase(std::unique(list.begin(), list.end()), list.end());
+      }
+      return Lists(lists);
+    }
+    std::span<int const> operator[](int i) const noexcept {
+      int const begin = i > 0 ? ends[at(i - 1)] : 0;
+      return std::span(items).subspan(at(begin), at(ends[at(i)] - begin));
+    }
+  };
+
   /// change(nodes at rest, element) → what takes the place of each of these elements. What the tissue weighs changes with them.
   template <class E, class Change>
   void change_elements(std::span<int const> some, Change const& change) {
@@ -194,16 +225,6 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   }
 
  private:
-  static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
-
-  /// Lists of whole numbers, one after the other in memory.
-  struct Lists {
-    std::vector<int> ends, items;
-    std::span<int const> operator[](int i) const noexcept {
-      int const begin = i > 0 ? ends[at(i - 1)] : 0;
-      return std::span(items).subspan(at(begin), at(ends[at(i)] - begin));
-    }
-  };
   template <class E>
   struct Kind {
     ElementList<E> list;
@@ -235,9 +256,16 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     take_bounds();
   }
 
+  /// Row bounds at rest, element by element: its matrices are found once for all of its nodes.
   void take_bounds() {
-    stiffness_at_rest_.clear(), damping_at_rest_.clear();
-    for (int i = 0; i < size(); ++i) stiffness_at_rest_.push_back(Sums::stiffness_bound(i)), damping_at_rest_.push_back(Sums::damping_bound(i));
+    stiffness_at_rest_.assign(at(size()), S(0)), damping_at_rest_ = stiffness_at_rest_;
+    for_each_element([&]<class E>(auto const& nodes, E const& element) {
+      NodeColumns<S, E::nodes> rest;
+      for (int k = 0; k < E::nodes; ++k) rest.col(k) = rest_[nodes[at(k)]];
+      detail::add_bounds_at_rest<E, S>(element, rest, [&](int k, S stiffness, S damping) {
+        stiffness_at_rest_[at(nodes[at(k)])] += stiffness, damping_at_rest_[at(nodes[at(k)])] += damping;
+      });
+    });
   }
 
   std::vector<S> mass_of_elements() const {
@@ -260,7 +288,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
       std::sort(nodes.begin(), nodes.end());
       if (std::adjacent_find(nodes.begin(), nodes.end()) != nodes.end()) throw InvalidArgument(detail::message("element ", e, " joins a particle with itself"));
     }
-    append(kind.at, lists);
+    kind.at = Lists(lists);
   }
   void find_neighbours() {
     std::vector<std::vector<int>> lists(at(size()));
@@ -271,17 +299,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     };
     for_each_element([&](auto const& nodes, auto const&) { join(nodes); });
     for (int t = 0; t < surface_.triangle_count(); ++t) join(surface_.corners(t));
-    for (auto& list : lists) {
-      std::sort(list.begin(), list.end());
-      list.erase(std::unique(list.begin(), list.end()), list.end());
-    }
-    append(neighbours_, lists);
-  }
-  static void append(Lists& to, std::vector<std::vector<int>> const& lists) {
-    for (auto const& list : lists) {
-      to.items.insert(to.items.end(), list.begin(), list.end());
-      to.ends.push_back(static_cast<int>(to.items.size()));
-    }
+    neighbours_ = Lists::of_sets(lists);
   }
 
   void set_nailed(int i, bool nailed) {

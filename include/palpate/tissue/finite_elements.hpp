@@ -3,62 +3,374 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/material/concept.hpp>
+#include <palpate/material/with_pressure.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/tissue/element_tissue.hpp>
 #include <palpate/tissue/linear_tetrahedron.hpp>
+#include <palpate/tissue/pressure_stars.hpp>
+#include <palpate/tissue/solid_assembly.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <span>
-#include <utility>
+#include <vector>
 
 namespace palpate {
+
+struct BackwardEuler;
+
+/// What resists a change of volume.
+enum class Pressure {
+  element,   ///< each tetrahedron by itself: far too stiff near ν = ½
+  nodal,     ///< the tetrahedra of a material round a node together, averaged nodal pressure: at most twice the cost
+};
 
 /// What a solid is made of.
 template <RealScalar Scalar, class M>
 struct SolidOptions {
   Scalar density{};   ///< kg/m³
   M material{};
+  RayleighDamping<Scalar> damping{};
+  /// ε: edges are (1 − ε) × as long at rest as in the mesh, so that the tissue is in tension and a cut gapes. 0 ≤ ε < 1.
+  Scalar prestrain = 0;
+  Pressure pressure = Pressure::element;
+};
+/// The same of a material that states no bulk modulus: it has no nodal pressure.
+template <RealScalar Scalar, class M>
+  requires(!HasBulkModulus<typename detail::LawOf<M>::type, Scalar>)
+struct SolidOptions<Scalar, M> {
+  Scalar density{};
+  M material{};
+  RayleighDamping<Scalar> damping{};
+  Scalar prestrain = 0;
 };
 
 /// An elastic solid: linear tetrahedra of a material, total Lagrangian, their mass lumped at the nodes.
 ///
 ///   FiniteElements<double, StableNeoHookean<double>> tissue(make_block<double>(21, 5, 5, 0.0025, BlockPattern::alternating),
-///                                                           {.density = 1060.0, .material = {.young = 2e5, .poisson = 0.45}});
+///                                                           {.density = 1060.0, .material = {.young = 2e5, .poisson = 0.45}, .pressure = Pressure::nodal});
 ///   tissue.nail(0);
 ///   SoftBody body(std::move(tissue), BackwardEuler{});
 ///
 /// What a law of numbers or packs of numbers says (see MaterialLaw) is computed for as many elements at once as a register holds.
+/// Nodal pressure   W = Σ_e V_e (ψ(F_e) − κ/2 (J_e − 1)²) + Σ_a V_a/4 κ/2 (J̄_a − 1)², J̄_a the mean over the volume V_a of the tetrahedra of one material
+///            round node a, see PressureStars. Then particles that share such a star are neighbours: a ring of a zone is two edges wide.
+/// Damping    Rayleigh's, see RayleighDamping.
 /// Units      kg, m, N, Pa.
-/// Errors     InvalidMesh: a tetrahedron that is flat, turned over or joins a vertex with itself. InvalidArgument: a density that is not positive; what the
-///            material says of its numbers.
-/// Limits     near ν = ½ linear tetrahedra are far too stiff. Their surface is not cut.
+/// Errors     InvalidMesh: a tetrahedron that is flat, turned over or joins a vertex with itself. InvalidArgument: a density that is not positive, damping
+///            below zero, pre-strain outside 0 … 1; what the material says of its numbers.
+/// Limits     near ν = ½ linear tetrahedra without nodal pressure are far too stiff. Their surface is not cut.
+/// Source     \cite bonet1998 for nodal pressure.
+template <RealScalar Scalar, class M>
+class FiniteElements;
 template <RealScalar Scalar, Material<Scalar> M>
-class FiniteElements : public ElementTissue<Scalar, LinearTetrahedron<Scalar, typename detail::LawOf<M>::type>> {
+class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron<Scalar, typename detail::LawOf<M>::type>> {
   using Law = detail::LawOf<M>;
+  using Base = ElementTissue<Scalar, LinearTetrahedron<Scalar, typename Law::type>>;
+  using Columns = NodeColumns<Scalar, 4>;
+  static constexpr bool can_average = HasBulkModulus<typename Law::type, Scalar>;
 
  public:
   using Element = LinearTetrahedron<Scalar, typename Law::type>;
   using Options = SolidOptions<Scalar, M>;
+  using Assembly = SolidAssembly<Scalar, typename Law::type>;
+  using DefaultIntegrator = BackwardEuler;
 
   FiniteElements(TetrahedralMesh<Scalar> const& mesh, Options const& options)
-      : ElementTissue<Scalar, Element>(mesh, elements(mesh, Law::of(options.material), (detail::require_positive("the density", options.density, "kg/m3"), options.density))) {}
+      : Base(mesh, make_list(mesh, options)), damping_(options.damping), prestrain_(options.prestrain), group_(static_cast<std::size_t>(tetrahedra()), 0) {
+    if constexpr (can_average) averages_ = options.pressure == Pressure::nodal;
+    find_stars();
+  }
 
-  int tetrahedra() const noexcept { return static_cast<int>(this->template elements<Element>().elements.size()); }
+  int tetrahedra() const noexcept { return list().size(); }
+  ElementList<Element> const& list() const noexcept { return Base::template elements<Element>(); }
+  std::span<int const> elements_at(int i) const noexcept { return Base::template elements_at<Element>(i); }
+  /// Empty without nodal pressure.
+  PressureStars<Scalar> const& stars() const noexcept { return stars_; }
+  RayleighDamping<Scalar> const& damping() const noexcept { return damping_; }
+  Scalar link_prestrain() const noexcept { return prestrain_; }
 
-  /// These tetrahedra are of another material from now on, and weigh what it does.
+  /// These tetrahedra are of another material from now on, and weigh what it does. With nodal pressure they share it with each other, not with the rest.
   void set_material(std::span<int const> some, M const& material, Scalar density) {
     detail::require_positive("the density", density, "kg/m3");
     auto const law = Law::of(material);
     for (int const t : some) detail::check_index("tetrahedron", t, tetrahedra());
-    this->template change_elements<Element>(some, [&](auto const& rest, Element const&) { return Element(rest, law, density); });
+    int const group = 1 + *std::max_element(group_.begin(), group_.end());
+    for (int const t : some) group_[static_cast<std::size_t>(t)] = group;
+    this->template change_elements<Element>(some, [&](auto const& rest, Element const&) { return element(rest, law, density, prestrain_); });
+    find_stars();
   }
 
-  using ElementTissue<Scalar, Element>::elements;
+  void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
+
+  /// The lowest J = det F at x, and of which tetrahedron: at 0 it is flat, below it is turned over.
+  template <class X>
+  detail::LowestDeterminant<Scalar> lowest_determinant(X const& x) const noexcept {
+    detail::LowestDeterminant<Scalar> found;
+    for (int e = 0; e < tetrahedra(); ++e)
+      if (Scalar const J = volume(e, x) / list().elements[at(e)].volume(); !(J >= found.value)) found = {e, J};
+    return found;
+  }
+
+  // --- as ElementSums has them, with nodal pressure and damping ---------------------------------------------------------
+  template <class Visit>
+  void for_each_neighbour(int i, Visit visit) const {
+    if (stars_.empty()) return Base::for_each_neighbour(i, visit);
+    for (int const other : star_neighbours_[i]) visit(other);
+  }
+  template <class X, class V>
+  Vector3<Scalar> internal_force(int i, X const& x, V const& v) const noexcept {
+    Vector3<Scalar> force = -(damping_.alpha * this->mass(i)) * v.col(i);
+    Known pressures, rates;
+    for (int const e : elements_at(i)) {
+      auto const& nodes = list().nodes[at(e)];
+      Columns const here = gather(nodes, x);
+      with_pressure(e, mean(e, pressures, [&](int s) { return pressure(s, x); }), [&](auto const& element) {
+        Columns sum = element.force(here);
+        if (damping_.beta != 0) sum -= damping_.beta * element.stiffness_product(here, gather(nodes, v));
+        if (damping_.beta != 0 && !stars_.empty()) sum -= damping_.beta * mean(e, rates, [&](int s) { return pressure_change(s, x, v); }) * element.volume_gradient(here);
+        for (std::size_t k = 0; k < 4; ++k)
+          if (nodes[k] == i) force += sum.col(static_cast<int>(k));
+      });
+    }
+    return force;
+  }
+  template <class X>
+  Scalar potential_energy(X const& x) const {
+    Scalar sum = 0;
+    for (int e = 0; e < tetrahedra(); ++e)
+      with_pressure(e, Scalar(0), [&](auto const& element) { sum += element.energy(gather(list().nodes[at(e)], x)); });
+    for (int s = 0; s < stars_.size(); ++s) {
+      Scalar const p = pressure(s, x);
+      sum += p * p / (8 * stars_.bulk_modulus(s)) * stars_.volume(s);
+    }
+    return sum;
+  }
+  template <class X, class D, class Y>
+  void add_stiffness_product(X const& x, D const& d, Y& y) const noexcept {
+    add_product(Scalar(1), x, d, y);
+  }
+  template <class X, class D, class Y>
+  void add_damping_product(X const& x, D const& v, Y& y) const noexcept {
+    if (damping_.alpha != 0)
+      for (int i = 0; i < this->size(); ++i) y.col(i) += damping_.alpha * this->mass(i) * v.col(i);
+    if (damping_.beta != 0) add_product(damping_.beta, x, v, y);
+  }
+  template <class X, class Visit>
+  void for_each_stiffness_block(X const& x, Visit visit) const {
+    for (int e = 0; e < tetrahedra(); ++e) {
+      auto const& nodes = list().nodes[at(e)];
+      with_pressure(e, mean(e, x), [&](auto const& element) {
+        auto const stiffness = element.semidefinite_stiffness(gather(nodes, x));
+        for (int a = 0; a < 4; ++a)
+          for (int b = 0; b < 4; ++b) visit(nodes[at(a)], nodes[at(b)], Matrix<Scalar, 3, 3>(stiffness.template block<3, 3>(3 * a, 3 * b)));
+      });
+    }
+    for (int s = 0; s < stars_.size(); ++s) {
+      Gradient const gradient(*this, s, x);
+      for (int a = 0; a < gradient.count; ++a)
+        for (int b = 0; b < gradient.count; ++b)
+          visit(gradient.node[at(a)], gradient.node[at(b)], Matrix<Scalar, 3, 3>(weight(s) * gradient.of[at(a)] * gradient.of[at(b)].transpose()));
+    }
+  }
+  Scalar stiffness_bound(int i) const noexcept { return stars_.empty() ? Base::stiffness_bound(i) : bound_at_rest_[at(i)]; }
+  /// Allocates with nodal pressure.
+  template <class X>
+  Scalar stiffness_bound(int i, X const& x) const {
+    if (stars_.empty()) return Base::stiffness_bound(i, x);
+    Scalar sum = 0;
+    Known pressures, done;
+    for (int const e : elements_at(i)) {
+      auto const& nodes = list().nodes[at(e)];
+      with_pressure(e, mean(e, pressures, [&](int s) { return pressure(s, x); }), [&](auto const& element) {
+        auto const stiffness = element.stiffness(gather(nodes, x));
+        for (int k = 0; k < 4; ++k)
+          if (nodes[at(k)] == i) sum += detail::row_norm<Scalar, 12>(stiffness, k);
+      });
+      for (int const s : stars_.at_corners(e)) done.of(s, [&](int star) { return sum += star_bound(star, i, x), Scalar(0); });
+    }
+    return sum;
+  }
+  Scalar damping_bound(int i) const noexcept { return damping_.alpha * this->mass(i) + damping_.beta * stiffness_bound(i); }
 
  private:
-  static ElementList<Element> elements(TetrahedralMesh<Scalar> const& mesh, typename Law::type const& law, Scalar density) {
-    require_valid(mesh);
-    return make_elements(mesh.points, mesh.tetrahedra, [&](auto const& rest) { return Element(rest, law, density); });
+  using Base::at;
+
+  static Element element(Columns const& rest, typename Law::type const& law, Scalar density, Scalar prestrain) {
+    Scalar const length = 1 - prestrain;
+    return Element(length * rest, law, density / (length * length * length));
   }
+  static ElementList<Element> make_list(TetrahedralMesh<Scalar> const& mesh, Options const& options) {
+    require_valid(mesh);
+    auto const law = Law::of(options.material);
+    detail::require_positive("the density", options.density, "kg/m3");
+    detail::require_non_negative("the drag alpha", options.damping.alpha, "1/s");
+    detail::require_non_negative("the damping beta", options.damping.beta, "s");
+    if (!(options.prestrain >= 0 && options.prestrain < 1)) throw InvalidArgument(detail::message("the pre-strain is ", options.prestrain, "; give one from 0 to below 1"));
+    return make_elements(mesh.points, mesh.tetrahedra, [&](auto const& rest) { return element(rest, law, options.density, options.prestrain); });
+  }
+
+  /// What is asked of the few stars round a particle, found once.
+  struct Known {
+    static constexpr int most = 64;
+    std::array<int, std::size_t{most}> star;
+    std::array<Scalar, std::size_t{most}> value;
+    int count = 0;
+    template <class Find>
+    Scalar of(int s, Find const& find) {
+      for (int k = 0; k < count; ++k)
+        if (star[at(k)] == s) return value[at(k)];
+      Scalar const found = find(s);
+      if (count < most) star[at(count)] = s, value[at(count++)] = found;
+      return found;
+    }
+  };
+  /// V ∂J̄/∂x of a star, node by node; of more nodes than there is room for some come twice, which bounds and blocks allow.
+  struct Gradient {
+    std::vector<int> node;
+    std::vector<Vector3<Scalar>> of;
+    int count = 0;
+    template <class X>
+    Gradient(FiniteElements const& tissue, int star, X const& x) {
+      for (int const e : tissue.stars_.elements(star)) {
+        auto const& nodes = tissue.list().nodes[at(e)];
+        Columns const grows = tissue.list().elements[at(e)].volume_gradient(gather(nodes, x));
+        for (int k = 0; k < 4; ++k) {
+          auto const place = std::find(node.begin(), node.end(), nodes[at(k)]);
+          if (place == node.end())
+            node.push_back(nodes[at(k)]), of.push_back(grows.col(k)), ++count;
+          else
+            of[static_cast<std::size_t>(place - node.begin())] += grows.col(k);
+        }
+      }
+    }
+  };
+
+  template <class X>
+  static Columns gather(std::array<int, 4> const& nodes, X const& x) noexcept {
+    Columns all;
+    for (int k = 0; k < 4; ++k) all.col(k) = x.col(nodes[at(k)]);
+    return all;
+  }
+  template <class X>
+  Scalar volume(int e, X const& x) const noexcept {
+    return list().elements[at(e)].volume(gather(list().nodes[at(e)], x));
+  }
+  /// κ (J̄ − 1) of a star [Pa].
+  template <class X>
+  Scalar pressure(int s, X const& x) const noexcept {
+    Scalar sum = 0;
+    for (int const e : stars_.elements(s)) sum += volume(e, x);
+    return stars_.bulk_modulus(s) * (sum / stars_.volume(s) - 1);
+  }
+  /// Its change with a change d of x.
+  template <class X, class D>
+  Scalar pressure_change(int s, X const& x, D const& d) const noexcept {
+    Scalar sum = 0;
+    for (int const e : stars_.elements(s)) {
+      auto const& nodes = list().nodes[at(e)];
+      sum += list().elements[at(e)].volume_gradient(gather(nodes, x)).cwiseProduct(gather(nodes, d)).sum();
+    }
+    return stars_.bulk_modulus(s) / stars_.volume(s) * sum;
+  }
+  Scalar weight(int s) const noexcept { return stars_.bulk_modulus(s) / (4 * stars_.volume(s)); }
+  /// Of the stars at the corners of a tetrahedron.
+  template <class Find>
+  Scalar mean(int e, Known& known, Find const& find) const noexcept {
+    if (stars_.empty()) return 0;
+    Scalar sum = 0;
+    for (int const s : stars_.at_corners(e)) sum += known.of(s, find);
+    return sum / 4;
+  }
+  template <class X>
+  Scalar mean(int e, X const& x) const noexcept {
+    Known none;
+    return mean(e, none, [&](int s) { return pressure(s, x); });
+  }
+  template <class Use>
+  void with_pressure(int e, Scalar p, Use const& use) const {
+    Element const& element = list().elements[at(e)];
+    if constexpr (can_average) {
+      if (!stars_.empty()) {
+        use(element.with_law(WithPressure<Scalar, typename Law::type>{element.law(), element.law().bulk_modulus(), p}));
+        return;
+      }
+    }
+    use(element);
+  }
+  template <class X, class D, class Y>
+  void add_product(Scalar factor, X const& x, D const& d, Y& y) const noexcept {
+    for (int e = 0; e < tetrahedra(); ++e) {
+      auto const& nodes = list().nodes[at(e)];
+      Columns const here = gather(nodes, x);
+      with_pressure(e, mean(e, x), [&](auto const& element) {
+        Columns product = factor * element.stiffness_product(here, gather(nodes, d));
+        if (!stars_.empty()) {
+          Known none;
+          product += factor * mean(e, none, [&](int s) { return pressure_change(s, x, d); }) * element.volume_gradient(here);
+        }
+        for (int k = 0; k < 4; ++k) y.col(nodes[at(k)]) += product.col(k);
+      });
+    }
+  }
+  /// Σ_j ‖K_ij‖ of what a star adds.
+  template <class X>
+  Scalar star_bound(int s, int i, X const& x) const {
+    Gradient const gradient(*this, s, x);
+    Scalar own = 0, all = 0;
+    for (int k = 0; k < gradient.count; ++k) {
+      Scalar const size = gradient.of[at(k)].norm();
+      all += size;
+      if (gradient.node[at(k)] == i) own = size;
+    }
+    return weight(s) * own * all;
+  }
+
+  void add_nodes(int star, int but, std::vector<int>& to) const {
+    for (int const e : stars_.elements(star))
+      for (int const j : list().nodes[at(e)])
+        if (j != but) to.push_back(j);
+  }
+  void find_stars() {
+    if constexpr (can_average) {
+      if (!averages_) return;
+      auto const& all = list().elements;
+      stars_ = PressureStars<Scalar>(
+          this->size(), list().nodes, [&](int e) { return all[at(e)].volume(); }, [&](int e) { return group_[at(e)]; },
+          [&](int e) { return all[at(e)].law().bulk_modulus(); });
+      std::vector<std::vector<int>> lists(at(this->size()));
+      for (int i = 0; i < this->size(); ++i) {
+        auto& near = lists[at(i)];
+        Base::for_each_neighbour(i, [&](int j) { near.push_back(j); });
+        Known done;
+        for (int const e : elements_at(i))
+          for (int const s : stars_.at_corners(e)) done.of(s, [&](int star) { return add_nodes(star, i, near), Scalar(0); });
+      }
+      star_neighbours_ = Base::Lists::of_sets(lists);
+      bound_at_rest_.clear();
+      for (int i = 0; i < this->size(); ++i) bound_at_rest_.push_back(stiffness_bound(i, this->rest_positions()));
+    }
+  }
+
+  RayleighDamping<Scalar> damping_;
+  Scalar prestrain_;
+  bool averages_ = false;
+  std::vector<int> group_;   // of each tetrahedron: those of one share a material
+  PressureStars<Scalar> stars_;
+  typename Base::Lists star_neighbours_;
+  std::vector<Scalar> bound_at_rest_;   // row bounds, with nodal pressure
 };
+
+/// Of what is no material: what is wrong, in a sentence for each member, and nothing that could fail besides.
+template <RealScalar Scalar, class M>
+class FiniteElements : detail::MaterialSentences<M, Scalar> {
+ public:
+  using Refused = void;
+  explicit FiniteElements(auto&&...) {}
+};
+
+template <RealScalar Scalar, class M>
+FiniteElements(TetrahedralMesh<Scalar> const&, SolidOptions<Scalar, M> const&) -> FiniteElements<Scalar, M>;
 
 }  // namespace palpate

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+
+#include <algorithm>
+#include <concepts>
+
+namespace palpate {
+
+/// How an implicit integrator solved a step.
+template <RealScalar Scalar>
+struct SolveReport {
+  int iterations = 0;              ///< of conjugate gradients
+  int newton_iterations = 0;
+  Scalar residual = 0;             ///< relative, of the last linear system
+  bool converged = true;           ///< false: the budget was spent before the tolerance
+  int halvings = 0;                ///< of steps that would have raised the incremental potential
+  int negative_curvatures = 0;     ///< directions that ended a solve: rounding, or a system that is not positive definite
+};
+
+/// What became of all steps so far.
+template <RealScalar Scalar>
+struct SolveStatistics {
+  long long steps = 0, iterations = 0, unconverged = 0, halved = 0, negative_curvatures = 0;
+  Scalar worst_residual = 0;
+
+  void add(SolveReport<Scalar> const& one) noexcept {
+    ++steps, iterations += one.iterations, unconverged += one.converged ? 0 : 1, halved += one.halvings > 0 ? 1 : 0;
+    negative_curvatures += one.negative_curvatures;
+    worst_residual = std::max(worst_residual, one.residual);
+  }
+};
+
+/// A System that takes an integrator's report.
+template <class S>
+concept TakesSolveReport = requires(S& system, SolveReport<typename S::Scalar> const& report) { system.take(report); };
+
+}  // namespace palpate

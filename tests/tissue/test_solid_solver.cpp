@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: MIT
+#include "catch.hpp"
+
+#include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/integrator/crank_nicolson.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/material/neo_hookean.hpp>
+#include <palpate/material/st_venant_kirchhoff.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/vertices_where.hpp>
+#include <palpate/statics/newton_raphson.hpp>
+#include <palpate/tissue/finite_elements.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstdlib>
+#include <limits>
+#include <string>
+#include <utility>
+
+using namespace palpate;
+
+namespace {
+
+using Stable = FiniteElements<double, StableNeoHookean<double>>;
+
+static_assert(std::same_as<decltype(SoftBody(std::declval<Stable>())), SoftBody<Stable, BackwardEuler, WholeBody>>, "what moves a solid when nothing is said");
+
+/// A beam of 5 x 1 x 1 cm that is held at one end and sags.
+template <class Integrator>
+auto sagging_beam(Integrator const& integrator, Pressure pressure) {
+  auto const mesh = make_block<double>(21, 5, 5, 0.0025, BlockPattern::alternating);
+  Stable tissue(mesh, {.density = 1060, .material = {.young = 2e5, .poisson = 0.45}, .pressure = pressure});
+  tissue.nail(vertices_where(mesh, [](auto const& p) { return p.x() < 1e-9; }));
+  SoftBody body(std::move(tissue), integrator);
+  body.set_gravity({0, 0, -9.81});
+  body.settle(NewtonRaphson{});
+  body.set_gravity({0, 0, 0});
+  return body;
+}
+
+template <class Body>
+double distance_from_rest(Body const& body) {
+  return (body.positions() - body.tissue().rest_positions()).cwiseAbs().maxCoeff();
+}
+
+int how_often(char const* name, int quick) {
+  char const* const text = std::getenv(name);
+  return text != nullptr ? std::stoi(text) : quick;
+}
+
+/// Backward Euler, and whether a step of it raised the incremental potential above its value at x+ = x.
+struct Watched {
+  static constexpr bool steps_of_any_size = true;
+  BackwardEuler inner;
+  double* worst;
+
+  template <RealScalar Scalar>
+  Scalar stable_step(ModalBounds<Scalar> const& modes) const {
+    return inner.stable_step(modes);
+  }
+  template <LinearisedSystem S>
+  void step(S& system, typename S::Scalar h) const {
+    inner.step(system, h);
+  }
+  template <HasPotential S>
+  void step(S& system, typename S::Scalar h) const {
+    using M = typename S::Matrix;
+    M const v = system.velocities();
+    M momentum(3, v.cols());
+    system.linearise();
+    system.multiply_tangent(1.0, 0.0, 0.0, v, momentum);
+    double const start = system.potential(M(system.positions())) + 0.5 * v.cwiseProduct(momentum).sum();
+    inner.step(system, h);
+    M const change = system.velocities() - v;
+    system.multiply_tangent(1.0, 0.0, 0.0, change, momentum);
+    double const end = system.potential(M(system.positions())) + 0.5 * change.cwiseProduct(momentum).sum();
+    *worst = std::max(*worst, end - start);
+  }
+};
+
+}  // namespace
+
+// Yardstick: a body that nothing drives does not go farther than where it was let go, whatever the budget of its solver.
+TEST_CASE("a beam that is let go stays bounded for any budget of conjugate gradients and comes to rest", "[tissue][solid_solver]") {
+  int const steps = how_often("PALPATE_SOLID_BEAM_STEPS", 250);   // of 10 ms
+  for (Pressure const pressure : {Pressure::element, Pressure::nodal})
+    for (int const budget : {10, 25, 50, 100}) {
+      auto body = sagging_beam(BackwardEuler{.max_iterations = budget}, pressure);
+      double const start = distance_from_rest(body);
+      CHECK(start > 4e-3);
+      double worst = 0;
+      for (int k = 0; k < steps; ++k) {
+        auto const report = body.step(0.01);
+        REQUIRE(report);
+        CHECK(report.solve.iterations <= budget);
+        CHECK(report.solve.converged == (report.solve.residual <= 1e-3));
+        worst = std::max(worst, distance_from_rest(body));
+      }
+      CHECK(worst < 1.05 * start);
+      CHECK(distance_from_rest(body) < (steps >= 250 ? 1e-6 : 1e-3));
+      CHECK(body.solve_statistics().steps == steps);
+      CHECK(body.solve_statistics().iterations <= static_cast<long long>(budget) * steps);
+      if (budget == 10) CHECK(body.solve_statistics().unconverged > steps / 2);   // at steps of 10 ms ten are too few
+    }
+}
+
+// Yardstick: the incremental potential, computed here from the system's masses and potential.
+TEST_CASE("no implicit step raises the incremental potential, also where its budget ends", "[tissue][solid_solver]") {
+  for (int const budget : {1, 3, 10, 100}) {
+    double worst = 0;
+    auto body = sagging_beam(Watched{BackwardEuler{.max_iterations = budget}, &worst}, Pressure::element);
+    auto state = body.save();
+    std::srand(3);
+    for (int i = 0; i < body.size(); ++i)
+      if (!body.tissue().nailed(i)) state.particles.velocity[i] = Vector3<double>::Random();   // m/s: an edge in a quarter of a step
+    body.restore(state);
+    for (int k = 0; k < 30; ++k) {
+      body.apply_force(body.nearest_vertex({0.05, 0.005, 0.005}), {0, 0, k % 2 == 0 ? 2.0 : -2.0});
+      REQUIRE(body.step(0.01));
+    }
+    CHECK(worst < 1e-10);   // J; the beam stored some 1e-4
+  }
+}
+
+// Yardstick: nothing drives it, so energy does not rise above what it is let go with; its shape at rest.
+TEST_CASE("what is almost flat comes back in long steps, of one Newton iteration or of several", "[tissue][solid_solver]") {
+  auto const mesh = make_block<double>(5, 5, 5, 0.01, BlockPattern::alternating);
+  for (int const iterations : {1, 5})
+    for (double const h : {0.005, 0.01, 0.03}) {
+      CAPTURE(iterations, h);
+      SoftBody body(Stable(mesh, {.density = 1000, .material = {.young = 5000, .poisson = 0.45}}), BackwardEuler{.newton_iterations = iterations});
+      auto state = body.save();
+      for (int i = 0; i < body.size(); ++i) state.particles.position[i].z() = 1e-5 * std::sin(1.7 * i);
+      body.restore(state);
+      double const start = body.potential_energy();
+      double most = 0;
+      for (int k = 0; k < 300; ++k) {
+        REQUIRE(body.step(h));
+        most = std::max(most, body.potential_energy() + body.kinetic_energy());
+      }
+      CHECK(most < start);
+      CHECK(body.potential_energy() + body.kinetic_energy() < 1e-6 * start);
+      CHECK(body.tissue().lowest_determinant(body.positions()).value > 0.99);
+    }
+}
+
+// Yardstick: a law without energy for what is turned over; every J stays above 0.
+TEST_CASE("a step that would turn over what can not be is cut back", "[tissue][solid_solver]") {
+  auto const mesh = make_block<double>(4, 4, 4, 0.01, BlockPattern::alternating);
+  FiniteElements<double, NeoHookean<double>> tissue(mesh, {.density = 1000, .material = {3000, 0.3}});
+  tissue.nail(vertices_where(mesh, [](auto const& p) { return p.z() < 1e-9; }));
+  SoftBody body(std::move(tissue));
+  auto const top = vertices_where(mesh, [](auto const& p) { return p.z() > 0.029; });
+  int halvings = 0;
+  for (int k = 0; k < 40; ++k) {
+    for (int const i : top) body.apply_force(i, {0, 0, -2.0});   // 32 N on 9 cm2 of 3 kPa
+    auto const report = body.step(0.02);
+    REQUIRE(report);
+    halvings += report.solve.halvings;
+    REQUIRE(body.tissue().lowest_determinant(body.positions()).value > 0);
+  }
+  CHECK(halvings > 0);
+  CHECK(body.solve_statistics().halved > 0);
+  CHECK(body.positions().row(2).maxCoeff() < 0.02);
+}
+
+// Yardstick: which tetrahedron was turned over by hand.
+TEST_CASE("a tetrahedron that is turned over is reported with its determinant", "[tissue][solid_solver]") {
+  auto const mesh = make_block<double>(3, 3, 3, 0.01, BlockPattern::alternating);
+  auto const start = [&](auto integrator, double down) {
+    Stable tissue(mesh, {.density = 1000, .material = {3000, 0.3}});
+    tissue.nail(vertices_where(mesh, [](auto const& p) { return p.z() < 0.015; }));
+    SoftBody body(std::move(tissue), integrator);
+    auto state = body.save();
+    state.particles.position[26].z() -= down;
+    body.restore(state);
+    return body;
+  };
+  auto turned = start(BackwardEuler{}, 0.03);
+  auto const report = turned.step(1e-5);
+  REQUIRE(report);
+  REQUIRE(report.element >= 0);
+  auto const& nodes = turned.tissue().list().nodes[static_cast<std::size_t>(report.element)];
+  CHECK(std::find(nodes.begin(), nodes.end(), 26) != nodes.end());
+  CHECK(report.determinant < -0.5);
+  CHECK(std::abs(report.determinant - turned.tissue().lowest_determinant(turned.positions()).value) < 1e-12);
+  CHECK(start(BackwardEuler{}, 0.0).step(1e-5).element == -1);
+
+  auto exploding = start(LeapfrogVerlet{}, 1e-3);
+  double const h = 40 * exploding.stable_step();
+  auto last = exploding.step(h);
+  for (int k = 0; k < 100 && last; ++k) last = exploding.step(h);
+  REQUIRE(last.status == StepStatus::diverged);
+  CHECK(last.element >= 0);
+  CHECK(is_finite(exploding.positions()));   // the last good state
+}
+
+// Yardstick: the harmonic oscillator's phase; the trapezoidal rule keeps the amplitude of a swing, backward Euler does not.
+TEST_CASE("Crank-Nicolson swings a solid on, and takes its line search", "[tissue][solid_solver]") {
+  auto const swing = [](auto integrator) {
+    auto body = sagging_beam(integrator, Pressure::nodal);
+    double const start = distance_from_rest(body), energy = body.potential_energy();
+    double last = 0;
+    for (int k = 0; k < 60; ++k) {
+      REQUIRE(body.step(0.001));
+      last = body.potential_energy() + body.kinetic_energy();
+    }
+    CHECK(distance_from_rest(body) < 1.05 * start);
+    return last / energy;
+  };
+  CHECK(swing(CrankNicolson{}) > 0.95);
+  CHECK(swing(CrankNicolson{}) < 1.01);
+  CHECK(swing(BackwardEuler{}) < 0.9);
+}
