@@ -39,6 +39,7 @@ struct Equilibrium {
   Scalar imbalance = 0;   ///< m
   Scalar residual = 0;    ///< N, the largest net force on a free particle
   int iterations = 0;     ///< of the solver's own kind
+  int inner_iterations = 0;   ///< of a solver inside it, all together
   bool converged = false; ///< imbalance ≤ tolerance
 };
 

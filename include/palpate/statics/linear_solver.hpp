@@ -70,6 +70,15 @@ class TangentMatrix {
     return sum;
   }
 
+  /// visit(row, column, block) for all blocks, that of the diagonal shifted.
+  template <class Visit>
+  void for_each_block(Visit visit) const {
+    for (int k = 0; k < size(); ++k) {
+      visit(k, k, diagonal(k));
+      for (int e = begin_[at(k)] + 1; e < begin_[at(k + 1)]; ++e) visit(k, neighbour_[at(e)], block_[at(e)]);
+    }
+  }
+
   /// y = K x
   void multiply(Columns const& x, Columns& y) const noexcept {
     for (int k = 0; k < size(); ++k) y.col(k) = beside(k, x) + diagonal(k) * x.col(k);

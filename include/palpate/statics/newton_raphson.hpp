@@ -32,6 +32,7 @@ struct NewtonRaphson {
   Tangent tangent = Tangent::full;
   double damping = 1.0;   ///< β
   int iterations = 200;   ///< at most
+  int load_steps = 1;     ///< the loads act in so many parts, one more after each balance: for those that would turn elements over at once
   Inner inner{};
 
   template <TissueModel Tissue, RealScalar Scalar = typename Tissue::Scalar>
@@ -39,30 +40,51 @@ struct NewtonRaphson {
   Equilibrium<Scalar> solve(StaticProblem<Tissue> const& problem, Matrix3X<Scalar>& positions) const {
     if (!(damping > 0 && damping <= 1))
       throw InvalidArgument(detail::message("the damping of Newton's step is ", damping, "; it must be above 0 and at most 1"));
+    if (load_steps < 1) throw InvalidArgument(detail::message("the loads act in ", load_steps, " steps; give 1 or more"));
     detail::NetForces<Tissue> net(problem);
     int const n = net.count();
     TangentMatrix<Scalar> matrix(problem.tissue, problem.free);
     Matrix3X<Scalar> x = positions, trial = x, force = net.at(x), p(3, n);
     Equilibrium<Scalar> result;
-    net.measure(force, result);
+    int steps_taken = 0;
+    Scalar first_residual = 0;
+    auto const measure = [&] {
+      net.measure(force, result);
+      if (steps_taken < load_steps) result.converged = result.converged || result.residual <= Scalar(1e-2) * first_residual;
+    };
+    auto const load = [&] {   // one part more
+      net.set_share(static_cast<Scalar>(++steps_taken) / static_cast<Scalar>(load_steps));
+      force = net.at(x);
+      first_residual = 0;
+      measure();
+      first_residual = result.residual;
+    };
+    load();
     if (!std::isfinite(result.imbalance)) return result;
     Scalar shift = 0;
     bool is_stale = true;   // the matrix is not that of x
     bool is_missing = true;
-    while (!result.converged && result.iterations < iterations) {
+    while (result.iterations < iterations) {
+      if (result.converged) {
+        if (steps_taken >= load_steps) break;
+        load();
+        continue;
+      }
       if (is_missing || (is_stale && tangent == Tangent::full)) {
         matrix.update(problem.tissue, x);
         is_stale = is_missing = false;
       }
       matrix.set_shift(shift);
       ++result.iterations;
-      int const halvings = inner.solve(matrix, force, p) < 0 ? too_many : step(problem, net, force, p, x, trial);
+      int const inner_iterations = inner.solve(matrix, force, p);
+      result.inner_iterations += std::max(0, inner_iterations);
+      int const halvings = inner_iterations < 0 ? too_many : step(problem, net, force, p, x, trial);
       bool const was_stale = is_stale;
       if (halvings < too_many) {
         Scalar const last = result.residual;
         x = trial;
         force = net.at(x);
-        net.measure(force, result);
+        measure();
         is_stale = true;
         is_missing = was_stale && result.residual > last / 2;
       }

@@ -48,6 +48,11 @@ class NetForces {
   int particle(int k) const noexcept { return free_[static_cast<std::size_t>(k)]; }
   Scalar stiffness(int k) const noexcept { return stiffness_[static_cast<std::size_t>(k)]; }   // at rest [N/m]
 
+  /// From now on so much of the loads acts, 0 … 1.
+  void set_share(Scalar share) {
+    for (int k = 0; k < count(); ++k) load_.col(k) = share * problem_.load(particle(k));
+  }
+
   /// Net forces at `positions`, 3 × free particles [N].
   auto at(Matrix const& positions) {
     auto const particles = assembly_.particles();
