@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: MIT
 // What a leapfrog step of a solid costs beside a plain Eigen loop over the same tetrahedra in the same run, and a product with its tangent beside one with
-// a loop over the elements' 12 x 12 matrices' blocks, by material, scalar and size (cubes of 5 alternating tetrahedra: 8^3, 16^3, 28^3 of them).
+// a loop over the elements' 12 x 12 matrices' blocks, by material, scalar and size (cubes of 5 alternating tetrahedra: 8^3, 16^3, 28^3 of
+// them).
+// And: what nodal pressure adds to a step (asked: at most 2); a millisecond of a block of 5 kPa and edges of 7 mm in stable leapfrog steps, from 10^3 to 10^6
+// tetrahedra; an implicit step of 10 ms with 25 iterations, its residual, and one to a residual of 1e-3.
 //   bench_solid                              as it was compiled
 //   BENCH=solid sh benchmarks/step.sh        compiled with plain -O2, -O3, with AVX2 and for this processor, one after the other
 // prints, for each, the median of plain time / library time over rounds that run both in turn (above 1 the library is faster) and the best time of both
 // per tetrahedron [ns]. Time is the thread's own.
 #include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/material/corotational.hpp>
 #include <palpate/material/st_venant_kirchhoff.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
+#include <palpate/mesh/vertices_where.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 
@@ -171,6 +176,91 @@ void tangent_product(benchmark::State& state) {
   if (!((product.topRows(3) - out).norm() < S(1e-3) * out.norm())) state.SkipWithError("the two products differ");
 }
 
+/// A leapfrog step with nodal pressure beside one without.
+template <class S, class M>
+void nodal_pressure(benchmark::State& state) {
+  int const n = static_cast<int>(state.range(0));
+  auto const mesh = make_block<S>(n + 1, n + 1, n + 1, S(0.005), BlockPattern::alternating);
+  SoftBody body(solid<S, M>(mesh), LeapfrogVerlet{}, WholeBody{});
+  SoftBody averaged(FiniteElements<S, M>(mesh, {.density = S(1000), .material = {.young = S(5000), .poisson = S(0.45)}, .pressure = Pressure::nodal}), LeapfrogVerlet{}, WholeBody{});
+  S const h = S(0.3) * std::min(body.stable_step(), averaged.stable_step());
+  auto const tetrahedra = static_cast<double>(mesh.tetrahedra.cols());
+  std::vector<double> ratios;
+  double best = 1e9;
+  int const rounds = std::max(2, static_cast<int>(4e5 / tetrahedra));
+  for (auto _ : state) {
+    double const start = benchmarks::thread_time();
+    for (int k = 0; k < rounds; ++k) body.step(h);
+    double const middle = benchmarks::thread_time();
+    for (int k = 0; k < rounds; ++k) averaged.step(h);
+    double const end = benchmarks::thread_time();
+    ratios.push_back((end - middle) / (middle - start)), best = std::min(best, (end - middle) / rounds);
+  }
+  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
+  state.counters["nodal/element"] = ratios[ratios.size() / 2];
+  state.counters["nodal_ns"] = 1e9 * best / tetrahedra;
+}
+
+/// A millisecond of a block that swings, by leapfrog in stable steps, and what its memory delivers: what a step reads and writes of its tetrahedra.
+template <class S, class M>
+void millisecond(benchmark::State& state) {
+  int const n = static_cast<int>(state.range(0));
+  auto const mesh = make_block<S>(n + 1, n + 1, n + 1, S(0.007), BlockPattern::alternating);
+  auto tissue = solid<S, M>(mesh);
+  tissue.nail(vertices_where(mesh, [](auto const& p) { return p.z() < S(1e-6); }));
+  SoftBody body(std::move(tissue), LeapfrogVerlet{}, WholeBody{});
+  body.set_gravity({0, 0, S(-9.81)});
+  S const stable = body.stable_step();
+  int const steps = static_cast<int>(std::ceil(S(1e-3) / stable));
+  double best = 1e9;
+  body.step(S(1e-3) / static_cast<S>(steps));   // gathers
+  for (auto _ : state) {
+    double const start = benchmarks::thread_time();
+    for (int k = 0; k < steps; ++k) body.step(S(1e-3) / static_cast<S>(steps));
+    best = std::min(best, benchmarks::thread_time() - start);
+  }
+  auto const tetrahedra = static_cast<double>(mesh.tetrahedra.cols());
+  double const bytes = (9 + 1 + sizeof(M{}.law()) / sizeof(S)) * sizeof(S) + 4 * sizeof(int);
+  state.counters["tetrahedra"] = tetrahedra;
+  state.counters["substeps"] = steps;
+  state.counters["ms"] = 1e3 * best;
+  state.counters["ns"] = 1e9 * best / steps / tetrahedra;
+  state.counters["GB/s"] = 1e-9 * bytes * tetrahedra * steps / best;
+}
+
+/// A backward-Euler step of 10 ms with 25 iterations: its time, the residual reached, and the time of a step to 1e-3.
+template <class M>
+void implicit_step(benchmark::State& state) {
+  int const n = static_cast<int>(state.range(0));
+  auto const mesh = make_block<double>(n + 1, n + 1, n + 1, 0.007, BlockPattern::alternating);
+  auto const make = [&](BackwardEuler const& integrator) {
+    auto tissue = solid<double, M>(mesh);
+    tissue.nail(vertices_where(mesh, [](auto const& p) { return p.z() < 1e-6; }));
+    SoftBody body(std::move(tissue), integrator, WholeBody{});
+    body.set_gravity({0, 0, -9.81});
+    body.step(0.01);
+    return body;
+  };
+  auto body = make({.tolerance = 0, .max_iterations = 25}), converged = make({.tolerance = 1e-3, .max_iterations = 10000});
+  auto const start = body.save(), other = converged.save();
+  double best = 1e9, best_converged = 1e9, residual = 0;
+  int iterations = 0;
+  for (auto _ : state) {
+    body.restore(start), converged.restore(other);
+    body.step(0.01), converged.step(0.01);   // gathers
+    double const first = benchmarks::thread_time();
+    residual = body.step(0.01).solve.residual;
+    double const middle = benchmarks::thread_time();
+    iterations = converged.step(0.01).solve.iterations;
+    best = std::min(best, middle - first), best_converged = std::min(best_converged, benchmarks::thread_time() - middle);
+  }
+  state.counters["tetrahedra"] = static_cast<double>(mesh.tetrahedra.cols());
+  state.counters["ms"] = 1e3 * best;
+  state.counters["residual"] = residual;
+  state.counters["ms_to_1e-3"] = 1e3 * best_converged;
+  state.counters["iterations_to_1e-3"] = iterations;
+}
+
 BENCHMARK(step<double, StVenantKirchhoff<double>>)->Arg(8)->Arg(16)->Arg(28)->Unit(benchmark::kMillisecond);
 BENCHMARK(step<double, StableNeoHookean<double>>)->Arg(8)->Arg(16)->Arg(28)->Unit(benchmark::kMillisecond);
 BENCHMARK(step<double, Corotational<double>>)->Arg(8)->Arg(16)->Arg(28)->Unit(benchmark::kMillisecond);
@@ -179,5 +269,9 @@ BENCHMARK(step<float, StableNeoHookean<float>>)->Arg(16)->Unit(benchmark::kMilli
 BENCHMARK(step<float, Corotational<float>>)->Arg(16)->Unit(benchmark::kMillisecond);
 BENCHMARK(tangent_product<double, StableNeoHookean<double>>)->Arg(16)->Unit(benchmark::kMillisecond);
 BENCHMARK(tangent_product<float, StableNeoHookean<float>>)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(nodal_pressure<double, StableNeoHookean<double>>)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(millisecond<double, StableNeoHookean<double>>)->Arg(6)->Arg(9)->Arg(16)->Arg(27)->Arg(58)->Unit(benchmark::kMillisecond);
+BENCHMARK(implicit_step<StableNeoHookean<double>>)->Arg(5)->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(implicit_step<Corotational<double>>)->Arg(5)->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
 
 }  // namespace
