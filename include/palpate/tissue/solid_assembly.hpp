@@ -144,7 +144,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
       for (int e = 0; e < acting; ++e)
         if (auto const& n = nodes_[at(e)]; blocks() == 1 || std::any_of(n.begin(), n.end(), own(b))) of_block_.push_back(e);
       fill(b, of_block_, [&](int e) { return first_[at(e)] == b; });
-      place_stars(stars, b);
+      place_stars(stars, at(b));
     }
     fill(halo, of_halo_, [](int) { return false; });
     place_stars(stars, halo);
