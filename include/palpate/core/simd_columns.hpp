@@ -54,11 +54,11 @@ inline void transpose(Numbers (&row)[4]) noexcept {
 }
 #endif
 
-/// Lane k of (x, y, z) = column node[k].
+/// Lane k of (x, y, z) = the column that starts at columns[start[k]].
 template <class Numbers, RealScalar Scalar>
-[[gnu::always_inline]] inline void load_columns(Numbers& x, Numbers& y, Numbers& z, Scalar const* columns, int const* node) noexcept {
+[[gnu::always_inline]] inline void load_columns(Numbers& x, Numbers& y, Numbers& z, Scalar const* columns, int const* start) noexcept {
   constexpr int count = static_cast<int>(sizeof(Numbers) / sizeof(Scalar));
-  auto const column = [&](int k) { return columns + 4 * static_cast<std::ptrdiff_t>(node[k]); };
+  auto const column = [&](int k) { return columns + start[k]; };
 #if defined(__GNUC__) && !defined(PALPATE_PLAIN_SIMD)
   if constexpr (count >= 4) {
     Numbers row[4];
@@ -94,13 +94,13 @@ template <class Numbers, RealScalar Scalar>
   }
 }
 
-/// Adds lane k of (x, y, z, 0) to column node[k], lane after lane: a column may be there twice. Those where `own(node)` is false are left out.
+/// Adds lane k of (x, y, z, 0) to the column at columns[start[k]], lane after lane: a column may be there twice. Those where `own(start)` is false are left out.
 template <class Numbers, RealScalar Scalar, class Own>
-[[gnu::always_inline]] inline void add_to_columns(Scalar* columns, int const* node, Numbers const& x, Numbers const& y, Numbers const& z, Own const& own) noexcept {
+[[gnu::always_inline]] inline void add_to_columns(Scalar* columns, int const* start, Numbers const& x, Numbers const& y, Numbers const& z, Own const& own) noexcept {
   constexpr int count = static_cast<int>(sizeof(Numbers) / sizeof(Scalar));
   auto const add = [&](int k, auto const& to_add) {
-    if (!own(node[k])) return;
-    Scalar* const at = columns + 4 * static_cast<std::ptrdiff_t>(node[k]);
+    if (!own(start[k])) return;
+    Scalar* const at = columns + start[k];
     Pack<Scalar, 4> sum;
     load(sum, at);
     store(at, Pack<Scalar, 4>(sum + to_add));
@@ -139,8 +139,8 @@ template <class Numbers, RealScalar Scalar, class Own>
 #endif
   {
     static_assert(count == 1);
-    if (!own(node[0])) return;
-    Scalar* const at = columns + 4 * static_cast<std::ptrdiff_t>(node[0]);
+    if (!own(start[0])) return;
+    Scalar* const at = columns + start[0];
     at[0] += x, at[1] += y, at[2] += z;
   }
 }

@@ -10,78 +10,53 @@ namespace palpate {
 
 namespace detail {
 
+template <class T>
+struct Direction {
+  T x, y, z;
+};
+
+/// The rotation of p and q that makes their entry pq of a symmetric tensor zero; of it and of the columns of V.
+template <class T>
+[[gnu::always_inline]] inline void jacobi_rotation(T& pp, T& qq, T& pq, T& rp, T& rq, T& xp, T& xq, T& yp, T& yq, T& zp, T& zq) noexcept {
+  T const half = number<T>(0.5) * (qq - pp), one = number<T>(1), sign = half < T{} ? T{} - one : one;
+  T root, cosine;
+  simd::square_root(root, T(half * half + pq * pq));
+  T const t = sign * pq / (sign * half + root + number<T>(1e-30));
+  simd::square_root(cosine, T(one / (t * t + one)));
+  T const sine = t * cosine;
+  auto const both = [&](T& p, T& q) {
+    T const before = p;
+    p = cosine * before - sine * q, q = sine * before + cosine * q;
+  };
+  pp = pp - t * pq, qq = qq + t * pq, pq = T{};
+  both(rp, rq), both(xp, xq), both(yp, yq), both(zp, zq);
+}
+
 /// Eigenvalues of a symmetric tensor, in its diagonal, and eigenvectors, in the columns of V, by Jacobi's rotations: until nothing but rounding is beside the
 /// diagonal, at most as many sweeps as double needs.
 template <class T>
-Tensor3<T> diagonalise(Tensor3<T>& a) noexcept {
+Tensor3<T> diagonalise(Tensor3<T>& symmetric) noexcept {
   constexpr auto epsilon = std::numeric_limits<NumberOf<T>>::epsilon();
-  Tensor3<T> V = Tensor3<T>::identity();
-  T const zero{}, tiny = number<T>(1e-30);
-  auto const turn = [&](T& pp, T& qq, T& pq, T& rp, T& rq, T& xp, T& xq, T& yp, T& yq, T& zp, T& zq) {
-    T const half = number<T>(0.5) * (qq - pp), one = number<T>(1), sign = half < zero ? zero - one : one;
-    T root;
-    simd::square_root(root, T(half * half + pq * pq));
-    T const t = sign * pq / (sign * half + root + tiny);
-    T cosine;
-    simd::square_root(cosine, T(one / (t * t + one)));
-    T const sine = t * cosine;
-    auto const both = [&](T& p, T& q) {
-      T const before = p;
-      p = cosine * before - sine * q, q = sine * before + cosine * q;
-    };
-    pp = pp - t * pq, qq = qq + t * pq, pq = zero;
-    both(rp, rq), both(xp, xq), both(yp, yq), both(zp, zq);
-  };
+  Tensor3<T> V = Tensor3<T>::identity(), a = symmetric;
   for (int sweep = 0; sweep < 5; ++sweep) {
     T const beside = a.xy * a.xy + a.xz * a.xz + a.yz * a.yz, along = a.xx * a.xx + a.yy * a.yy + a.zz * a.zz;
     if (simd::all_below(T(beside - number<T>(epsilon * epsilon) * along), std::numeric_limits<NumberOf<T>>::min())) break;
-    turn(a.xx, a.yy, a.xy, a.xz, a.yz, V.xx, V.xy, V.yx, V.yy, V.zx, V.zy);
-    turn(a.xx, a.zz, a.xz, a.xy, a.yz, V.xx, V.xz, V.yx, V.yz, V.zx, V.zz);
-    turn(a.yy, a.zz, a.yz, a.xy, a.xz, V.xy, V.xz, V.yy, V.yz, V.zy, V.zz);
+    jacobi_rotation(a.xx, a.yy, a.xy, a.xz, a.yz, V.xx, V.xy, V.yx, V.yy, V.zx, V.zy);
+    jacobi_rotation(a.xx, a.zz, a.xz, a.xy, a.yz, V.xx, V.xz, V.yx, V.yz, V.zx, V.zz);
+    jacobi_rotation(a.yy, a.zz, a.yz, a.xy, a.xz, V.xy, V.xz, V.yy, V.yz, V.zy, V.zz);
   }
+  symmetric = a;
   return V;
 }
 
 /// The positive semidefinite part of an isotropic law's tangent at F = U Σ Vᵀ, U and V rotations. In the frames of U and V it is a matrix A of the three
 /// principal changes and, for each two of the others, a 2 × 2 block whose eigenvalues are a sum and a difference; where one is negative it becomes 0.
-/// This is what products need when gradients have been turned by V.
-template <class T>
-struct TurnedTangent {
-  Tensor3<T> U;
-  T Axx, Ayy, Azz, Axy, Axz, Ayz;
-  T sums[3], differences[3];   // of the pairs yz, xz, xy
-
-  /// The stress in the frames of U and V of a change M = Uᵀ dF V there.
-  [[gnu::always_inline]] Tensor3<T> in_frames(Tensor3<T> const& M) const noexcept {
-    return {Axx * M.xx + Axy * M.yy + Axz * M.zz, sums[2] * M.xy + differences[2] * M.yx, sums[1] * M.xz + differences[1] * M.zx,
-            sums[2] * M.yx + differences[2] * M.xy, Axy * M.xx + Ayy * M.yy + Ayz * M.zz, sums[0] * M.yz + differences[0] * M.zy,
-            sums[1] * M.zx + differences[1] * M.xz, sums[0] * M.zy + differences[0] * M.yz, Axz * M.xx + Ayz * M.yy + Azz * M.zz};
-  }
-  [[gnu::always_inline]] Tensor3<T> change(Tensor3<T> const& dF) const noexcept { return U * in_frames(transpose(U) * dF); }
-  /// dF : change(dF) for dF = e_c ⊗ (x, y, z); (ux, uy, uz) is row c of U.
-  [[gnu::always_inline]] T curvature(T const& ux, T const& uy, T const& uz, T const& x, T const& y, T const& z) const noexcept {
-    Tensor3<T> const M{ux * x, ux * y, ux * z, uy * x, uy * y, uy * z, uz * x, uz * y, uz * z};
-    return double_contraction(M, in_frames(M));
-  }
-  /// (x, y, z) for c = 0, 1, 2.
-  template <class Use>
-  [[gnu::always_inline]] void curvatures(T const& x, T const& y, T const& z, Use const& use) const noexcept {
-    use(curvature(U.xx, U.xy, U.xz, x, y, z), curvature(U.yx, U.yy, U.yz, x, y, z), curvature(U.zx, U.zy, U.zz, x, y, z));
-  }
-  /// That of so many times the law.
-  void scale(T const& factor) noexcept {
-    for (T* entry : {&Axx, &Ayy, &Azz, &Axy, &Axz, &Ayz}) *entry = factor * *entry;
-    for (int k = 0; k < 3; ++k) sums[k] = factor * sums[k], differences[k] = factor * differences[k];
-  }
-};
-
-/// The same, with V.
 /// Source     \cite teran2005, there for laws in the principal stretches; here the entries are asked of stress_change at Σ.
 template <class T>
-struct PrincipalTangent : TurnedTangent<T> {
-  using TurnedTangent<T>::U, TurnedTangent<T>::Axx, TurnedTangent<T>::Ayy, TurnedTangent<T>::Azz, TurnedTangent<T>::Axy, TurnedTangent<T>::Axz, TurnedTangent<T>::Ayz;
-  using TurnedTangent<T>::sums, TurnedTangent<T>::differences;
-  Tensor3<T> V;
+struct PrincipalTangent {
+  Tensor3<T> U, V;
+  T Axx, Ayy, Azz, Axy, Axz, Ayz;
+  T same[3], other[3];   // entries of the blocks of the pairs yz, xz, xy: on and beside their diagonals
 
   template <class Law>
   PrincipalTangent(Law const& law, Tensor3<T> const& F) noexcept {
@@ -116,8 +91,8 @@ struct PrincipalTangent : TurnedTangent<T> {
     T const one = number<T>(1);
     auto const change = [&](Tensor3<T> const& d) { return law.stress_change(stretches, d); };
     Tensor3<T> const x = change({one, zero, zero, zero, zero, zero, zero, zero, zero}), y = change({zero, zero, zero, zero, one, zero, zero, zero, zero}),
-                     z = change({zero, zero, zero, zero, zero, zero, zero, zero, one});
-    Tensor3<T> A{x.xx, y.xx, z.xx, x.yy, y.yy, z.yy, x.zz, y.zz, z.zz};
+                     rest = change({zero, one, one, zero, zero, one, zero, zero, one});   // what is beside the diagonal has nothing to do with what is on it
+    Tensor3<T> A{x.xx, y.xx, rest.xx, x.yy, y.yy, rest.yy, x.zz, y.zz, rest.zz};
     T const minor = A.xx * A.yy - A.xy * A.xy, whole = determinant(A, cofactor(A));
     if (!(simd::all_below(T(zero - A.xx), NumberOf<T>{}) && simd::all_below(T(zero - minor), NumberOf<T>{}) && simd::all_below(T(zero - whole), NumberOf<T>{}))) {
       Tensor3<T> const frame = diagonalise(A);
@@ -125,18 +100,30 @@ struct PrincipalTangent : TurnedTangent<T> {
       A = (frame * Tensor3<T>{A.xx, zero, zero, zero, A.yy, zero, zero, zero, A.zz}) * transpose(frame);
     }
     Axx = A.xx, Ayy = A.yy, Azz = A.zz, Axy = A.xy, Axz = A.xz, Ayz = A.yz;
-    auto const pair = [&](int k, T const& same, T const& other) {
-      sums[k] = same + other, differences[k] = same - other;
-      simd::raise_to(sums[k], zero), simd::raise_to(differences[k], zero);
-      T const half = number<T>(0.5), sum = half * sums[k], difference = half * differences[k];
-      sums[k] = sum + difference, differences[k] = sum - difference;   // now the entries of the block
+    auto const pair = [&](int k, T const& on, T const& beside) {
+      T sum = on + beside, difference = on - beside;
+      simd::raise_to(sum, zero), simd::raise_to(difference, zero);
+      T const half = number<T>(0.5);
+      same[k] = half * (sum + difference), other[k] = half * (sum - difference);
     };
-    Tensor3<T> const yz = change({zero, zero, zero, zero, zero, one, zero, zero, zero}), xz = change({zero, zero, one, zero, zero, zero, zero, zero, zero}),
-                     xy = change({zero, one, zero, zero, zero, zero, zero, zero, zero});
-    pair(0, yz.yz, yz.zy), pair(1, xz.xz, xz.zx), pair(2, xy.xy, xy.yx);
+    pair(0, rest.yz, rest.zy), pair(1, rest.xz, rest.zx), pair(2, rest.xy, rest.yx);
   }
 
-  Tensor3<T> stress_change(Tensor3<T> const& dF) const noexcept { return this->change(dF * V) * transpose(V); }
+  Tensor3<T> stress_change(Tensor3<T> const& dF) const noexcept {
+    Tensor3<T> const M = transpose(U) * (dF * V);
+    Tensor3<T> const P{Axx * M.xx + Axy * M.yy + Axz * M.zz, same[2] * M.xy + other[2] * M.yx, same[1] * M.xz + other[1] * M.zx,
+                       same[2] * M.yx + other[2] * M.xy, Axy * M.xx + Ayy * M.yy + Ayz * M.zz, same[0] * M.yz + other[0] * M.zy,
+                       same[1] * M.zx + other[1] * M.xz, same[0] * M.zy + other[0] * M.yz, Axz * M.xx + Ayz * M.yy + Azz * M.zz};
+    return (U * P) * transpose(V);
+  }
+  Tensor3<T> turned(Tensor3<T> const& g) const noexcept { return g * V; }
+  Tensor3<T> block(Direction<T> const& a, Direction<T> const& b) const noexcept {
+    T const xx = a.x * b.x, yy = a.y * b.y, zz = a.z * b.z, xy = a.x * b.y, yx = a.y * b.x, xz = a.x * b.z, zx = a.z * b.x, yz = a.y * b.z, zy = a.z * b.y;
+    Tensor3<T> const M{Axx * xx + same[2] * yy + same[1] * zz, Axy * xy + other[2] * yx, Axz * xz + other[1] * zx,
+                       Axy * yx + other[2] * xy, same[2] * xx + Ayy * yy + same[0] * zz, Ayz * yz + other[0] * zy,
+                       Axz * zx + other[1] * xz, Ayz * zy + other[0] * yz, same[1] * xx + same[0] * yy + Azz * zz};
+    return (U * M) * transpose(U);
+  }
 
  private:
   /// 1 where a is not above the others, else 0.

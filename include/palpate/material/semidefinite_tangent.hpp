@@ -11,12 +11,23 @@
 
 namespace palpate::detail {
 
+/// Column by column.
+template <class T>
+Tensor3<T> block_of(auto const& tangent, Direction<T> const& a, Direction<T> const& b) noexcept {
+  T const o{};
+  auto const along = [&](Tensor3<T> const& dF) {
+    Tensor3<T> const P = tangent.stress_change(dF);
+    return Direction<T>{P.xx * a.x + P.xy * a.y + P.xz * a.z, P.yx * a.x + P.yy * a.y + P.yz * a.z, P.zx * a.x + P.zy * a.y + P.zz * a.z};
+  };
+  Direction<T> const x = along({b.x, b.y, b.z, o, o, o, o, o, o}), y = along({o, o, o, b.x, b.y, b.z, o, o, o}), z = along({o, o, o, o, o, o, b.x, b.y, b.z});
+  return {x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z};
+}
+
 /// A positive semidefinite part of a law's tangent at F, for many changes of F: what the law states; of an isotropic law that in the frames of its
 /// principal stretches; of another the nearest, by the eigenvalues of its 9 × 9 matrix.
-///   stress_change(dF)         what the stress changes by
-///   scale(factor)             so many times that
-///   turned(g)                 gradients in a frame of its own; dF from those, what the stress changes by there: turned().change(dF);
-///                             turned().curvatures(x, y, z, use): dF : change(dF) of dF = e_c ⊗ (x, y, z), c = 0, 1, 2
+///   stress_change(dF)   what the stress changes by
+///   turned(g)           directions, in rows, in a frame of its own; of those a and b
+///   block(a, b)         what a change of F by e ⊗ b changes of the stress along a, as a matrix of e
 template <class T, class Law>
 struct SemidefiniteTangent {
   static_assert(std::floating_point<T>);
@@ -28,16 +39,8 @@ struct SemidefiniteTangent {
     matrix = semidefinite_part<T, 9>(matrix);
   }
   Tensor3<T> turned(Tensor3<T> const& g) const noexcept { return g; }
-  SemidefiniteTangent const& turned() const noexcept { return *this; }
-  Tensor3<T> change(Tensor3<T> const& dF) const noexcept { return stress_change(dF); }
-  template <class Use>
-  void curvatures(T const& x, T const& y, T const& z, Use const& use) const noexcept {
-    T const o{};
-    auto const of_one = [&](Tensor3<T> const& dF) { return double_contraction(dF, stress_change(dF)); };
-    use(of_one({x, y, z, o, o, o, o, o, o}), of_one({o, o, o, x, y, z, o, o, o}), of_one({o, o, o, o, o, o, x, y, z}));
-  }
+  Tensor3<T> block(Direction<T> const& a, Direction<T> const& b) const noexcept { return block_of(*this, a, b); }
   Tensor3<T> stress_change(Tensor3<T> const& dF) const noexcept { return of(matrix * of(dF)); }
-  void scale(T const& by) noexcept { matrix *= by; }
 
  private:
   static Nine of(Tensor3<T> const& a) noexcept {
@@ -52,27 +55,16 @@ template <class T, class Law>
 struct SemidefiniteTangent<T, Law> {
   Law law;
   Tensor3<T> F;
-  T factor = number<T>(1);
 
   SemidefiniteTangent(Law const& of, Tensor3<T> const& at) noexcept : law(of), F(at) {}
-  void scale(T const& by) noexcept { factor = by; }
   Tensor3<T> turned(Tensor3<T> const& g) const noexcept { return g; }
-  SemidefiniteTangent const& turned() const noexcept { return *this; }
-  Tensor3<T> change(Tensor3<T> const& dF) const noexcept { return stress_change(dF); }
-  template <class Use>
-  void curvatures(T const& x, T const& y, T const& z, Use const& use) const noexcept {
-    T const o{};
-    auto const of_one = [&](Tensor3<T> const& dF) { return double_contraction(dF, stress_change(dF)); };
-    use(of_one({x, y, z, o, o, o, o, o, o}), of_one({o, o, o, x, y, z, o, o, o}), of_one({o, o, o, o, o, o, x, y, z}));
-  }
-  Tensor3<T> stress_change(Tensor3<T> const& dF) const noexcept { return factor * law.semidefinite_stress_change(F, dF); }
+  Tensor3<T> block(Direction<T> const& a, Direction<T> const& b) const noexcept { return block_of(*this, a, b); }
+  Tensor3<T> stress_change(Tensor3<T> const& dF) const noexcept { return law.semidefinite_stress_change(F, dF); }
 };
 template <class T, class Law>
   requires(IsIsotropicLaw<Law> && !HasSemidefiniteStressChange<Law, T>)
 struct SemidefiniteTangent<T, Law> : PrincipalTangent<T> {
   using PrincipalTangent<T>::PrincipalTangent;
-  Tensor3<T> turned(Tensor3<T> const& g) const noexcept { return g * this->V; }
-  TurnedTangent<T> const& turned() const noexcept { return *this; }
 };
 
 }  // namespace palpate::detail

@@ -82,11 +82,11 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     Scalar const factor = stiffness + damping * damping_.beta;
     if (factor == 0) return;
     press(OneAfterTheOther{}, rate_, Scalar(0), [&](Packs& packs) { packs.measure_changes(d); });
-    for (int b = 0; b < blocks(); ++b) packs_[at(b)].add_product(factor, d, rate_.data(), out, own(b));
+    for (int b = 0; b < blocks(); ++b) packs_[at(b)].add_product(factor, d, rate_.data(), out);
   }
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
     this->mass_diagonal(mass + damping * damping_.alpha, out);
-    for (int b = 0; b < blocks(); ++b) packs_[at(b)].add_diagonal(stiffness + damping * damping_.beta, weight_.data(), out, own(b));
+    for (int b = 0; b < blocks(); ++b) packs_[at(b)].add_diagonal(stiffness + damping * damping_.beta, weight_.data(), out);
   }
 
   /// The energy of the tetrahedra and stars that act on the chosen particles, at x: 4 × particles().size() [J].
@@ -135,18 +135,18 @@ class SolidAssembly : public AssembledParticles<Scalar> {
 
     x_.resize(this->force_columns()), v_.resize(this->force_columns()), f_.resize(this->force_columns());
     auto const name = [&](int e) { return names_[at(e)]; };
-    auto const fill = [&](int b, auto const& some, auto const& counts) {
+    auto const fill = [&](int b, auto const& some, auto const& counts, auto const& columns) {
       auto const which = [&](int k) { return some[at(k)]; };
-      packs_[at(b)].fill(this->force_columns(), nodes_, elements_, static_cast<int>(some.size()), which, name, counts);
+      packs_[at(b)].fill(this->force_columns(), nodes_, elements_, static_cast<int>(some.size()), which, name, counts, columns.first, columns.first + columns.count);
     };
     for (int b = 0; b < blocks(); ++b) {
       of_block_.clear();
       for (int e = 0; e < acting; ++e)
         if (auto const& n = nodes_[at(e)]; blocks() == 1 || std::any_of(n.begin(), n.end(), own(b))) of_block_.push_back(e);
-      fill(b, of_block_, [&](int e) { return first_[at(e)] == b; });
+      fill(b, of_block_, [&](int e) { return first_[at(e)] == b; }, own(b));
       place_stars(stars, at(b));
     }
-    fill(halo, of_halo_, [](int) { return false; });
+    fill(halo, of_halo_, [](int) { return false; }, own(0));
     place_stars(stars, halo);
   }
   /// Memory for sets of up to so many particles.
@@ -186,7 +186,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     press(run, pressure_, Scalar(1), [&](Packs& packs) { packs.measure_volumes(x); });
     if (damping_.beta != 0) press(run, rate_, Scalar(0), [&](Packs& packs) { packs.measure_growth(x, v); });
     run(blocks(), [&](int b) {
-      packs_[at(b)].add_forces(x, v, damping_.beta, pressure_.data(), rate_.data(), f, own(b));
+      packs_[at(b)].add_forces(x, v, damping_.beta, pressure_.data(), rate_.data(), f);
       if (damping_.alpha == 0) return;
       ConstPadded const velocities(v, 4, this->force_columns());
       Padded forces(f, 4, this->force_columns());

@@ -58,14 +58,16 @@ class TetrahedronPacks {
   using Element = LinearTetrahedron<Scalar, Law>;
 
   void reserve(std::size_t particles, std::size_t elements) {
-    packs_.reserve((elements + lanes - 1) / lanes), tangents_.reserve(packs_.capacity()), names_.reserve(packs_.capacity()), last_pack_of_.reserve(particles);
+    packs_.reserve((elements + lanes - 1) / lanes), tangents_.reserve(packs_.capacity()), names_.reserve(packs_.capacity()), inside_.reserve(packs_.capacity()), last_pack_of_.reserve(particles);
   }
 
   /// Holds elements[which(k)], k < count, with their nodes, all below `particles`. Where it can, no two of a pack share a node: the sum at a node waits for
-  /// the one before. name(e) is what lowest() calls it; its energy counts where counts(e).
+  /// the one before. name(e) is what lowest() calls it; its energy counts where counts(e). What they make is added to columns first … last − 1.
   template <class Which, class Name, class Counts>
-  void fill(int particles, std::span<std::array<int, 4> const> nodes, std::span<Element const> elements, int count, Which const& which, Name const& name, Counts const& counts) {
-    packs_.clear(), names_.clear(), stars_.clear();
+  void fill(int particles, std::span<std::array<int, 4> const> nodes, std::span<Element const> elements, int count, Which const& which, Name const& name, Counts const& counts,
+            int first_own, int last_own) {
+    packs_.clear(), names_.clear(), stars_.clear(), inside_.clear();
+    own_ = {4 * first_own, 4 * (last_own - first_own)};
     last_pack_of_.assign(static_cast<std::size_t>(particles), -1);
     std::array<int, window> waiting;
     int waits = 0, next = 0;
@@ -97,6 +99,7 @@ class TetrahedronPacks {
         names.name[lane] = names.name[0], names.local[lane] = -1, names.counts[lane] = false;
         put(pack, lane, nodes[static_cast<std::size_t>(last)], elements[static_cast<std::size_t>(last)], Scalar(0));
       }
+      inside_.push_back(std::all_of(&pack.starts[0][0], &pack.starts[0][0] + 4 * lanes, own_));
     }
   }
   /// Their stars: at_corners(e). Calls placed(e, slot) for each: where measured() answers for it.
@@ -117,88 +120,79 @@ class TetrahedronPacks {
   /// V J of each at x.
   void measure_volumes(Scalar const* x) noexcept {
     for (std::size_t k = 0; k < packs_.size(); ++k) {
-      Tensor3<T> const F = gradient(packs_[k], packs_[k].gradients, x);
+      Tensor3<T> const F = gradient(packs_[k], x);
       measured_[k] = packs_[k].volume * determinant(F, cofactor(F));
     }
   }
   /// V cof F(x) : dF(v) of each: how fast it grows.
   void measure_growth(Scalar const* x, Scalar const* v) noexcept {
     for (std::size_t k = 0; k < packs_.size(); ++k)
-      measured_[k] = packs_[k].volume * double_contraction(cofactor(gradient(packs_[k], packs_[k].gradients, x)), gradient(packs_[k], packs_[k].gradients, v));
+      measured_[k] = packs_[k].volume * double_contraction(cofactor(gradient(packs_[k], x)), gradient(packs_[k], v));
   }
   /// The same for a change d of the places that linearise() was at.
   void measure_changes(Scalar const* d) noexcept {
-    if constexpr (can_average)
-      for (std::size_t k = 0; k < packs_.size(); ++k) measured_[k] = double_contraction(cofactors_[k], gradient(tangents_[k], tangents_[k].gradients, d));
+    for (std::size_t k = 0; k < growths_.size(); ++k) measured_[k] = double_contraction(growths_[k], edges(tangents_[k], d));
   }
 
-  /// f += the forces at x, in the columns where own(column), with a quarter of the pressure of each star; and with a share `damping` [s] of the tangent's
+  /// f += the forces at x, in its own columns, with a quarter of the pressure of each star; and with a share `damping` [s] of the tangent's
   /// at the velocities v.
-  template <class Own>
-  void add_forces(Scalar const* x, Scalar const* v, Scalar damping, Scalar const* pressure, Scalar const* pressure_rate, Scalar* f, Own const& own) const noexcept {
+  void add_forces(Scalar const* x, Scalar const* v, Scalar damping, Scalar const* pressure, Scalar const* pressure_rate, Scalar* f) const noexcept {
     for (std::size_t k = 0; k < packs_.size(); ++k) {
       Pack const& pack = packs_[k];
-      Tensor3<T> const F = gradient(pack, pack.gradients, x);
+      Tensor3<T> const F = gradient(pack, x);
       Tensor3<T> P = stress(k, F, pressure);
       if (damping != 0) [[unlikely]]
         add_damping(k, F, v, damping, pressure, pressure_rate, P);
-      scatter(nodal_forces(P, pack.gradients, pack.volume), pack, f, own);
+      scatter(k, nodal_forces(P, pack.gradients, pack.volume), pack, f);
     }
   }
 
   void linearise(Scalar const* x, Scalar const* pressure) {
-    tangents_.clear(), cofactors_.clear();
+    tangents_.resize(packs_.size());
+    if (!stars_.empty()) growths_.resize(packs_.size());
     for (std::size_t k = 0; k < packs_.size(); ++k) {
-      Tensor3<T> const F = gradient(packs_[k], packs_[k].gradients, x);
-      auto const add = [&](auto tangent) {
-        tangent.scale(packs_[k].volume);
-        Tangent& added = tangents_.emplace_back(Tangent{tangent.turned(), tangent.turned(packs_[k].gradients), {}});
-        std::memcpy(added.nodes, packs_[k].nodes, sizeof(added.nodes));
-        if (!stars_.empty()) cofactors_.push_back(packs_[k].volume * tangent.turned(cofactor(F)));
-      };
-      if constexpr (std::is_same_v<std::remove_cvref_t<decltype(std::declval<SemidefiniteTangent<T, PackLaw> const&>().turned())>, decltype(Tangent::law)>)
-        if (stars_.empty()) {   // without the pressure's part
-          add(SemidefiniteTangent<T, PackLaw>(packs_[k].law, F));
-          continue;
-        }
-      add(FullTangent(tangent_law(k, pressure), F));
+      Tensor3<T> const F = gradient(packs_[k], x);
+      if (stars_.empty()) {   // without the pressure's part
+        set(tangents_[k], packs_[k], SemidefiniteTangent<T, PackLaw>(packs_[k].law, F));
+      } else if constexpr (can_average) {
+        set(tangents_[k], packs_[k], FullTangent(tangent_law(k, pressure), F));
+        growths_[k] = packs_[k].volume * (packs_[k].gradients * transpose(cofactor(F)));
+      }
     }
   }
-  /// out += factor · K d, in the columns where own(column), with a quarter of the change of pressure of each star.
-  template <class Own>
-  void add_product(Scalar factor, Scalar const* d, Scalar const* pressure_change, Scalar* out, Own const& own) const noexcept {
-    T const size = T{} - factor;
+  /// out += factor · K d, in its own columns, with a quarter of the change of pressure of each star.
+  void add_product(Scalar factor, Scalar const* d, Scalar const* pressure_change, Scalar* out) const noexcept {
+    T const size = T{} + factor;
     for (std::size_t k = 0; k < tangents_.size(); ++k) {
       Tangent const& tangent = tangents_[k];
-      Tensor3<T> P = tangent.law.change(gradient(tangent, tangent.gradients, d));
+      Tensor3<T> pull = tangent * edges(tangent, d);
       if constexpr (can_average)
-        if (!stars_.empty()) P = P + of_corners(k, pressure_change) * cofactors_[k];
-      scatter(nodal_forces(P, tangent.gradients, size), tangent, out, own);
+        if (!stars_.empty()) [[unlikely]]
+          pull = pull + of_corners(k, pressure_change) * growths_[k];
+      scatter(k, size * pull, tangent, out);
     }
   }
   /// The diagonal of that; a star's `weight` is κ/(4 V). What the tetrahedra of a star have in common off their own diagonals is left out.
-  template <class Own>
-  void add_diagonal(Scalar factor, Scalar const* weight, Scalar* out, Own const& own) const noexcept {
-    for (std::size_t k = 0; k < packs_.size(); ++k) {
-      Tangent const& tangent = tangents_[k];
-      Tensor3<T> const& g = tangent.gradients;
-      T const zero{}, size = zero + factor;
-      T star_size = zero;
+  void add_diagonal(Scalar factor, Scalar const* weight, Scalar* out) const noexcept {
+    T const size = T{} + factor;
+    for (std::size_t k = 0; k < tangents_.size(); ++k) {
+      Tangent const& t = tangents_[k];
+      auto const first = [&](T const& on, T const& beside) { return on + beside + beside; };   // node 0: minus the sum of the others
+      Tensor3<T> rows{t.aa.xx, t.aa.yy, t.aa.zz, t.bb.xx, t.bb.yy, t.bb.zz, t.cc.xx, t.cc.yy, t.cc.zz};
+      Direction<T> zero{first(rows.xx + rows.yx + rows.zx, t.ab.xx + t.ac.xx + t.bc.xx), first(rows.xy + rows.yy + rows.zy, t.ab.yy + t.ac.yy + t.bc.yy),
+                        first(rows.xz + rows.yz + rows.zz, t.ab.zz + t.ac.zz + t.bc.zz)};
       if constexpr (can_average)
-        if (!stars_.empty()) star_size = size * of_corners(k, weight);
-      auto const add = [&](int a, T const& x, T const& y, T const& z) {   // (x, y, z) the gradient of node a
-        tangent.law.curvatures(x, y, z, [&](T const& along_x, T const& along_y, T const& along_z) {
-          T sx = size * along_x, sy = size * along_y, sz = size * along_z;
-          if (can_average && !stars_.empty()) {
-            Tensor3<T> const& cof = cofactors_[k];
-            T const gx = cof.xx * x + cof.xy * y + cof.xz * z, gy = cof.yx * x + cof.yy * y + cof.yz * z, gz = cof.zx * x + cof.zy * y + cof.zz * z;
-            sx = sx + star_size * gx * gx, sy = sy + star_size * gy * gy, sz = sz + star_size * gz * gz;
-          }
-          simd::add_to_columns(out, tangent.nodes[a], sx, sy, sz, own);
-        });
-      };
-      add(0, zero - (g.xx + g.yx + g.zx), zero - (g.xy + g.yy + g.zy), zero - (g.xz + g.yz + g.zz));
-      add(1, g.xx, g.xy, g.xz), add(2, g.yx, g.yy, g.yz), add(3, g.zx, g.zy, g.zz);
+        if (!stars_.empty()) {
+          Tensor3<T> const& g = growths_[k];
+          T const each = of_corners(k, weight), x = g.xx + g.yx + g.zx, y = g.xy + g.yy + g.zy, z = g.xz + g.yz + g.zz;
+          rows = rows + each * Tensor3<T>{g.xx * g.xx, g.xy * g.xy, g.xz * g.xz, g.yx * g.yx, g.yy * g.yy, g.yz * g.yz, g.zx * g.zx, g.zy * g.zy, g.zz * g.zz};
+          zero = {zero.x + each * x * x, zero.y + each * y * y, zero.z + each * z * z};
+        }
+      rows = size * rows;
+      simd::add_to_columns(out, t.starts[0], T(size * zero.x), T(size * zero.y), T(size * zero.z), own_);
+      simd::add_to_columns(out, t.starts[1], rows.xx, rows.xy, rows.xz, own_);
+      simd::add_to_columns(out, t.starts[2], rows.yx, rows.yy, rows.yz, own_);
+      simd::add_to_columns(out, t.starts[3], rows.zx, rows.zy, rows.zz, own_);
     }
   }
 
@@ -206,7 +200,7 @@ class TetrahedronPacks {
   Scalar energy(Scalar const* x) const noexcept {
     Scalar sum = 0;
     for (std::size_t k = 0; k < packs_.size(); ++k) {
-      Tensor3<T> const F = gradient(packs_[k], packs_[k].gradients, x);
+      Tensor3<T> const F = gradient(packs_[k], x);
       T const each = packs_[k].volume * energy_density(k, F);
       for (int lane = 0; lane < lanes; ++lane)
         if (names_[k].counts[lane]) sum += lane_of(each, lane);
@@ -216,7 +210,7 @@ class TetrahedronPacks {
   LowestDeterminant<Scalar> lowest(Scalar const* x) const noexcept {
     LowestDeterminant<Scalar> found;
     for (std::size_t k = 0; k < packs_.size(); ++k) {
-      Tensor3<T> const F = gradient(packs_[k], packs_[k].gradients, x);
+      Tensor3<T> const F = gradient(packs_[k], x);
       T const J = determinant(F, cofactor(F));
       if (simd::all_below(T(number<T>(static_cast<double>(found.value)) - J), Scalar(0))) continue;
       for (int lane = 0; lane < lanes; ++lane)
@@ -230,7 +224,7 @@ class TetrahedronPacks {
     Tensor3<T> gradients;
     T volume;
     PackLaw law;
-    int nodes[4][lanes];
+    int starts[4][lanes];   // of the nodes' columns
   };
   struct Names {
     int name[lanes], local[lanes];
@@ -239,13 +233,37 @@ class TetrahedronPacks {
   struct Corners {
     int star[4][lanes];
   };
-  /// The tangent's part and the gradients that it takes, turned alike.
   using FullTangent = SemidefiniteTangent<T, TangentLaw>;
-  struct Tangent {
-    std::remove_cvref_t<decltype(std::declval<FullTangent const&>().turned())> law;   // of the whole tetrahedron: times its volume
-    Tensor3<T> gradients;
-    int nodes[4][lanes];
+  struct Symmetric3 {
+    T xx, xy, xz, yy, yz, zz;
+    void operator=(Tensor3<T> const& m) noexcept { xx = m.xx, xy = m.xy, xz = m.xz, yy = m.yy, yz = m.yz, zz = m.zz; }
   };
+  /// The stiffness between the three edges from node 0, whose numbers are half of those between four nodes.
+  struct Tangent {
+    Symmetric3 aa, bb, cc;
+    Tensor3<T> ab, ac, bc;
+    int starts[4][lanes];
+
+    /// What the changes d of the edges, in rows, pull at nodes 1, 2 and 3.
+    [[gnu::always_inline]] friend Tensor3<T> operator*(Tangent const& t, Tensor3<T> const& d) noexcept {
+      return {((t.aa.xx * d.xx + t.aa.xy * d.xy + t.aa.xz * d.xz) + (t.ab.xx * d.yx + t.ab.xy * d.yy + t.ab.xz * d.yz)) + (t.ac.xx * d.zx + t.ac.xy * d.zy + t.ac.xz * d.zz),
+              ((t.aa.xy * d.xx + t.aa.yy * d.xy + t.aa.yz * d.xz) + (t.ab.yx * d.yx + t.ab.yy * d.yy + t.ab.yz * d.yz)) + (t.ac.yx * d.zx + t.ac.yy * d.zy + t.ac.yz * d.zz),
+              ((t.aa.xz * d.xx + t.aa.yz * d.xy + t.aa.zz * d.xz) + (t.ab.zx * d.yx + t.ab.zy * d.yy + t.ab.zz * d.yz)) + (t.ac.zx * d.zx + t.ac.zy * d.zy + t.ac.zz * d.zz),
+              ((t.ab.xx * d.xx + t.ab.yx * d.xy + t.ab.zx * d.xz) + (t.bb.xx * d.yx + t.bb.xy * d.yy + t.bb.xz * d.yz)) + (t.bc.xx * d.zx + t.bc.xy * d.zy + t.bc.xz * d.zz),
+              ((t.ab.xy * d.xx + t.ab.yy * d.xy + t.ab.zy * d.xz) + (t.bb.xy * d.yx + t.bb.yy * d.yy + t.bb.yz * d.yz)) + (t.bc.yx * d.zx + t.bc.yy * d.zy + t.bc.yz * d.zz),
+              ((t.ab.xz * d.xx + t.ab.yz * d.xy + t.ab.zz * d.xz) + (t.bb.xz * d.yx + t.bb.yz * d.yy + t.bb.zz * d.yz)) + (t.bc.zx * d.zx + t.bc.zy * d.zy + t.bc.zz * d.zz),
+              ((t.ac.xx * d.xx + t.ac.yx * d.xy + t.ac.zx * d.xz) + (t.bc.xx * d.yx + t.bc.yx * d.yy + t.bc.zx * d.yz)) + (t.cc.xx * d.zx + t.cc.xy * d.zy + t.cc.xz * d.zz),
+              ((t.ac.xy * d.xx + t.ac.yy * d.xy + t.ac.zy * d.xz) + (t.bc.xy * d.yx + t.bc.yy * d.yy + t.bc.zy * d.yz)) + (t.cc.xy * d.zx + t.cc.yy * d.zy + t.cc.yz * d.zz),
+              ((t.ac.xz * d.xx + t.ac.yz * d.xy + t.ac.zz * d.xz) + (t.bc.xz * d.yx + t.bc.yz * d.yy + t.bc.zz * d.yz)) + (t.cc.xz * d.zx + t.cc.yz * d.zy + t.cc.zz * d.zz)};
+    }
+  };
+  static void set(Tangent& of, Pack const& pack, auto const& tangent) noexcept {
+    Tensor3<T> const g = tangent.turned(pack.gradients);
+    Direction<T> const a{g.xx, g.xy, g.xz}, b{g.yx, g.yy, g.yz}, c{g.zx, g.zy, g.zz};
+    auto const put = [&](auto& to, Direction<T> const& from, Direction<T> const& by) { to = pack.volume * tangent.block(from, by); };
+    put(of.aa, a, a), put(of.bb, b, b), put(of.cc, c, c), put(of.ab, a, b), put(of.ac, a, c), put(of.bc, b, c);
+    std::memcpy(of.starts, pack.starts, sizeof(of.starts));
+  }
 
   static Scalar lane_of(T const& numbers, int lane) noexcept {
     if constexpr (lanes == 1)
@@ -290,7 +308,7 @@ class TetrahedronPacks {
   [[gnu::noinline]] void add_damping(std::size_t k, Tensor3<T> const& F, Scalar const* v, Scalar damping, Scalar const* pressure, Scalar const* pressure_rate,
                                      Tensor3<T>& P) const noexcept {
     FullTangent const tangent(tangent_law(k, pressure), F);
-    P = P + number<T>(static_cast<double>(damping)) * tangent.stress_change(gradient(packs_[k], packs_[k].gradients, v));
+    P = P + number<T>(static_cast<double>(damping)) * tangent.stress_change(gradient(packs_[k], v));
     if constexpr (can_average)
       if (!stars_.empty()) P = P + (number<T>(static_cast<double>(damping)) * of_corners(k, pressure_rate)) * cofactor(F);
   }
@@ -310,34 +328,49 @@ class TetrahedronPacks {
   }
   static void put(Pack& pack, int lane, std::array<int, 4> const& nodes, Element const& element, Scalar volume) noexcept {
     set(pack.gradients, lane, element.gradients()), set(pack.law, lane, element.law()), set(pack.volume, lane, volume);
-    for (std::size_t a = 0; a < 4; ++a) pack.nodes[a][lane] = nodes[a];
+    for (std::size_t a = 0; a < 4; ++a) pack.starts[a][lane] = 4 * nodes[a];
   }
 
-  /// Σ_a (x_a − x_0) ⊗ ∇N_a.
-  [[gnu::always_inline]] static Tensor3<T> gradient(auto const& pack, Tensor3<T> const& gradients, Scalar const* x) noexcept {
+  /// x_a − x_0, in rows.
+  [[gnu::always_inline]] static Tensor3<T> edges(auto const& pack, Scalar const* x) noexcept {
     T ox, oy, oz;
     Tensor3<T> rows;
-    simd::load_columns(ox, oy, oz, x, pack.nodes[0]);
-    simd::load_columns(rows.xx, rows.xy, rows.xz, x, pack.nodes[1]);
-    simd::load_columns(rows.yx, rows.yy, rows.yz, x, pack.nodes[2]);
-    simd::load_columns(rows.zx, rows.zy, rows.zz, x, pack.nodes[3]);
-    rows = {rows.xx - ox, rows.xy - oy, rows.xz - oz, rows.yx - ox, rows.yy - oy, rows.yz - oz, rows.zx - ox, rows.zy - oy, rows.zz - oz};
-    return transpose(rows) * gradients;
+    simd::load_columns(ox, oy, oz, x, pack.starts[0]);
+    simd::load_columns(rows.xx, rows.xy, rows.xz, x, pack.starts[1]);
+    simd::load_columns(rows.yx, rows.yy, rows.yz, x, pack.starts[2]);
+    simd::load_columns(rows.zx, rows.zy, rows.zz, x, pack.starts[3]);
+    return {rows.xx - ox, rows.xy - oy, rows.xz - oz, rows.yx - ox, rows.yy - oy, rows.yz - oz, rows.zx - ox, rows.zy - oy, rows.zz - oz};
   }
-  template <class Own>
-  [[gnu::always_inline]] static void scatter(Tensor3<T> const& f, auto const& pack, Scalar* columns, Own const& own) noexcept {
-    simd::add_to_columns(columns, pack.nodes[0], T(T{} - (f.xx + f.yx + f.zx)), T(T{} - (f.xy + f.yy + f.zy)), T(T{} - (f.xz + f.yz + f.zz)), own);
-    simd::add_to_columns(columns, pack.nodes[1], f.xx, f.xy, f.xz, own);
-    simd::add_to_columns(columns, pack.nodes[2], f.yx, f.yy, f.yz, own);
-    simd::add_to_columns(columns, pack.nodes[3], f.zx, f.zy, f.zz, own);
+  /// Σ_a (x_a − x_0) ⊗ ∇N_a.
+  [[gnu::always_inline]] static Tensor3<T> gradient(Pack const& pack, Scalar const* x) noexcept { return transpose(edges(pack, x)) * pack.gradients; }
+  [[gnu::always_inline]] void scatter(std::size_t k, Tensor3<T> const& f, auto const& pack, Scalar* columns) const noexcept {
+    if (inside_[k])
+      add_to_nodes(f, pack, columns, [](int) { return true; });
+    else
+      add_to_own_nodes(f, pack, columns);
+  }
+  [[gnu::noinline]] void add_to_own_nodes(Tensor3<T> const& f, auto const& pack, Scalar* columns) const noexcept { add_to_nodes(f, pack, columns, own_); }
+  [[gnu::always_inline]] static void add_to_nodes(Tensor3<T> const& f, auto const& pack, Scalar* columns, auto const& own) noexcept {
+    simd::add_to_columns(columns, pack.starts[0], T(T{} - (f.xx + f.yx + f.zx)), T(T{} - (f.xy + f.yy + f.zy)), T(T{} - (f.xz + f.yz + f.zz)), own);
+    simd::add_to_columns(columns, pack.starts[1], f.xx, f.xy, f.xz, own);
+    simd::add_to_columns(columns, pack.starts[2], f.yx, f.yy, f.yz, own);
+    simd::add_to_columns(columns, pack.starts[3], f.zx, f.zy, f.zz, own);
   }
 
+  /// Whether a column that starts there is its own.
+  struct Own {
+    int first, count;
+    bool operator()(int start) const noexcept { return static_cast<unsigned>(start - first) < static_cast<unsigned>(count); }
+  };
+
   std::vector<Pack> packs_;
+  Own own_{};
+  std::vector<char> inside_;        // of each pack: all its nodes are its own
   std::vector<Names> names_;
   std::vector<Corners> stars_;      // empty without stars
   std::vector<T> measured_;
   std::vector<Tangent> tangents_;   // of each since linearise()
-  std::vector<Tensor3<T>> cofactors_;   // with stars: V cof F, turned like the gradients
+  std::vector<Tensor3<T>> growths_;   // with stars: V ∂J/∂x of nodes 1, 2, 3
   std::vector<int> last_pack_of_;   // of each particle, while they are filled
 };
 
