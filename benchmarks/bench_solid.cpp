@@ -3,7 +3,8 @@
 // a loop over the elements' 12 x 12 matrices' blocks, by material, scalar and size (cubes of 5 alternating tetrahedra: 8^3, 16^3, 28^3 of
 // them).
 // And: what nodal pressure adds to a step (asked: at most 2); a millisecond of a block of 5 kPa and edges of 7 mm in stable leapfrog steps, from 10^3 to 10^6
-// tetrahedra; an implicit step of 10 ms with 25 iterations, its residual, and one to a residual of 1e-3.
+// tetrahedra; an implicit step of 10 ms with 25 iterations, its residual, and one to a residual of 1e-3, without and with an assembled
+// stiffness.
 //   bench_solid                              as it was compiled
 //   BENCH=solid sh benchmarks/step.sh        compiled with plain -O2, -O3, with AVX2 and for this processor, one after the other
 // prints, for each, the median of plain time / library time over rounds that run both in turn (above 1 the library is faster) and the best time of both
@@ -120,8 +121,8 @@ void in_turn(benchmark::State& state, double tetrahedra, int rounds, Plain const
 }
 
 template <class S, class M>
-FiniteElements<S, M> solid(TetrahedralMesh<S> const& mesh) {
-  return {mesh, {.density = S(1000), .material = {.young = S(5000), .poisson = S(0.45)}}};
+FiniteElements<S, M> solid(TetrahedralMesh<S> const& mesh, Stiffness stiffness = Stiffness::matrix_free) {
+  return {mesh, {.density = S(1000), .material = {.young = S(5000), .poisson = S(0.45)}, .stiffness = stiffness}};
 }
 
 template <class S, class M>
@@ -229,12 +230,12 @@ void millisecond(benchmark::State& state) {
 }
 
 /// A backward-Euler step of 10 ms with 25 iterations: its time, the residual reached, and the time of a step to 1e-3.
-template <class M>
+template <class M, Stiffness stiffness>
 void implicit_step(benchmark::State& state) {
   int const n = static_cast<int>(state.range(0));
   auto const mesh = make_block<double>(n + 1, n + 1, n + 1, 0.007, BlockPattern::alternating);
   auto const make = [&](BackwardEuler const& integrator) {
-    auto tissue = solid<double, M>(mesh);
+    auto tissue = solid<double, M>(mesh, stiffness);
     tissue.nail(vertices_where(mesh, [](auto const& p) { return p.z() < 1e-6; }));
     SoftBody body(std::move(tissue), integrator, WholeBody{});
     body.set_gravity({0, 0, -9.81});
@@ -271,7 +272,9 @@ BENCHMARK(tangent_product<double, StableNeoHookean<double>>)->Arg(16)->Unit(benc
 BENCHMARK(tangent_product<float, StableNeoHookean<float>>)->Arg(16)->Unit(benchmark::kMillisecond);
 BENCHMARK(nodal_pressure<double, StableNeoHookean<double>>)->Arg(16)->Unit(benchmark::kMillisecond);
 BENCHMARK(millisecond<double, StableNeoHookean<double>>)->Arg(6)->Arg(9)->Arg(16)->Arg(27)->Arg(58)->Unit(benchmark::kMillisecond);
-BENCHMARK(implicit_step<StableNeoHookean<double>>)->Arg(5)->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
-BENCHMARK(implicit_step<Corotational<double>>)->Arg(5)->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(implicit_step<StableNeoHookean<double>, Stiffness::matrix_free>)->Arg(5)->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(implicit_step<StableNeoHookean<double>, Stiffness::assembled>)->Arg(5)->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(implicit_step<Corotational<double>, Stiffness::matrix_free>)->Arg(5)->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(implicit_step<Corotational<double>, Stiffness::assembled>)->Arg(5)->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
 
 }  // namespace

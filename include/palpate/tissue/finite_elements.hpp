@@ -26,6 +26,12 @@ enum class Pressure {
   nodal,     ///< the tetrahedra of a material round a node together, averaged nodal pressure: at most twice the cost
 };
 
+/// How implicit steps and statics multiply with the stiffness.
+enum class Stiffness {
+  matrix_free,   ///< tetrahedron by tetrahedron
+  assembled,     ///< by the row of a sparse matrix: half the time for many iterations; takes longer to gather, so for whole bodies that are not cut
+};
+
 /// What a solid is made of.
 template <RealScalar Scalar, class M>
 struct SolidOptions {
@@ -35,6 +41,7 @@ struct SolidOptions {
   /// ε: edges are (1 − ε) × as long at rest as in the mesh, so that the tissue is in tension and a cut gapes. 0 ≤ ε < 1.
   Scalar prestrain = 0;
   Pressure pressure = Pressure::element;
+  Stiffness stiffness = Stiffness::matrix_free;
 };
 /// The same of a material that states no bulk modulus: it has no nodal pressure.
 template <RealScalar Scalar, class M>
@@ -44,6 +51,7 @@ struct SolidOptions<Scalar, M> {
   M material{};
   RayleighDamping<Scalar> damping{};
   Scalar prestrain = 0;
+  Stiffness stiffness = Stiffness::matrix_free;
 };
 
 /// An elastic solid: linear tetrahedra of a material, total Lagrangian, their mass lumped at the nodes.
@@ -78,7 +86,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   using DefaultIntegrator = BackwardEuler;
 
   FiniteElements(TetrahedralMesh<Scalar> const& mesh, Options const& options)
-      : Base(mesh, make_list(mesh, options)), damping_(options.damping), prestrain_(options.prestrain), group_(static_cast<std::size_t>(tetrahedra()), 0) {
+      : Base(mesh, make_list(mesh, options)), damping_(options.damping), prestrain_(options.prestrain), assembles_(options.stiffness == Stiffness::assembled), group_(static_cast<std::size_t>(tetrahedra()), 0) {
     if constexpr (can_average) averages_ = options.pressure == Pressure::nodal;
     find_stars();
   }
@@ -90,6 +98,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   PressureStars<Scalar> const& stars() const noexcept { return stars_; }
   RayleighDamping<Scalar> const& damping() const noexcept { return damping_; }
   Scalar link_prestrain() const noexcept { return prestrain_; }
+  bool assembles_stiffness() const noexcept { return assembles_; }
 
   /// These tetrahedra are of another material from now on, and weigh what it does. With nodal pressure they share it with each other, not with the rest.
   void set_material(std::span<int const> some, M const& material, Scalar density) {
@@ -355,6 +364,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
 
   RayleighDamping<Scalar> damping_;
   Scalar prestrain_;
+  bool assembles_;
   bool averages_ = false;
   std::vector<int> group_;   // of each tetrahedron: those of one share a material
   PressureStars<Scalar> stars_;

@@ -72,8 +72,10 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   void linearise(X const& x, Scalar const* /*inverse_mass*/) {
     static_assert(is_padded<X>);
     press(OneAfterTheOther{}, pressure_, Scalar(1), [&](Packs& packs) { packs.measure_volumes(x.data()); });
-    for (int b = 0; b < blocks(); ++b) packs_[at(b)].linearise(x.data(), pressure_.data());
-    if (has_halo()) packs_[halo].linearise(x.data(), pressure_.data());
+    if (!rows_.empty()) rows_.set_zero();
+    for (int b = 0; b < blocks(); ++b) packs_[at(b)].linearise(x.data(), pressure_.data(), rows_);
+    if (has_halo()) packs_[halo].linearise(x.data(), pressure_.data(), rows_);
+    if (!rows_.empty()) rows_.mirror();
   }
   /// out = (mass M + damping C + stiffness K) d, and the diagonal of that matrix, with stars nearly: 4 × particles().size(), contiguous, the fourth row 0;
   /// d is zero in the border's columns, out's border columns are overwritten with partial sums.
@@ -83,10 +85,12 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     if (factor == 0) return;
     press(OneAfterTheOther{}, rate_, Scalar(0), [&](Packs& packs) { packs.measure_changes(d); });
     for (int b = 0; b < blocks(); ++b) packs_[at(b)].add_product(factor, d, rate_.data(), out);
+    if (!rows_.empty()) rows_.add_product(factor, d, out);
   }
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
     this->mass_diagonal(mass + damping * damping_.alpha, out);
     for (int b = 0; b < blocks(); ++b) packs_[at(b)].add_diagonal(stiffness + damping * damping_.beta, weight_.data(), out);
+    if (!rows_.empty()) rows_.add_diagonal(stiffness + damping * damping_.beta, out);
   }
 
   /// The energy of the tetrahedra and stars that act on the chosen particles, at x: 4 × particles().size() [J].
@@ -107,7 +111,8 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     return found;
   }
 
-  /// Gathers the tetrahedra of `tissue` that act on the particles in `chosen`; asks it for size(), mass(i), list() and elements_at(i), its stars and damping.
+  /// Gathers the tetrahedra of `tissue` that act on the particles in `chosen`; asks it for size(), mass(i), list() and elements_at(i), its stars, damping, and
+  /// assembles_stiffness().
   template <class Tissue>
   void build(Tissue const& tissue, std::span<int const> chosen) {
     auto const& list = tissue.list();
@@ -148,6 +153,10 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     }
     fill(halo, of_halo_, [](int) { return false; }, own(0));
     place_stars(stars, halo);
+    rows_.clear();
+    if (!tissue.assembles_stiffness()) return;
+    rows_.build(moving(), std::span(nodes_).first(at(acting)));
+    for (auto& packs : packs_) packs.find_places(rows_);
   }
   /// Memory for sets of up to so many particles.
   template <class Tissue>
@@ -159,6 +168,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     nodes_.reserve(elements), elements_.reserve(elements);
     for (auto& packs : packs_)
       if (&packs == packs_.data() || count >= 2 * Base::min_block_size) packs.reserve(at(count), elements);
+    if (tissue.assembles_stiffness()) rows_.reserve(at(count), elements);
     if (stars > 0) packs_[halo].reserve(at(count), elements), star_place_.reserve(stars), chosen_stars_.reserve(stars);
     for (auto* values : {&pressure_, &rate_, &bulk_, &volume_, &weight_}) values->reserve(stars);
   }
@@ -266,6 +276,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   std::vector<int> star_place_, chosen_stars_;   // star of the tissue → here, and back
   std::vector<Scalar> bulk_, volume_, weight_;   // of each chosen star
   std::array<Sums, Base::max_blocks + 1> sums_;
+  detail::StiffnessRows<Scalar> rows_;   // empty where it is not assembled
   mutable std::array<Packs, Base::max_blocks + 1> packs_;   // what is measured is kept in them
   mutable std::vector<Scalar> pressure_, rate_;
   mutable PaddedColumns<Scalar> x_, v_, f_;   // of columns that have no fourth row

@@ -7,6 +7,7 @@
 #include <palpate/material/semidefinite_tangent.hpp>
 #include <palpate/material/with_pressure.hpp>
 #include <palpate/tissue/linear_tetrahedron.hpp>
+#include <palpate/tissue/stiffness_rows.hpp>
 
 #include <algorithm>
 #include <array>
@@ -66,7 +67,7 @@ class TetrahedronPacks {
   template <class Which, class Name, class Counts>
   void fill(int particles, std::span<std::array<int, 4> const> nodes, std::span<Element const> elements, int count, Which const& which, Name const& name, Counts const& counts,
             int first_own, int last_own) {
-    packs_.clear(), names_.clear(), stars_.clear(), inside_.clear();
+    packs_.clear(), names_.clear(), stars_.clear(), inside_.clear(), places_.clear();
     own_ = {4 * first_own, 4 * (last_own - first_own)};
     last_pack_of_.assign(static_cast<std::size_t>(particles), -1);
     std::array<int, window> waiting;
@@ -131,7 +132,7 @@ class TetrahedronPacks {
   }
   /// The same for a change d of the places that linearise() was at.
   void measure_changes(Scalar const* d) noexcept {
-    for (std::size_t k = 0; k < growths_.size(); ++k) measured_[k] = double_contraction(growths_[k], edges(tangents_[k], d));
+    for (std::size_t k = 0; k < growths_.size(); ++k) measured_[k] = double_contraction(growths_[k], edges(packs_[k], d));
   }
 
   /// f += the forces at x, in its own columns, with a quarter of the pressure of each star; and with a share `damping` [s] of the tangent's
@@ -147,20 +148,42 @@ class TetrahedronPacks {
     }
   }
 
-  void linearise(Scalar const* x, Scalar const* pressure) {
-    tangents_.resize(packs_.size());
+  /// Those that count add their tangents to these rows from now on, and keep none.
+  void find_places(StiffnessRows<Scalar> const& rows) {
+    for (std::size_t k = 0; k < packs_.size(); ++k) {
+      Places& places = places_.emplace_back();
+      for (std::size_t p = 0; p < rows.pairs; ++p)
+        for (int lane = 0; lane < lanes; ++lane) {
+          int const i = packs_[k].starts[rows.pair[p][0]][lane] / 4, j = packs_[k].starts[rows.pair[p][1]][lane] / 4;
+          int const place = names_[k].counts[lane] ? rows.place(std::min(i, j), std::max(i, j)) : -1;
+          places.starts[p][lane] = place < 0 ? -9 : 9 * place;
+          set(places.mirrored[p], lane, j < i ? Scalar(1) : Scalar(0));
+        }
+    }
+  }
+  void linearise(Scalar const* x, Scalar const* pressure, StiffnessRows<Scalar>& rows) {
+    tangents_.resize(places_.empty() ? packs_.size() : 0);
     if (!stars_.empty()) growths_.resize(packs_.size());
     for (std::size_t k = 0; k < packs_.size(); ++k) {
       Tensor3<T> const F = gradient(packs_[k], x);
+      auto const keep = [&](auto const& law) {
+        if (!places_.empty()) {
+          Tangent assembled;
+          set(assembled, packs_[k], law);
+          add(assembled, places_[k], rows);
+        } else {
+          set(tangents_[k], packs_[k], law);
+        }
+      };
       if (stars_.empty()) {   // without the pressure's part
-        set(tangents_[k], packs_[k], SemidefiniteTangent<T, PackLaw>(packs_[k].law, F));
+        keep(SemidefiniteTangent<T, PackLaw>(packs_[k].law, F));
       } else if constexpr (can_average) {
-        set(tangents_[k], packs_[k], FullTangent(tangent_law(k, pressure), F));
+        keep(FullTangent(tangent_law(k, pressure), F));
         growths_[k] = packs_[k].volume * (packs_[k].gradients * transpose(cofactor(F)));
       }
     }
   }
-  /// out += factor · K d, in its own columns, with a quarter of the change of pressure of each star.
+  /// out += factor · K d, in its own columns, with a quarter of the change of pressure of each star; without what is in rows.
   void add_product(Scalar factor, Scalar const* d, Scalar const* pressure_change, Scalar* out) const noexcept {
     T const size = T{} + factor;
     for (std::size_t k = 0; k < tangents_.size(); ++k) {
@@ -171,16 +194,23 @@ class TetrahedronPacks {
           pull = pull + of_corners(k, pressure_change) * growths_[k];
       scatter(k, size * pull, tangent, out);
     }
+    if (places_.empty() || stars_.empty()) return;
+    for (std::size_t k = 0; k < packs_.size(); ++k) scatter(k, (size * of_corners(k, pressure_change)) * growths_[k], packs_[k], out);
   }
   /// The diagonal of that; a star's `weight` is κ/(4 V). What the tetrahedra of a star have in common off their own diagonals is left out.
   void add_diagonal(Scalar factor, Scalar const* weight, Scalar* out) const noexcept {
-    T const size = T{} + factor;
-    for (std::size_t k = 0; k < tangents_.size(); ++k) {
-      Tangent const& t = tangents_[k];
-      auto const first = [&](T const& on, T const& beside) { return on + beside + beside; };   // node 0: minus the sum of the others
-      Tensor3<T> rows{t.aa.xx, t.aa.yy, t.aa.zz, t.bb.xx, t.bb.yy, t.bb.zz, t.cc.xx, t.cc.yy, t.cc.zz};
-      Direction<T> zero{first(rows.xx + rows.yx + rows.zx, t.ab.xx + t.ac.xx + t.bc.xx), first(rows.xy + rows.yy + rows.zy, t.ab.yy + t.ac.yy + t.bc.yy),
-                        first(rows.xz + rows.yz + rows.zz, t.ab.zz + t.ac.zz + t.bc.zz)};
+    if (!places_.empty() && stars_.empty()) return;
+    T const size = T{} + factor, none{};
+    for (std::size_t k = 0; k < packs_.size(); ++k) {
+      Tensor3<T> rows{none, none, none, none, none, none, none, none, none};
+      Direction<T> zero{none, none, none};   // of node 0: minus the sum of the others
+      if (places_.empty()) {
+        Tangent const& t = tangents_[k];
+        auto const first = [&](T const& on, T const& beside) { return on + beside + beside; };
+        rows = {t.aa.xx, t.aa.yy, t.aa.zz, t.bb.xx, t.bb.yy, t.bb.zz, t.cc.xx, t.cc.yy, t.cc.zz};
+        zero = {first(rows.xx + rows.yx + rows.zx, t.ab.xx + t.ac.xx + t.bc.xx), first(rows.xy + rows.yy + rows.zy, t.ab.yy + t.ac.yy + t.bc.yy),
+                first(rows.xz + rows.yz + rows.zz, t.ab.zz + t.ac.zz + t.bc.zz)};
+      }
       if constexpr (can_average)
         if (!stars_.empty()) {
           Tensor3<T> const& g = growths_[k];
@@ -189,10 +219,11 @@ class TetrahedronPacks {
           zero = {zero.x + each * x * x, zero.y + each * y * y, zero.z + each * z * z};
         }
       rows = size * rows;
-      simd::add_to_columns(out, t.starts[0], T(size * zero.x), T(size * zero.y), T(size * zero.z), own_);
-      simd::add_to_columns(out, t.starts[1], rows.xx, rows.xy, rows.xz, own_);
-      simd::add_to_columns(out, t.starts[2], rows.yx, rows.yy, rows.yz, own_);
-      simd::add_to_columns(out, t.starts[3], rows.zx, rows.zy, rows.zz, own_);
+      auto const& starts = packs_[k].starts;
+      simd::add_to_columns(out, starts[0], T(size * zero.x), T(size * zero.y), T(size * zero.z), own_);
+      simd::add_to_columns(out, starts[1], rows.xx, rows.xy, rows.xz, own_);
+      simd::add_to_columns(out, starts[2], rows.yx, rows.yy, rows.yz, own_);
+      simd::add_to_columns(out, starts[3], rows.zx, rows.zy, rows.zz, own_);
     }
   }
 
@@ -233,9 +264,15 @@ class TetrahedronPacks {
   struct Corners {
     int star[4][lanes];
   };
+  /// Of each two nodes in the rows.
+  struct Places {
+    T mirrored[StiffnessRows<Scalar>::pairs];   // 1 where it is the other's row
+    int starts[StiffnessRows<Scalar>::pairs][lanes];
+  };
   using FullTangent = SemidefiniteTangent<T, TangentLaw>;
   struct Symmetric3 {
     T xx, xy, xz, yy, yz, zz;
+    operator Tensor3<T>() const noexcept { return {xx, xy, xz, xy, yy, yz, xz, yz, zz}; }
     void operator=(Tensor3<T> const& m) noexcept { xx = m.xx, xy = m.xy, xz = m.xz, yy = m.yy, yz = m.yz, zz = m.zz; }
   };
   /// The stiffness between the three edges from node 0, whose numbers are half of those between four nodes.
@@ -263,6 +300,22 @@ class TetrahedronPacks {
     auto const put = [&](auto& to, Direction<T> const& from, Direction<T> const& by) { to = pack.volume * tangent.block(from, by); };
     put(of.aa, a, a), put(of.bb, b, b), put(of.cc, c, c), put(of.ab, a, b), put(of.ac, a, c), put(of.bc, b, c);
     std::memcpy(of.starts, pack.starts, sizeof(of.starts));
+  }
+
+  static void add(Tangent const& t, Places const& places, StiffnessRows<Scalar>& rows) noexcept {
+    T const none{}, minus = none - number<T>(1);
+    Tensor3<T> const aa = t.aa, bb = t.bb, cc = t.cc;
+    Tensor3<T> const oa = minus * ((aa + transpose(t.ab)) + transpose(t.ac)), ob = minus * ((t.ab + bb) + transpose(t.bc)), oc = minus * ((t.ac + t.bc) + cc);
+    Tensor3<T> blocks[] = {minus * ((oa + ob) + oc), aa, bb, cc, oa, ob, oc, t.ab, t.ac, t.bc};
+    for (std::size_t p = 4; p < StiffnessRows<Scalar>::pairs; ++p)
+      blocks[p] = (number<T>(1) - places.mirrored[p]) * blocks[p] + places.mirrored[p] * transpose(blocks[p]);
+    auto const add_all = [&](int column, auto const& x, auto const& y, auto const& z) {   // what is four numbers wide overlaps the next column: not at once
+      for (std::size_t p = 0; p < StiffnessRows<Scalar>::pairs; ++p)
+        simd::add_to_columns(rows.values() + 3 * column, places.starts[p], x(blocks[p]), y(blocks[p]), z(blocks[p]), [](int start) { return start >= 0; });
+    };
+    add_all(0, [](auto& m) { return m.xx; }, [](auto& m) { return m.yx; }, [](auto& m) { return m.zx; });
+    add_all(1, [](auto& m) { return m.xy; }, [](auto& m) { return m.yy; }, [](auto& m) { return m.zy; });
+    add_all(2, [](auto& m) { return m.xz; }, [](auto& m) { return m.yz; }, [](auto& m) { return m.zz; });
   }
 
   static Scalar lane_of(T const& numbers, int lane) noexcept {
@@ -365,6 +418,7 @@ class TetrahedronPacks {
 
   std::vector<Pack> packs_;
   Own own_{};
+  std::vector<Places> places_;      // empty where the tangent is not assembled
   std::vector<char> inside_;        // of each pack: all its nodes are its own
   std::vector<Names> names_;
   std::vector<Corners> stars_;      // empty without stars

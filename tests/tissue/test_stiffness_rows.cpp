@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "allocation_trap.hpp"
+#include "catch.hpp"
+
+#include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/material/corotational.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/vertices_where.hpp>
+#include <palpate/testing/tissue.hpp>
+#include <palpate/tissue/finite_elements.hpp>
+
+#include <Eigen/Dense>
+
+#include <cmath>
+#include <cstdlib>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+template <class S, class M>
+FiniteElements<S, M> assembled(TetrahedralMesh<S> const& mesh, Pressure pressure, RayleighDamping<S> const& damping = {}) {
+  return {mesh, {.density = 1000, .material = {.young = 3000, .poisson = S(0.45)}, .damping = damping, .pressure = pressure, .stiffness = Stiffness::assembled}};
+}
+
+}  // namespace
+
+// Yardstick: the dense sum of the tetrahedra's and stars' blocks, one by one.
+TEMPLATE_TEST_CASE("an assembled stiffness is the sum of the elements', for a body and for a part of it", "[tissue][stiffness_rows]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  std::srand(11);
+  S const tolerance = std::same_as<S, float> ? S(2e-5) : S(1e-12);
+  auto mesh = make_block<S>(4, 4, 4, S(0.01), BlockPattern::alternating);
+  for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) mesh.points.col(i) += S(0.0015) * Vector3<S>::Random();
+  int const n = static_cast<int>(mesh.points.cols());
+  for (Pressure const pressure : {Pressure::element, Pressure::nodal}) {
+    auto const tissue = assembled<S, StableNeoHookean<S>>(mesh, pressure);
+    Matrix3X<S> const x = mesh.points + S(2e-3) * Matrix3X<S>::Random(3, n);
+    using Dense = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
+    Dense dense = Dense::Zero(3 * n, 3 * n);
+    tissue.for_each_stiffness_block(x, [&](int i, int j, Matrix<S, 3, 3> const& block) { dense.template block<3, 3>(3 * i, 3 * j) += block; });
+    for (int const count : {n, 20}) {
+      std::vector<int> chosen(static_cast<std::size_t>(count));
+      std::iota(chosen.begin(), chosen.end(), 0);
+      typename FiniteElements<S, StableNeoHookean<S>>::Assembly assembly;
+      tissue.assemble(chosen, assembly);
+      int const columns = static_cast<int>(assembly.particles().size());
+      Matrix<S, 4, Dynamic> at = Matrix<S, 4, Dynamic>::Zero(4, columns), d = at, product = at, diagonal = at;
+      Eigen::Matrix<S, Eigen::Dynamic, 1> change = Eigen::Matrix<S, Eigen::Dynamic, 1>::Zero(3 * n);
+      for (int k = 0; k < columns; ++k) at.col(k).template head<3>() = x.col(assembly.particles()[static_cast<std::size_t>(k)]);
+      for (int k = 0; k < count; ++k) change.template segment<3>(3 * k) = d.col(k).template head<3>() = Vector3<S>::Random();
+      assembly.linearise(PaddedView<S>(at.data(), 4, columns), nullptr);
+      assembly.multiply_tangent(S(0), S(0), S(2), d.data(), product.data());
+      assembly.tangent_diagonal(S(0), S(0), S(2), diagonal.data());
+      Eigen::Matrix<S, Eigen::Dynamic, 1> const expected = 2 * (dense * change);
+      for (int k = 0; k < count; ++k) {
+        CHECK((product.col(k).template head<3>() - expected.template segment<3>(3 * k)).norm() <= tolerance * expected.norm());
+        CHECK(product(3, k) == S(0));
+        if (pressure == Pressure::element)   // with stars the diagonal is near it
+          for (int c = 0; c < 3; ++c) CHECK(std::abs(diagonal(c, k) - 2 * dense(3 * k + c, 3 * k + c)) <= tolerance * dense.norm());
+      }
+    }
+  }
+}
+
+TEMPLATE_TEST_CASE("a solid with an assembled stiffness keeps the laws of tissues", "[tissue][stiffness_rows]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const mesh = make_block<S>(3, 3, 3, S(0.01), BlockPattern::alternating);
+  for (Pressure const pressure : {Pressure::element, Pressure::nodal}) {
+    CHECK(testing::check_tissue(assembled<S, StableNeoHookean<S>>(mesh, pressure, {.alpha = 3, .beta = S(1e-3)}), {.displacement = 0.05}) == testing::Violations{});
+    CHECK(testing::check_tissue(assembled<S, Corotational<S>>(mesh, pressure), {.displacement = 0.05}) == testing::Violations{});
+  }
+}
+
+// Yardstick: steps without the matrix, which solve the same equations to the same residual.
+TEST_CASE("implicit steps with an assembled stiffness go where those without it do, and allocate nothing", "[tissue][stiffness_rows]") {
+  auto const mesh = make_block<double>(9, 4, 4, 0.01, BlockPattern::alternating);
+  auto const fixed = vertices_where(mesh, [](auto const& p) { return p.x() < 1e-6; });
+  auto const body_of = [&](Stiffness stiffness) {
+    FiniteElements tissue(mesh, SolidOptions<double, StableNeoHookean<double>>{.density = 1000, .material = {.young = 5000, .poisson = 0.45}, .stiffness = stiffness});
+    tissue.nail(vertices_where(mesh, [](auto const& p) { return p.x() < 1e-6; }));
+    SoftBody body(std::move(tissue), BackwardEuler{.tolerance = 1e-10, .max_iterations = 2000});
+    body.set_gravity({0, 0, -9.81});
+    body.step(0.01);
+    return body;
+  };
+  auto with = body_of(Stiffness::assembled), without = body_of(Stiffness::matrix_free);
+  palpate_test::AllocationCount const allocations;
+  for (int k = 0; k < 20; ++k) with.step(0.01);
+  CHECK(allocations.count() == 0);
+  for (int k = 0; k < 20; ++k) without.step(0.01);
+  double const moved = (without.positions() - mesh.points).norm();
+  CHECK(moved > 1e-2);
+  CHECK((with.positions() - without.positions()).norm() <= 1e-7 * moved);
+}
