@@ -5,6 +5,7 @@
 #include <palpate/simulator/budget.hpp>
 
 #include <chrono>
+#include <limits>
 #include <string>
 
 using namespace palpate;
@@ -81,6 +82,34 @@ TEST_CASE("in lock-step there are no periods and no wake-ups, before the first t
   statistics.servo = statistics.body = untimed;
   CHECK(bottleneck(statistics).what.empty());
   CHECK(budget_text(statistics).find("of 0") == std::string::npos);
+}
+
+TEST_CASE("a forecast compares the stable step times its cost with the tick", "[simulator][budget]") {
+  SimulatorStatistics statistics;
+  CHECK(to_text(step_forecast(statistics)).empty());
+  statistics.body = ticked(2ms, {60us, 180us}, {60us, 264us});
+  BodyCounts& body = statistics.body_counts;
+  body.ticks = 100, body.steps = 200, body.steps_allowed = 100, body.stable_step = 1.14e-3;
+  StepForecast const two = step_forecast(statistics);
+  CHECK(two.steps == 2);
+  CHECK(two.step_cost == Approx(90e-6).epsilon(1.0 / 32));
+  CHECK(two.share() == Approx(0.09).epsilon(1.0 / 32));
+  CHECK(!two.falls_behind());
+  CHECK(to_text(two) == "forecast: steps up to 1140 µs are stable, 2 steps a tick of 2000 µs, 90 µs each: 9 % of it\n");
+  body.stable_step = 1.05e-4;   // after an edit: 20 steps of 90 µs
+  CHECK(step_forecast(statistics).steps == 20);
+  CHECK(step_forecast(statistics).share() == Approx(0.9).epsilon(1.0 / 32));
+  CHECK(step_forecast(statistics).falls_behind());
+  CHECK(budget_text(statistics).find("20 steps a tick of 2000 µs, 90 µs each: 90 % of it; the body will fall behind: a coarser mesh, ") != std::string::npos);
+  body.stable_step = 1e-5;
+  CHECK(step_forecast(statistics).falls_behind());
+  CHECK(to_text(step_forecast(statistics)).find("200 steps a tick of 2000 µs where 100 are allowed, ") != std::string::npos);
+  body.stable_step = std::numeric_limits<double>::infinity(), body.steps = 100;
+  CHECK(to_text(step_forecast(statistics)) == "forecast: any step is stable, 1 step a tick of 2000 µs, 180 µs each: 9 % of it\n");
+  statistics.body = ticked(2ms, {60us, 1900us}, {60us, 1900us});
+  CHECK(to_text(step_forecast(statistics)).find("the body will fall behind: compute fewer particles") != std::string::npos);
+  body.stable_step = 0.0;
+  CHECK(to_text(step_forecast(statistics)) == "forecast: no step of the body is stable: give it damping, or another integrator\n");
 }
 
 TEST_CASE("a body that lags is told, with how far, why, and what to do", "[simulator][budget]") {

@@ -18,6 +18,7 @@
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
 #include <palpate/force/tissue_reaction.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/validation.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
@@ -505,6 +506,35 @@ TEST_CASE("statistics say how many ticks ran and how long they took", "[simulato
   CHECK(statistics.body.compute().max() >= statistics.body.compute().p50());
   simulator.run(0.25);
   CHECK(simulator.statistics().servo.ticks() == 750);
+}
+
+// Yardstick: the stable step of leapfrog that the body itself states, over the tick of run_realtime.
+TEST_CASE("a simulator says before its first tick, and after a cut, whether the body will keep up", "[simulator][budget]") {
+  auto const sheet = [](double stiffness) {
+    MassSpring<double> tissue(make_grid<double>(11, 11, 0.005), {.mass = {.total = 0.1}, .link = {.stiffness = stiffness}});
+    tissue.nail(0);
+    return Simulator(ScriptedDevice<double>(stroke<double>()), SoftBody(std::move(tissue), LeapfrogVerlet{}, WholeBody{}), NoCutter<double>{}, NoForce{});
+  };
+  auto soft = sheet(20.0), stiff = sheet(2e9);
+  StepForecast const before = soft.forecast();
+  CHECK(before.stable_step == Approx(soft.body().stable_step()).epsilon(1e-3));
+  CHECK(before.period == 1.0 / SimulatorOptions{}.body_rate);
+  CHECK(before.steps == static_cast<int>(std::ceil(before.period / before.stable_step)));
+  CHECK(before.step_cost > 0.0);
+  CHECK(before.step_cost < 0.1);
+  CHECK(stiff.forecast().falls_behind());
+  CHECK(stiff.forecast().steps > SimulatorOptions{}.max_body_steps);
+  CHECK(stiff.statistics().body_counts.capped == 0);   // nothing has happened yet
+  auto same = sheet(20.0);
+  std::string const expected = same.run(0.1).to_csv();
+  CHECK(soft.run(0.1).to_csv() == expected);   // the forecast changed nothing
+
+  auto cut = session<double>();
+  double const whole = cut.forecast().stable_step;
+  cut.run(0.9);
+  REQUIRE(cut.cutter().report().particles_added > 0);
+  CHECK(cut.forecast().stable_step < whole);   // smaller triangles
+  CHECK(cut.forecast().stable_step >= cut.body().guaranteed_stable_step());
 }
 
 TEMPLATE_TEST_CASE("a lock-step tick of palpation allocates nothing", "[simulator]", PALPATE_TEST_SCALARS) {

@@ -27,6 +27,8 @@ struct BodyCounts {
   std::uint64_t diverged = 0;        ///< steps refused because they diverged; the rest of the tick is left out
   int max_steps_a_tick = 0;
   int max_steps_wanted = 0;          ///< of a capped tick; 1e9 where no step is stable
+  int steps_allowed = 0;             ///< in a tick: SimulatorOptions::max_body_steps
+  double stable_step = 0.0;          ///< s, the last one found; infinite where any step is stable
   double seconds = 0.0;              ///< of simulated time, that the ticks were to cover
   double lag = 0.0;                  ///< s of that, which were left out: the body is so far behind the hand
 };
@@ -50,6 +52,7 @@ class BodyLoop {
 
   BodyLoop(BodyType body, CutterType cutter, ContactCoupling const& coupling, int max_steps)
       : body_(std::move(body)), cutter_(std::move(cutter)), coupling_(coupling), max_steps_(max_steps) {
+    counts_.steps_allowed = max_steps;
     find_stable_step();
   }
 
@@ -172,6 +175,7 @@ class BodyLoop {
     stable_for_ = revision();
     ticks_unseen_ = 0;
     ++counts_.stable_steps;
+    counts_.stable_step = static_cast<double>(stable_step_);
   }
 
   /// The largest step for a tick of h seconds.

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/substeps.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/simulator/simulator_statistics.hpp>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -84,6 +86,45 @@ inline std::string to_text(ForceSaturation const& force) {
   return text;
 }
 
+/// What the body's next ticks will take, if a step costs what one has cost so far: known before the body falls behind, and anew as soon as a tick has found
+/// the stable step that an edit left. The contact's coupling is solved with each step and lets any stable step be, see ContactCoupling.
+struct StepForecast {
+  double stable_step = 0.0;   ///< s; infinite where any step is stable
+  int steps = 0;              ///< that a tick needs; 1e9 where none is stable
+  int allowed = 0;
+  double step_cost = 0.0;     ///< s, contact and cutting included, at the median; 0: not known
+  double period = 0.0;        ///< s, of a tick
+
+  /// Of its period, that a tick will take.
+  double share() const noexcept { return period > 0.0 ? steps * step_cost / period : 0.0; }
+  /// More steps than allowed, or more than four fifths of the period: what comes besides, a cut or a late wake-up, does not fit any more.
+  bool falls_behind() const noexcept { return steps > allowed || share() > 0.8; }
+};
+
+/// From what was counted so far; steps are 0 where nothing was.
+inline StepForecast step_forecast(SimulatorStatistics const& statistics) noexcept {
+  BodyCounts const& body = statistics.body_counts;
+  StepForecast forecast{.stable_step = body.stable_step, .allowed = body.steps_allowed, .period = std::chrono::duration<double>(statistics.body.target()).count()};
+  if (body.steps > 0) forecast.step_cost = std::chrono::duration<double>(statistics.body.compute().p50()).count() * static_cast<double>(body.ticks) / static_cast<double>(body.steps);
+  if (body.steps_allowed > 0 && forecast.period > 0.0) forecast.steps = split_duration(forecast.period, body.stable_step, body.steps_allowed).wanted;
+  return forecast;
+}
+
+/// One line; empty where nothing is known.
+inline std::string to_text(StepForecast const& forecast) {
+  if (forecast.steps == 0) return {};
+  if (!(forecast.stable_step > 0.0)) return "forecast: no step of the body is stable: give it damping, or another integrator\n";
+  auto const in_microseconds = [](double seconds) { return detail::rounded(1e6 * seconds) + " µs"; };
+  std::string text = "forecast: " + (std::isfinite(forecast.stable_step) ? "steps up to " + in_microseconds(forecast.stable_step) + " are stable" : std::string("any step is stable"));
+  text += detail::message(", ", forecast.steps, forecast.steps == 1 ? " step" : " steps", " a tick of ", in_microseconds(forecast.period));
+  if (forecast.steps > forecast.allowed) text += detail::message(" where ", forecast.allowed, " are allowed");
+  if (forecast.step_cost > 0.0) text += detail::message(", ", in_microseconds(forecast.step_cost), " each: ", detail::rounded(100.0 * forecast.share()), " % of it");
+  if (forecast.falls_behind())
+    text += forecast.steps > 1 ? "; the body will fall behind: a coarser mesh, more mass, softer tissue or less damping make the stable step longer, BackwardEuler takes any"
+                               : "; the body will fall behind: compute fewer particles, allow an implicit step fewer iterations, or lower SimulatorOptions::body_rate";
+  return text + "\n";
+}
+
 /// How far the body is behind the hand, why, and what to do, in one line; empty where it is not, and some step is stable. A body that lags moves in
 /// slow motion.
 inline std::string lag_text(BodyCounts const& body) {
@@ -106,6 +147,7 @@ inline std::string lag_text(BodyCounts const& body) {
 ///   body: tick 180 µs (p99 260 µs) of 2000 µs at 500 Hz: 9 % (p99 13 %), 1.8 steps a tick; 0 overruns, 0 skipped in 750 ticks
 ///     period 2000 µs (p99 2050 µs, longest 2200 µs), woken 60 µs late (p99 110 µs)
 ///   next bottleneck: the body's computing, 13 % of its period at p99; it may take 7.69 times as long
+///   forecast: steps up to 1140 µs are stable, 2 steps a tick of 2000 µs, 100 µs each: 10 % of it
 /// After it, where there is reason to, how far the body lags, `lag_text`, and what the limit of force did, `to_text(ForceSaturation)`.
 /// Share      computing time / period aimed at, at the median and at p99. Steps a tick are a mean. Times of a quantile are within 1/32.
 /// For        `simulator.statistics()` after a run, `simulator.live_statistics()` during one. Not for the servo: it allocates.
@@ -122,7 +164,7 @@ inline std::string budget_text(SimulatorStatistics const& statistics) {
     text += first.share <= 1.0 ? detail::message("it may take ", detail::rounded(1.0 / first.share), " times as long\n")
                                : detail::message("that is ", detail::rounded(first.share), " times what there is\n");
   }
-  return text + lag_text(body) + to_text(statistics.servo_counts.saturation);
+  return text + to_text(step_forecast(statistics)) + lag_text(body) + to_text(statistics.servo_counts.saturation);
 }
 
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <palpate/core/triple_buffer.hpp>
 #include <palpate/device/session.hpp>
 #include <palpate/simulator/body_loop.hpp>
+#include <palpate/simulator/budget.hpp>
 #include <palpate/simulator/pacer.hpp>
 #include <palpate/simulator/realtime_thread.hpp>
 #include <palpate/simulator/recording.hpp>
@@ -227,7 +228,24 @@ class Simulator {
     all.body_counts = loop_.counts();
     return all;
   }
-  /// The same while a run goes on, from any number of other threads: at most 50 ticks old.
+  /// Whether the body will keep up with its ticks, also before the first: then a copy of it takes two steps, whose second is timed, and a tick is one of
+  /// run_realtime. Between runs, or from `after_tick`; it changes nothing.
+  StepForecast forecast() const {
+    SimulatorStatistics all = statistics();
+    if (all.body.target().count() == 0) aim(all.body, options_.body_rate);
+    StepForecast forecast = step_forecast(all);
+    if constexpr (std::copyable<Body>) {
+      if (forecast.step_cost > 0.0 || !(forecast.stable_step > 0.0)) return forecast;
+      Body copy(loop_.body());
+      Scalar const h = static_cast<Scalar>(std::min(forecast.period, forecast.stable_step));
+      copy.step(h);   // gathers
+      auto const started = std::chrono::steady_clock::now();
+      copy.step(h);
+      forecast.step_cost = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    }
+    return forecast;
+  }
+  /// statistics() while a run goes on, from any number of other threads: at most 50 ticks old.
   SimulatorStatistics live_statistics() const noexcept { return live_->statistics(); }
   /// What the servo's thread of the last real-time run, or of the one that goes on, was granted of `SimulatorOptions::realtime`.
   RealtimeReport realtime_report() const noexcept { return live_->report(); }
@@ -374,6 +392,7 @@ class Simulator {
     double const period = 1.0 / options_.body_rate;
     double since_snapshot = 0.0;
     std::uint64_t since_live = 0;   // ticks
+    double stable_step = 0.0;       // s, of the last one
     bool placed = false;
     statistics_.body.pause();
     Pacer pacer(options_.body_rate);
@@ -400,7 +419,9 @@ class Simulator {
       }
       statistics_.body.add(TickTiming{slot.due, started, std::chrono::steady_clock::now()});
       statistics_.body.add_skipped(slot.skipped);
-      if (since_live++ % live_every == 0) live_->publish_body(statistics_.body, loop_.counts());
+      bool const is_other = loop_.counts().stable_step != stable_step;   // what forecasts follow from is told at once
+      stable_step = loop_.counts().stable_step;
+      if (since_live++ % live_every == 0 || is_other) live_->publish_body(statistics_.body, loop_.counts());
     }
     live_->publish_body(statistics_.body, loop_.counts());
   }
