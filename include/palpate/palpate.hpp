@@ -61,6 +61,7 @@
 #include <palpate/material/principal_tangent.hpp>
 #include <palpate/material/st_venant_kirchhoff.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/material/viscoelastic.hpp>
 
 // tissue: what the body is made of
 #include <palpate/tissue/concept.hpp>

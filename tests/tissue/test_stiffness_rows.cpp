@@ -8,6 +8,8 @@
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/vertices_where.hpp>
+#include <palpate/region/whole_body.hpp>
+#include <palpate/region/zone_of_influence.hpp>
 #include <palpate/testing/tissue.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 
@@ -81,20 +83,34 @@ TEMPLATE_TEST_CASE("a solid with an assembled stiffness keeps the laws of tissue
 TEST_CASE("implicit steps with an assembled stiffness go where those without it do, and allocate nothing", "[tissue][stiffness_rows]") {
   auto const mesh = make_block<double>(9, 4, 4, 0.01, BlockPattern::alternating);
   auto const fixed = vertices_where(mesh, [](auto const& p) { return p.x() < 1e-6; });
-  auto const body_of = [&](Stiffness stiffness) {
+  auto const body_of = [&](Stiffness stiffness, auto const& region) {
     FiniteElements tissue(mesh, SolidOptions<double, StableNeoHookean<double>>{.density = 1000, .material = {.young = 5000, .poisson = 0.45}, .stiffness = stiffness});
     tissue.nail(vertices_where(mesh, [](auto const& p) { return p.x() < 1e-6; }));
-    SoftBody body(std::move(tissue), BackwardEuler{.tolerance = 1e-10, .max_iterations = 2000});
-    body.set_gravity({0, 0, -9.81});
+    SoftBody body(std::move(tissue), BackwardEuler{.tolerance = 1e-10, .max_iterations = 2000}, region);
     body.step(0.01);
     return body;
   };
-  auto with = body_of(Stiffness::assembled), without = body_of(Stiffness::matrix_free);
-  palpate_test::AllocationCount const allocations;
-  for (int k = 0; k < 20; ++k) with.step(0.01);
-  CHECK(allocations.count() == 0);
-  for (int k = 0; k < 20; ++k) without.step(0.01);
-  double const moved = (without.positions() - mesh.points).norm();
-  CHECK(moved > 1e-2);
-  CHECK((with.positions() - without.positions()).norm() <= 1e-7 * moved);
+  auto const compare = [&](auto with, auto without, long most_allocations) {
+    int const first = with.nearest_vertex({0.08, 0.03, 0.03}), second = with.nearest_vertex({0.04, 0.0, 0.03});
+    auto const push = [&](auto& body) {   // a zone goes from one to the other
+      for (int k = 0; k < 20; ++k) {
+        body.apply_force(k < 10 ? first : second, {0, 0, -0.05});
+        body.step(0.01);
+      }
+    };
+    for (auto* body : {&with, &without}) body->apply_force(first, {0, 0, -0.05}), body->step(0.01);
+    auto const allocations = [&](auto& body) {
+      palpate_test::AllocationCount const count;
+      push(body);
+      return count.count();
+    };
+    long const of_rows = allocations(with), of_none = allocations(without);
+    CHECK(of_rows == of_none);   // one where a zone is larger than any before
+    CHECK(of_rows <= most_allocations);
+    double const moved = (without.positions() - mesh.points).norm();
+    CHECK(moved > 1e-3);
+    CHECK((with.positions() - without.positions()).norm() <= 1e-6 * moved);
+  };
+  compare(body_of(Stiffness::assembled, WholeBody{}), body_of(Stiffness::matrix_free, WholeBody{}), 0);
+  compare(body_of(Stiffness::assembled, ZoneOfInfluence{.rings = 3}), body_of(Stiffness::matrix_free, ZoneOfInfluence{.rings = 3}), 1);
 }

@@ -214,6 +214,10 @@ class BodyMotion : public BodyShape<TissueType> {
     for (auto* columns : {&state_.velocity, &state_.remembered, &state_.applied, &state_.load}) columns->view().setZero();
     state_.held.assign(state_.held.size(), 0);
     held_.clear(), forces_.clear();
+    if constexpr (HasHistory<Tissue>) {
+      tissue_.forget();
+      system_.take_history(tissue_);
+    }
     moving_.restart(gravity_ != home_gravity_ || revision() != home_revision_);   // else the home shape is in balance
     remembers_ = tree_is_fitted_ = false;
     time_ = last_step_ = 0;
@@ -319,6 +323,10 @@ class BodyMotion : public BodyShape<TissueType> {
   }
   void end_step(Scalar h) {
     time_ += h;
+    if constexpr (HasHistory<Tissue>) {
+      tissue_.remember(positions(), h);
+      system_.take_history(tissue_);
+    }
   }
 
   std::size_t moving_count() const noexcept { return moving_.particles().size(); }

@@ -169,6 +169,11 @@ class BodySystem {
   {
     return assembly_.energy_rounding();
   }
+  void take_history(Tissue const& tissue) noexcept
+    requires HasHistory<Tissue>
+  {
+    assembly_.take_history(tissue);
+  }
   /// Of the elements that act on the moving particles, where they are.
   auto lowest_determinant() noexcept
     requires HasLowestDeterminant<Tissue>

@@ -55,6 +55,23 @@ struct Tensor3 {
   }
 };
 
+/// A symmetric one.
+template <class T>
+struct SymmetricTensor3 {
+  T xx{}, yy{}, zz{}, xy{}, xz{}, yz{};
+
+  [[gnu::always_inline]] operator Tensor3<T>() const noexcept { return {xx, xy, xz, xy, yy, yz, xz, yz, zz}; }
+  friend SymmetricTensor3 operator+(SymmetricTensor3 const& a, SymmetricTensor3 const& b) noexcept {
+    return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz};
+  }
+  friend SymmetricTensor3 operator*(T const& f, SymmetricTensor3 const& a) noexcept { return {f * a.xx, f * a.yy, f * a.zz, f * a.xy, f * a.xz, f * a.yz}; }
+};
+/// Of a tensor that is symmetric, or taken to be.
+template <class T>
+[[gnu::always_inline]] inline SymmetricTensor3<T> upper_triangle(Tensor3<T> const& a) noexcept {
+  return {a.xx, a.yy, a.zz, a.xy, a.xz, a.yz};
+}
+
 template <class T>
 [[gnu::always_inline]] inline Tensor3<T> transpose(Tensor3<T> const& a) noexcept {
   return {a.xx, a.yx, a.zx, a.xy, a.yy, a.zy, a.xz, a.yz, a.zz};

@@ -15,6 +15,7 @@
 ///   static constexpr bool isotropic = true                                 ψ depends on the principal stretches alone      IsIsotropicLaw
 ///   T bulk_modulus() const                                                 κ at small strain [Pa], for Pressure::nodal     HasBulkModulus
 ///   Tensor3<T> semidefinite_stress_change(F, dF) const                     a positive semidefinite part of the tangent     HasSemidefiniteStressChange
+///   tangent_law() const                                                    a law whose positive semidefinite tangent is to be taken    HasTangentLaw
 /// Battery
 ///   testing::to_text(testing::check_material<double>(MyLaw<double>{...})) == ""
 /// In use

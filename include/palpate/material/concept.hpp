@@ -91,6 +91,19 @@ concept HasBulkModulus = MaterialLaw<L, T> && requires(L const& law) {
   { law.bulk_modulus() } -> std::convertible_to<T>;
 };
 
+/// Refinement: its tangent may be taken to be another law's, whose positive semidefinite part is known: tangent_law().
+template <class L, class T>
+concept HasTangentLaw = MaterialLaw<L, T> && requires(L const& law) {
+  requires MaterialLaw<std::remove_cvref_t<decltype(law.tangent_law())>, T>;
+};
+
+/// Refinement: remembers what it went through: as a law that each element has a copy of, whose `faded` stress a PronyHistory moves on.
+template <class L>
+concept HasFadedStress = requires(L& law) {
+  law.faded;
+  law.tangent_law();
+};
+
 /// Refinement: refuses deformations that turn an element over, J = det F ≤ 0: accepts(J).
 template <class L, class Scalar>
 concept RefusesInversion = MaterialLaw<L, Scalar> && requires(L const& law, Scalar J) {

@@ -8,6 +8,8 @@
 #include <palpate/material/principal_tangent.hpp>
 
 #include <concepts>
+#include <type_traits>
+#include <utility>
 
 namespace palpate::detail {
 
@@ -60,6 +62,12 @@ struct SemidefiniteTangent<T, Law> {
   Tensor3<T> turned(Tensor3<T> const& g) const noexcept { return g; }
   Tensor3<T> block(Direction<T> const& a, Direction<T> const& b) const noexcept { return block_of(*this, a, b); }
   Tensor3<T> stress_change(Tensor3<T> const& dF) const noexcept { return law.semidefinite_stress_change(F, dF); }
+};
+template <class T, class Law>
+  requires(HasTangentLaw<Law, T> && !HasSemidefiniteStressChange<Law, T>)
+struct SemidefiniteTangent<T, Law> : SemidefiniteTangent<T, std::remove_cvref_t<decltype(std::declval<Law const&>().tangent_law())>> {
+  using Other = SemidefiniteTangent<T, std::remove_cvref_t<decltype(std::declval<Law const&>().tangent_law())>>;
+  SemidefiniteTangent(Law const& law, Tensor3<T> const& F) noexcept : Other(law.tangent_law(), F) {}
 };
 template <class T, class Law>
   requires(IsIsotropicLaw<Law> && !HasSemidefiniteStressChange<Law, T>)

@@ -4,6 +4,8 @@
 #include <palpate/core/tensor3.hpp>
 #include <palpate/material/concept.hpp>
 
+#include <type_traits>
+
 namespace palpate {
 
 /// A law whose own resistance to volume, κ/2 (J − 1)², is taken out, under a pressure p from outside instead (tension is positive):
@@ -16,6 +18,11 @@ struct WithPressure {
 
   static constexpr bool isotropic = IsIsotropicLaw<Law>;
 
+  auto tangent_law() const noexcept
+    requires HasTangentLaw<Law, T>
+  {
+    return WithPressure<T, std::remove_cvref_t<decltype(law.tangent_law())>>{law.tangent_law(), bulk, pressure};
+  }
   T energy(Tensor3<T> const& F) const noexcept {
     T const volume = determinant(F, cofactor(F)) - number<T>(1);
     return law.energy(F) + (pressure - number<T>(0.5) * bulk * volume) * volume;

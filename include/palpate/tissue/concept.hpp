@@ -247,6 +247,15 @@ concept HasDefaultIntegrator = requires { typename T::DefaultIntegrator; };
 template <class T>
 concept HasFastTangent = HasTangentOperator<T> && requires { requires T::Assembly::fast_tangent; };
 
+/// Refinement: remembers: remember(x, h) after a step of h seconds that ended at x, forget() as the body is reset; then its Assembly takes what is
+/// remembered. All of it belongs to what a copy of the tissue copies.
+template <class T>
+concept HasHistory = HasSubsetForces<T> && requires(T& tissue, typename T::Assembly& assembly, Matrix3X<typename T::Scalar> const& x, typename T::Scalar h) {
+  tissue.remember(x, h);
+  tissue.forget();
+  assembly.take_history(tissue);
+};
+
 /// Refinement: says at positions x which of its elements is nearest to being turned over, and its J = det F; so does its Assembly, of those that act.
 template <class T>
 concept HasLowestDeterminant = HasSubsetForces<T> && requires(T const& tissue, typename T::Assembly const& assembly, Matrix3X<typename T::Scalar> const& x) {

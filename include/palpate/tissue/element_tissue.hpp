@@ -210,6 +210,12 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     }
   };
 
+  /// Each element of a kind, for what it remembers.
+  template <class E, class Visit>
+  void visit_elements(Visit const& visit) {
+    auto& list = std::get<Kind<E>>(kinds_).list;
+    for (std::size_t e = 0; e < list.elements.size(); ++e) visit(list.elements[e], list.nodes[e], e);
+  }
   /// change(nodes at rest, element) → what takes the place of each of these elements. What the tissue weighs changes with them.
   template <class E, class Change>
   void change_elements(std::span<int const> some, Change const& change) {

@@ -3,6 +3,7 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/material/concept.hpp>
+#include <palpate/material/viscoelastic.hpp>
 #include <palpate/material/with_pressure.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/tissue/element_tissue.hpp>
@@ -77,7 +78,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   using Law = detail::LawOf<M>;
   using Base = ElementTissue<Scalar, LinearTetrahedron<Scalar, typename Law::type>>;
   using Columns = NodeColumns<Scalar, 4>;
-  static constexpr bool can_average = HasBulkModulus<typename Law::type, Scalar>;
+  static constexpr bool can_average = HasBulkModulus<typename Law::type, Scalar>, remembers = HasFadedStress<typename Law::type>;
 
  public:
   using Element = LinearTetrahedron<Scalar, typename Law::type>;
@@ -88,6 +89,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   FiniteElements(TetrahedralMesh<Scalar> const& mesh, Options const& options)
       : Base(mesh, make_list(mesh, options)), damping_(options.damping), prestrain_(options.prestrain), assembles_(options.stiffness == Stiffness::assembled), group_(static_cast<std::size_t>(tetrahedra()), 0) {
     if constexpr (can_average) averages_ = options.pressure == Pressure::nodal;
+    if constexpr (remembers) history_.resize(group_.size());
     find_stars();
   }
 
@@ -107,8 +109,28 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     for (int const t : some) detail::check_index("tetrahedron", t, tetrahedra());
     int const group = 1 + *std::max_element(group_.begin(), group_.end());
     for (int const t : some) group_[static_cast<std::size_t>(t)] = group;
+    if constexpr (remembers)
+      for (int const t : some) history_[static_cast<std::size_t>(t)] = {};
     this->template change_elements<Element>(some, [&](auto const& rest, Element const&) { return element(rest, law, density, prestrain_); });
     find_stars();
+  }
+
+  /// A step of h seconds has ended at x: what the tetrahedra remember is moved on, of all of them.
+  template <class X>
+  void remember(X const& x, Scalar h) noexcept
+    requires remembers
+  {
+    PronyStep<Scalar> step(h);
+    this->template visit_elements<Element>([&](Element& element, auto const& nodes, std::size_t e) {
+      element.law().faded = history_[e].advance(element.law(), element.deformation_gradient(gather(nodes, x)), step);
+    });
+  }
+  /// As if it had always been at rest.
+  void forget() noexcept
+    requires remembers
+  {
+    std::fill(history_.begin(), history_.end(), PronyHistory<Scalar>{});
+    this->template visit_elements<Element>([](Element& element, auto const&, std::size_t) { element.law().faded = {}; });
   }
 
   void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
@@ -365,6 +387,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   RayleighDamping<Scalar> damping_;
   Scalar prestrain_;
   bool assembles_;
+  std::vector<PronyHistory<Scalar>> history_;   // of each tetrahedron, where the law remembers
   bool averages_ = false;
   std::vector<int> group_;   // of each tetrahedron: those of one share a material
   PressureStars<Scalar> stars_;

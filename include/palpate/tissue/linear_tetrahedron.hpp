@@ -39,6 +39,7 @@ class LinearTetrahedron {
   Scalar volume() const noexcept { return volume_; }
   Scalar mass() const noexcept { return density_ * volume_; }
   Law const& law() const noexcept { return law_; }
+  Law& law() noexcept { return law_; }
   /// ∇N of nodes 1, 2, 3 [1/m], in rows.
   Tensor3<Scalar> const& gradients() const noexcept { return gradients_; }
 

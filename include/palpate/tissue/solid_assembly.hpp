@@ -158,6 +158,13 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     rows_.build(moving(), std::span(nodes_).first(at(acting)));
     for (auto& packs : packs_) packs.find_places(rows_);
   }
+  /// Takes what the tissue's elements remember, where they do.
+  template <class Tissue>
+  void take_history(Tissue const& tissue) noexcept
+    requires HasFadedStress<Law>
+  {
+    for (int b = 0; b < blocks(); ++b) packs_[at(b)].take_faded(tissue.list().elements);
+  }
   /// Memory for sets of up to so many particles.
   template <class Tissue>
   void reserve(Tissue const& tissue, int count, int /*triangles*/) {
@@ -167,9 +174,9 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     for (auto* some : {&place_, &names_, &first_, &of_block_, &of_halo_, &slot_}) some->reserve(elements);
     nodes_.reserve(elements), elements_.reserve(elements);
     for (auto& packs : packs_)
-      if (&packs == packs_.data() || count >= 2 * Base::min_block_size) packs.reserve(at(count), elements);
-    if (tissue.assembles_stiffness()) rows_.reserve(at(count), elements);
-    if (stars > 0) packs_[halo].reserve(at(count), elements), star_place_.reserve(stars), chosen_stars_.reserve(stars);
+      if (&packs == packs_.data() || count >= 2 * Base::min_block_size) packs.reserve(at(count), elements, tissue.assembles_stiffness());
+    if (tissue.assembles_stiffness()) rows_.build(tissue.size(), tissue.list().nodes), rows_.clear();
+    if (stars > 0) packs_[halo].reserve(at(count), elements, tissue.assembles_stiffness()), star_place_.reserve(stars), chosen_stars_.reserve(stars);
     for (auto* values : {&pressure_, &rate_, &bulk_, &volume_, &weight_}) values->reserve(stars);
   }
 

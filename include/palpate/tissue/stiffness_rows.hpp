@@ -22,12 +22,8 @@ class StiffnessRows {
   static constexpr std::array<std::array<std::size_t, 2>, pairs> pair = {{{0, 0}, {1, 1}, {2, 2}, {3, 3}, {0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
   bool empty() const noexcept { return first_.empty(); }
-  void clear() noexcept { first_.clear(); }
-  void reserve(std::size_t particles, std::size_t elements) {
-    first_.reserve(particles + 1), diagonal_.reserve(particles), column_.reserve(16 * elements + particles), mirror_.reserve(column_.capacity());
-    values_.reserve(9 * column_.capacity() + 1);
-  }
-  /// The blocks of `particles` and these elements; nothing is in them.
+  void clear() noexcept { first_.clear(), diagonal_.clear(); }
+  /// The blocks of `particles` and these elements; nothing is in them. Of less than the last time it allocates nothing.
   void build(int particles, std::span<std::array<int, 4> const> nodes) {
     auto const inside = [&](int i) { return i < particles; };
     first_.assign(at(particles) + 1, 0);

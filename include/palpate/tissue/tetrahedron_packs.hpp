@@ -29,7 +29,7 @@ struct PackOfLaw {
   using type = Law;
 };
 template <class Scalar, class Law>
-  requires(IsLawOfNumbers<Law, Scalar, simd::Lanes<Scalar>> && (HasSemidefiniteStressChange<Law, Scalar> || IsIsotropicLaw<Law>))
+  requires(IsLawOfNumbers<Law, Scalar, simd::Lanes<Scalar>> && (HasSemidefiniteStressChange<Law, Scalar> || IsIsotropicLaw<Law> || HasTangentLaw<Law, Scalar>))
 struct PackOfLaw<Scalar, Law> {
   using Number = simd::Lanes<Scalar>;
   using type = typename LawOver<Law, Number>::type;
@@ -58,8 +58,9 @@ class TetrahedronPacks {
  public:
   using Element = LinearTetrahedron<Scalar, Law>;
 
-  void reserve(std::size_t particles, std::size_t elements) {
+  void reserve(std::size_t particles, std::size_t elements, bool assembles) {
     packs_.reserve((elements + lanes - 1) / lanes), tangents_.reserve(packs_.capacity()), names_.reserve(packs_.capacity()), inside_.reserve(packs_.capacity()), last_pack_of_.reserve(particles);
+    if (assembles) places_.reserve(packs_.capacity());
   }
 
   /// Holds elements[which(k)], k < count, with their nodes, all below `particles`. Where it can, no two of a pack share a node: the sum at a node waits for
@@ -102,6 +103,13 @@ class TetrahedronPacks {
       }
       inside_.push_back(std::all_of(&pack.starts[0][0], &pack.starts[0][0] + 4 * lanes, own_));
     }
+  }
+  /// What of the stress of these elements, by name, has faded.
+  void take_faded(std::span<Element const> elements) noexcept
+    requires HasFadedStress<Law>
+  {
+    for (std::size_t k = 0; k < packs_.size(); ++k)
+      for (int lane = 0; lane < lanes; ++lane) set(packs_[k].law.faded, lane, elements[static_cast<std::size_t>(names_[k].name[lane])].law().faded);
   }
   /// Their stars: at_corners(e). Calls placed(e, slot) for each: where measured() answers for it.
   template <class AtCorners, class Placed>
@@ -270,14 +278,9 @@ class TetrahedronPacks {
     int starts[StiffnessRows<Scalar>::pairs][lanes];
   };
   using FullTangent = SemidefiniteTangent<T, TangentLaw>;
-  struct Symmetric3 {
-    T xx, xy, xz, yy, yz, zz;
-    operator Tensor3<T>() const noexcept { return {xx, xy, xz, xy, yy, yz, xz, yz, zz}; }
-    void operator=(Tensor3<T> const& m) noexcept { xx = m.xx, xy = m.xy, xz = m.xz, yy = m.yy, yz = m.yz, zz = m.zz; }
-  };
   /// The stiffness between the three edges from node 0, whose numbers are half of those between four nodes.
   struct Tangent {
-    Symmetric3 aa, bb, cc;
+    SymmetricTensor3<T> aa, bb, cc;
     Tensor3<T> ab, ac, bc;
     int starts[4][lanes];
 
@@ -297,8 +300,9 @@ class TetrahedronPacks {
   static void set(Tangent& of, Pack const& pack, auto const& tangent) noexcept {
     Tensor3<T> const g = tangent.turned(pack.gradients);
     Direction<T> const a{g.xx, g.xy, g.xz}, b{g.yx, g.yy, g.yz}, c{g.zx, g.zy, g.zz};
-    auto const put = [&](auto& to, Direction<T> const& from, Direction<T> const& by) { to = pack.volume * tangent.block(from, by); };
-    put(of.aa, a, a), put(of.bb, b, b), put(of.cc, c, c), put(of.ab, a, b), put(of.ac, a, c), put(of.bc, b, c);
+    auto const block = [&](Direction<T> const& from, Direction<T> const& by) { return pack.volume * tangent.block(from, by); };
+    of.aa = upper_triangle(block(a, a)), of.bb = upper_triangle(block(b, b)), of.cc = upper_triangle(block(c, c));
+    of.ab = block(a, b), of.ac = block(a, c), of.bc = block(b, c);
     std::memcpy(of.starts, pack.starts, sizeof(of.starts));
   }
 

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/tensor3.hpp>
+#include <palpate/material/concept.hpp>
+#include <palpate/material/isotropic.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace palpate {
+
+/// One term of a Prony series: this share of the deviatoric stress fades with this time.
+template <RealScalar Scalar>
+struct PronyTerm {
+  Scalar share = 0;   ///< of the stress at once; the rest, 1 − Σ shares, stays
+  Scalar time = 1;    ///< s
+};
+
+/// A law whose deviatoric stress fades: what has faded, S̄ = Σ g_i Q_i [Pa], is a second Piola–Kirchhoff stress that stands while a step is computed,
+///   ψ − S̄ : (FᵀF − 1)/2,   P = ∂ψ/∂F − F S̄,
+/// and is moved on when the step is taken: see PronyHistory. Its positive semidefinite tangent is that of ψ.
+template <class Law, class T>
+struct ViscoelasticLaw {
+  static constexpr std::size_t most_terms = 4;
+  Law law;
+  SymmetricTensor3<T> faded;
+  std::array<T, most_terms> share{}, time{};   // of no term 0 and 1
+
+  T energy(Tensor3<T> const& F) const noexcept {
+    return law.energy(F) - number<T>(0.5) * double_contraction(Tensor3<T>(faded), transpose(F) * F - Tensor3<T>::identity());
+  }
+  Tensor3<T> stress(Tensor3<T> const& F) const noexcept { return law.stress(F) - F * faded; }
+  Tensor3<T> stress_change(Tensor3<T> const& F, Tensor3<T> const& dF) const noexcept { return law.stress_change(F, dF) - dF * faded; }
+  Law const& tangent_law() const noexcept { return law; }
+  auto bulk_modulus() const noexcept
+    requires HasBulkModulus<Law, T>
+  {
+    return law.bulk_modulus();
+  }
+  bool accepts(T const& J) const noexcept
+    requires RefusesInversion<Law, T>
+  {
+    return law.accepts(J);
+  }
+};
+
+/// A step of h seconds, for terms of some times: e = exp(−h/τ) and (1 − e) τ/h, found when the times change.
+template <RealScalar Scalar>
+class PronyStep {
+ public:
+  using Terms = std::array<Scalar, ViscoelasticLaw<int, Scalar>::most_terms>;
+  Terms stays{}, lags{};
+
+  explicit PronyStep(Scalar h) noexcept : h_(h) {}
+  void take(Terms const& times) noexcept {
+    if (times == times_) return;
+    times_ = times;
+    for (std::size_t k = 0; k < times.size(); ++k) {
+      Scalar const steps = times[k] > 0 ? h_ / times[k] : Scalar(0);
+      stays[k] = std::exp(-steps), lags[k] = steps > 0 ? -std::expm1(-steps) / steps : Scalar(1);
+    }
+  }
+
+ private:
+  Scalar h_;
+  Terms times_{};
+};
+
+/// What a tetrahedron remembers: of each term Q, the deviatoric stress averaged over the past, dQ/dt = (S_dev − Q)/τ, and S_dev of the last step.
+/// With S_dev linear in time within a step the recursion is exact:  Q⁺ − S⁺ = (Q − S) e − (S⁺ − S) (1 − e) τ/h,   e = exp(−h/τ).
+/// S_dev = S − (S : C) C⁻¹/3 with S = F⁻¹P. Of what is squeezed below a tenth of its volume, or turned over, it stays as it was last.
+/// Source     \cite simo1987; the recursion for S_dev at both ends of a step is ours, of second order as the midpoint's there.
+template <RealScalar Scalar>
+struct PronyHistory {
+  using Stress = SymmetricTensor3<Scalar>;
+  Stress last;
+  std::array<Stress, ViscoelasticLaw<int, Scalar>::most_terms> average;
+
+  /// Takes the deformation F at the end of a step; returns what has faded then.
+  template <class Law>
+  Stress advance(ViscoelasticLaw<Law, Scalar> const& law, Tensor3<Scalar> const& F, PronyStep<Scalar>& step) noexcept {
+    step.take(law.time);
+    Stress const before = last;
+    if (auto const now = deviatoric(law.law, F); now.xx == now.xx) last = now;
+    Stress const change = last + Scalar(-1) * before;
+    Stress faded;
+    for (std::size_t k = 0; k < average.size(); ++k) {
+      if (law.share[k] == 0) continue;
+      average[k] = last + step.stays[k] * (average[k] + Scalar(-1) * before) + -step.lags[k] * change;
+      faded = faded + law.share[k] * average[k];
+    }
+    return faded;
+  }
+
+ private:
+  template <class Law>
+  static Stress deviatoric(Law const& law, Tensor3<Scalar> const& F) noexcept {
+    Tensor3<Scalar> const cof = cofactor(F), P = law.stress(F);
+    Scalar const J = determinant(F, cof), none = std::numeric_limits<Scalar>::quiet_NaN();
+    if (!(J > Scalar(0.1))) return {none, none, none, none, none, none};
+    Tensor3<Scalar> const inverse = (1 / J) * transpose(cof), S = inverse * P;   // C⁻¹ = F⁻¹F⁻ᵀ, S : C = P : F
+    Tensor3<Scalar> const D = S - (double_contraction(P, F) / 3) * (inverse * transpose(inverse));
+    return upper_triangle(symmetric_part(D));
+  }
+};
+
+namespace detail {
+
+template <class M>
+struct ScalarOfMaterial {
+  using type = double;
+};
+template <template <class> class Law, RealScalar Scalar>
+struct ScalarOfMaterial<IsotropicMaterial<Law, Scalar>> {
+  using type = Scalar;
+};
+
+}  // namespace detail
+
+/// A material whose deviatoric stress fades by a Prony series; its volume is elastic. The moduli are those at once, of a fast pull.
+///   Viscoelastic{StableNeoHookean<double>{.young = 5e3, .poisson = 0.45}, {{0.3, 0.1}, {0.2, 2.0}}}    5 kPa at once, about half of it after some seconds
+/// Errors     InvalidArgument, as the law is made: a share outside 0 … 1, shares of 1 and more together, a time that is not positive.
+template <class M, RealScalar Scalar = double>
+struct Viscoelastic {
+  M material{};
+  PronyTerm<Scalar> terms[ViscoelasticLaw<M, Scalar>::most_terms]{};
+
+  auto law() const {
+    using Inner = detail::LawOf<M>;
+    ViscoelasticLaw<typename Inner::type, Scalar> made{.law = Inner::of(material), .faded = {}};
+    Scalar sum = 0;
+    for (std::size_t k = 0; k < made.share.size(); ++k) {
+      auto const [share, time] = terms[k];
+      if (!(share >= 0 && share < 1)) throw InvalidArgument(detail::message("the share of Prony's term ", k, " is ", share, "; give one from 0 to below 1"));
+      if (!(time > 0)) throw InvalidArgument(detail::message("the time of Prony's term ", k, " is ", time, " s; it must be positive"));
+      made.share[k] = share, made.time[k] = time, sum += share;
+    }
+    if (!(sum < 1)) throw InvalidArgument(detail::message("the shares of Prony's series are ", sum, " together; something has to stay: give less than 1"));
+    return made;
+  }
+};
+template <class M, std::size_t Terms>
+Viscoelastic(M, PronyTerm<typename detail::ScalarOfMaterial<M>::type> const (&)[Terms]) -> Viscoelastic<M, typename detail::ScalarOfMaterial<M>::type>;
+
+namespace detail {
+
+template <class Law, RealScalar S, class T>
+  requires IsLawOfNumbers<Law, S, T>
+struct LawOver<ViscoelasticLaw<Law, S>, T> {
+  using type = ViscoelasticLaw<typename LawOver<Law, T>::type, T>;
+};
+
+}  // namespace detail
+
+}  // namespace palpate
