@@ -2,6 +2,7 @@
 #include "allocation_trap.hpp"
 #include "cantilever.hpp"
 #include "catch.hpp"
+#include "device/message.hpp"
 
 #include <palpate/body/soft_body.hpp>
 #include <palpate/integrator/backward_euler.hpp>
@@ -25,10 +26,12 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <string>
+#include <utility>
 #include <vector>
 
 using namespace palpate;
-using palpate_test::stiffness_at_rest, palpate_test::tip_over_timoshenko;
+using palpate_test::message_of, palpate_test::stiffness_at_rest, palpate_test::tip_over_timoshenko, palpate_test::unsaid;
 
 namespace {
 
@@ -272,6 +275,51 @@ TEST_CASE("a nodule of another material is stiffer and heavier", "[tissue][finit
   CHECK(tissue.revision() != revision);
   CHECK_THROWS_AS(tissue.set_material(std::vector<int>{40}, {3000, 0.4}, 1000), OutOfRange);
   CHECK_THROWS_WITH(tissue.set_material(first_cube, {3000, 0.4}, -1), says("density", "-1"));
+}
+
+TEST_CASE("each refusal of a solid says what is wrong, where, and what to give, and leaves a tissue as it was", "[tissue][finite_elements][error]") {
+  using Material = StableNeoHookean<double>;
+  auto const mesh = make_block<double>(3, 2, 2, 0.01);
+  auto const said = [&](auto const& edit) {
+    auto bad = mesh;
+    edit(bad);
+    return message_of([&] { solid<double>(bad, Material{3000, 0.45}); });
+  };
+  auto const [a, b] = std::pair{mesh.tetrahedra(0, 3), mesh.tetrahedra(1, 3)};
+  CHECK(unsaid(said([](auto& bad) { std::swap(bad.tetrahedra(0, 3), bad.tetrahedra(1, 3)); }), "tetrahedron 3") == "");
+  CHECK(unsaid(said([](auto& bad) { bad.tetrahedra(0, 3) = bad.tetrahedra(1, 3); }), "tetrahedron 3", std::to_string(b)) == "");
+  CHECK(unsaid(said([&](auto& bad) { bad.points.col(a) = bad.points.col(b); }), "tetrahedron") == "");   // flat
+  CHECK(unsaid(said([&](auto& bad) { bad.points(1, a) = std::numeric_limits<double>::quiet_NaN(); }), std::to_string(a)) == "");
+  CHECK(unsaid(said([](auto& bad) { bad.tetrahedra(2, 3) = 99; }), "tetrahedron 3", "99") == "");
+
+  auto tissue = solid<double>(mesh, Material{3000, 0.45});
+  Matrix3X<double> const x = 1.1 * mesh.points;
+  double const energy = tissue.potential_energy(x), mass = tissue.mass(0);
+  auto const refused = [&](Material const& material, auto const&... words) {
+    for (auto const& text : {message_of([&] { solid<double>(mesh, material); }), message_of([&] { tissue.set_material(std::vector<int>{0, 1}, material, 1200.0); })}) {
+      CHECK(unsaid(text, words...) == "");
+      CHECK(std::count(text.begin(), text.end(), '\n') == 0);
+    }
+    CHECK(tissue.potential_energy(x) == energy);
+    CHECK(tissue.mass(0) == mass);
+  };
+  double const nan = std::numeric_limits<double>::quiet_NaN();
+  refused({3000, 0.5}, "Poisson's ratio is 0.5", "below 0.5");
+  refused({3000, -1.0}, "Poisson's ratio is -1", "above -1");
+  refused({3000, nan}, "Poisson's ratio is nan");
+  refused({3, 0.45}, "Young's modulus is 3 Pa", "kPa times 1,000");
+  refused({2e10, 0.45}, "Young's modulus is", "10 GPa");
+  refused({-3000, 0.45}, "Young's modulus is -3000 Pa");
+  refused({nan, 0.45}, "Young's modulus is nan Pa");
+  auto const nothing_set = [&](std::vector<int> const& some, double density, auto const&... words) {
+    CHECK(unsaid(message_of([&] { tissue.set_material(some, {8000, 0.3}, density); }), words...) == "");
+    CHECK(tissue.potential_energy(x) == energy);
+    CHECK(tissue.mass(0) == mass);
+  };
+  nothing_set({0, 99}, 1200.0, "tetrahedron index 99 is outside");
+  nothing_set({0, -1}, 1200.0, "tetrahedron index -1 is outside");
+  nothing_set({0}, 0.0, "the density", "0 kg/m3");
+  nothing_set({0}, nan, "the density", "nan kg/m3");
 }
 
 TEST_CASE("a solid of what cannot be is refused in a line", "[tissue][finite_elements][error]") {
