@@ -277,6 +277,23 @@ TEST_CASE("a nodule of another material is stiffer and heavier", "[tissue][finit
   CHECK_THROWS_WITH(tissue.set_material(first_cube, {3000, 0.4}, -1), says("density", "-1"));
 }
 
+// Yardstick: superposition: a small load bends a beam in proportion to it.
+TEST_CASE("a load too small to move a particle beside its neighbours still bends a beam", "[tissue][finite_elements]") {
+  auto const mesh = make_block<double>(21, 3, 3, 0.005, BlockPattern::alternating);
+  auto const sag = [&](double gravity) {
+    auto tissue = solid<double>(mesh, StableNeoHookean<double>{1e5, 0.49});
+    for (int i = 0; i < tissue.size(); ++i)
+      if (mesh.points(0, i) < 1e-9) tissue.nail(i);
+    SoftBody body(std::move(tissue), BackwardEuler{});
+    body.set_gravity({0, 0, -gravity});
+    body.settle(NewtonRaphson{});
+    return -(body.positions() - mesh.points).row(2).minCoeff();
+  };
+  double const of_more = sag(0.5);
+  CHECK(of_more > 4e-3);
+  for (double const part : {0.1, 1e-3, 1e-5}) CHECK(std::abs(sag(0.5 * part) / (part * of_more) - 1) < 0.02);
+}
+
 TEST_CASE("each refusal of a solid says what is wrong, where, and what to give, and leaves a tissue as it was", "[tissue][finite_elements][error]") {
   using Material = StableNeoHookean<double>;
   auto const mesh = make_block<double>(3, 2, 2, 0.01);

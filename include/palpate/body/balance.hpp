@@ -15,7 +15,8 @@ namespace palpate {
 
 /// Asks a solver where the free particles of a body come to rest under gravity and what is held, and `with_forces` also under the forces
 /// applied. `x` is where the search starts and ends [m].
-/// `tolerance` in mean edges; 0: 1e-8, or what the digits allow at a distance `offset` [m] from the origin.
+/// `tolerance` in mean edges; 0: 1e-8, and at most a ten-thousandth of what the loads alone would be (a solid near ν = ½ resists volume so much that small
+/// loads look balanced before it bends), but not below what the digits allow at a distance `offset` [m] from the origin.
 template <TissueModel Tissue, class Solver>
 Equilibrium<typename Tissue::Scalar> find_balance(Solver const& solver, BodyView<Tissue> const& body, typename Tissue::Scalar tolerance,
                                                   typename Tissue::Scalar mean_edge, typename Tissue::Scalar offset, bool with_forces,
@@ -23,17 +24,24 @@ Equilibrium<typename Tissue::Scalar> find_balance(Solver const& solver, BodyView
   using Scalar = typename Tissue::Scalar;
   if (!(tolerance >= 0) || !std::isfinite(tolerance))
     throw InvalidArgument(detail::message("a tolerance of ", tolerance, " mean edges; it must be finite and not negative"));
-  if (!(tolerance > 0)) tolerance = std::max(Scalar(1e-8), 16 * std::numeric_limits<Scalar>::epsilon() * offset / mean_edge);
+  bool const is_given = tolerance > 0;
   std::vector<int> free, touched(body.held.begin(), body.held.end());
   for (int i = 0; i < body.size(); ++i)
     if (body.is_free(i)) free.push_back(i);
-  StaticProblem<Tissue> problem{body.tissue, free, body.gravity, Matrix3X<Scalar>(3, 0), tolerance * mean_edge, {}};
+  StaticProblem<Tissue> problem{body.tissue, free, body.gravity, Matrix3X<Scalar>(3, 0), (is_given ? tolerance : Scalar(1e-8)) * mean_edge, {}};
   if (with_forces) {
     problem.applied = body.state.applied.view();
     for (int const i : body.forced)
       if (i < body.size()) touched.push_back(i);
   }
   problem.touched = touched;
+  if (!is_given) {
+    Scalar most = 0;
+    for (int const i : free)
+      if (Scalar const stiffness = body.tissue.stiffness_bound(i); stiffness > 0) most = std::max(most, problem.load(i).norm() / stiffness);
+    if (most > 0) problem.tolerance = std::min(problem.tolerance, Scalar(1e-4) * most);
+    problem.tolerance = std::max(problem.tolerance, 16 * std::numeric_limits<Scalar>::epsilon() * offset);
+  }
   return solver.solve(problem, x);
 }
 
