@@ -3,11 +3,17 @@
 // compute the same sums in another order of particles.
 #include <palpate/body/pieces.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
+#include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/material/viscoelastic.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/components.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/testing/cut_invariants.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
 #include "catch.hpp"
@@ -119,4 +125,59 @@ TEST_CASE("a piece can be taken out right after an edit that took a particle awa
   CHECK(part.size() == 16);
   CHECK(part.positions() == body.positions());
   CHECK(part.step(1e-5));
+}
+
+TEST_CASE("pieces are the same by neighbours and by triangles") {
+  auto const body = cut_in_two(WholeBody{});
+  CHECK(pieces_of(body) == connected_components(body.mesh()));
+}
+
+// Two bars side by side in one mesh, nailed, of two materials that fade: the second is taken out of the swing.
+TEMPLATE_TEST_CASE("a piece of a solid moves as it does in the whole", "", BackwardEuler, LeapfrogVerlet) {
+  auto const pressure = GENERATE(Pressure::element, Pressure::nodal);
+  auto const bar = make_block<double>(6, 3, 3, 0.01, BlockPattern::alternating);
+  int const n = static_cast<int>(bar.points.cols());
+  auto const tetrahedra = bar.tetrahedra.cols();
+  TetrahedralMesh<double> two{Matrix3X<double>(3, 2 * n), Matrix<int, 4, Dynamic>(4, 2 * tetrahedra)};
+  two.points << bar.points, bar.points.colwise() + Vector3<double>(0, 0.1, 0);
+  two.tetrahedra << bar.tetrahedra, (bar.tetrahedra.array() + n).matrix();
+  Viscoelastic soft{StableNeoHookean<double>{.young = 5e3, .poisson = 0.45}, {{0.4, 0.05}}};
+  Viscoelastic hard{StableNeoHookean<double>{.young = 2e4, .poisson = 0.45}, {{0.2, 0.02}}};
+  FiniteElements tissue(two, SolidOptions<double, decltype(soft)>{.density = 1000, .material = soft, .damping = {.beta = 1e-3}, .prestrain = 0.02, .pressure = pressure});
+  std::vector<int> some;
+  for (int t = 0; t < 2 * static_cast<int>(tetrahedra); ++t)
+    if (t % 7 < 3) some.push_back(t);
+  tissue.set_material(some, hard, 1200);
+  for (int i = 0; i < 2 * n; ++i)
+    if (two.points(0, i) < 1e-9) tissue.nail(i);
+  tissue.set_mass(n + 20, 0.002);
+  SoftBody whole(std::move(tissue), TestType{}, WholeBody{});
+  whole.set_gravity({0, 0, -9.81});
+  double const h = std::isfinite(whole.stable_step()) ? whole.stable_step() / 2 : 2e-3;
+  for (int k = 0; k < 40; ++k) REQUIRE(whole.step(h));
+  auto const pieces = pieces_of(whole);
+  REQUIRE(pieces.size() == 2);
+  whole.hold(pieces[1][30]);
+  whole.apply_force(pieces[1][50], {0.01, 0.02, 0});
+  auto mixed = pieces[1];
+  std::reverse(mixed.begin(), mixed.end());   // whatever order is asked for
+  auto part = part_of(whole, mixed);
+  REQUIRE(part.size() == n);
+  auto const before = whole.positions().eval();
+  for (int k = 0; k < 40; ++k) REQUIRE((part.step(h) && whole.step(h)));
+  double farthest = 0, moved = 0;
+  for (int i = 0; i < n; ++i) {
+    int const there = mixed[static_cast<std::size_t>(i)];
+    farthest = std::max(farthest, (part.positions().col(i) - whole.positions().col(there)).norm());
+    moved = std::max(moved, (before.col(there) - whole.positions().col(there)).norm());
+    CHECK(part.tissue().mass(i) == whole.tissue().mass(there));
+    CHECK(part.tissue().nailed(i) == whole.tissue().nailed(there));
+    CHECK(part.tissue().stiffness_bound(i) == Approx(whole.tissue().stiffness_bound(there)));
+  }
+  CHECK(moved > 1e-5);
+  CHECK(farthest <= (std::is_same_v<TestType, BackwardEuler> ? 1e-3 : 1e-8) * moved);
+  auto torn = pieces[1];
+  torn.pop_back();
+  CHECK_THROWS_WITH(part_of(whole, torn), says("hang together"));
+  CHECK(part.triangles().cols() == whole.triangles().cols() / 2);
 }

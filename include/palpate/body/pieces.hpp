@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpate/body/soft_body.hpp>
-#include <palpate/mesh/components.hpp>
+#include <palpate/mesh/detail/surface_sides.hpp>
 
 #include <cstddef>
 #include <span>
@@ -11,10 +11,20 @@
 
 namespace palpate {
 
+/// The particles of each piece of a body, in rising order: two belong together where a chain of neighbours joins them. Pieces come in the order of their
+/// first particle.
+/// Cost       O(body); allocates.
+template <class Body>
+std::vector<std::vector<int>> pieces_of(Body const& body) {
+  detail::DisjointSets joined(static_cast<std::size_t>(body.size()));
+  for (int i = 0; i < body.size(); ++i) body.tissue().for_each_neighbour(i, [&](int j) { joined.join(i, j); });
+  return joined.sets([](int) { return true; });
+}
+
 /// A body of its own of some of a body's particles, one or more whole pieces: with their shape, motion, forces, nails and hands, at the same time.
 /// Particle k of it is particles[k] of the whole, which stays as it is.
 ///
-///   auto const pieces = connected_components(body.mesh());   // lists of particles, after a cut that has freed one
+///   auto const pieces = pieces_of(body);   // after a cut that has freed one
 ///   auto specimen = part_of(body, pieces[1]);
 ///
 /// Errors     InvalidArgument where the particles are not whole pieces, or while a cut is in progress; OutOfRange for a bad index.

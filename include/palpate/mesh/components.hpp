@@ -28,18 +28,7 @@ std::vector<std::vector<int>> connected_components(Mesh const& mesh) {
       used[static_cast<std::size_t>(elements(c, e))] = 1;
       joined.join(elements(0, e), elements(c, e));
     }
-  std::vector<std::vector<int>> result;
-  std::vector<std::size_t> slot(vertices, 0);
-  for (std::size_t v = 0; v < vertices; ++v) {
-    if (!used[v]) continue;
-    auto const root = static_cast<std::size_t>(joined.find(static_cast<int>(v)));   // the smallest of its piece
-    if (root == v) {
-      slot[v] = result.size();
-      result.emplace_back();
-    }
-    result[slot[root]].push_back(static_cast<int>(v));
-  }
-  return result;
+  return joined.sets([&](int v) { return used[static_cast<std::size_t>(v)] != 0; });
 }
 
 }  // namespace palpate

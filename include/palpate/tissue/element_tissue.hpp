@@ -13,6 +13,7 @@
 #include <palpate/tissue/element_assembly.hpp>
 #include <palpate/tissue/element_sums.hpp>
 #include <palpate/tissue/lumped_mass.hpp>
+#include <palpate/tissue/whole_pieces.hpp>
 
 #include <algorithm>
 #include <array>
@@ -176,6 +177,12 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   }
 
   void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
+  /// The tissue of these particles alone, in this order; see DivisibleTissue. Throws as WholePieces does.
+  ElementTissue part(std::span<int const> particles) const {
+    ElementTissue made = *this;
+    made.keep(detail::WholePieces(particles, size()));
+    return made;
+  }
   /// Nothing to do: it does not grow.
   void reserve(int /*particles*/, int /*triangles*/) const noexcept {}
 
@@ -210,6 +217,22 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     }
   };
 
+  /// Only these stay. May throw half-way.
+  void keep(detail::WholePieces const& part) {
+    auto const take = [&](auto& values) {
+      auto const whole = values;
+      values.clear();
+      for (int const i : part.particles) values.push_back(whole[at(i)]);
+    };
+    Columns<S, 3> rest;
+    for (int const i : part.particles) rest.push_back(rest_[i]);
+    rest_ = std::move(rest);
+    take(mass_), take(nailed_), take(stiffness_at_rest_), take(damping_at_rest_);
+    (keep_elements(std::get<Kind<Elements>>(kinds_), part), ...);
+    surface_ = SurfaceTopology(size(), part.inside(surface_.triangles()));
+    find_neighbours();
+  }
+
   /// Each element of a kind, for what it remembers.
   template <class E, class Visit>
   void visit_elements(Visit const& visit) {
@@ -240,6 +263,19 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   template <class Visit>
   void for_each_kind(Visit visit) const {
     (visit(std::get<Kind<Elements>>(kinds_)), ...);
+  }
+
+  template <class E>
+  void keep_elements(Kind<E>& kind, detail::WholePieces const& part) {
+    ElementList<E> const whole = std::move(kind.list);
+    kind.list = {};
+    for (std::size_t e = 0; e < whole.elements.size(); ++e) {
+      auto nodes = whole.nodes[e];
+      if (!part.hold(nodes)) continue;
+      for (int& node : nodes) node = part.now(node);
+      kind.list.nodes.push_back(nodes), kind.list.elements.push_back(whole.elements[e]);
+    }
+    find_elements_at(kind);
   }
 
   struct Start {};

@@ -115,6 +115,23 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     find_stars();
   }
 
+  /// The solid of these particles alone, in this order; see DivisibleTissue. Throws as WholePieces does.
+  FiniteElements part(std::span<int const> particles) const {
+    detail::WholePieces const pieces(particles, this->size());
+    FiniteElements made = *this;
+    made.group_.clear(), made.history_.clear();
+    for (std::size_t e = 0; e < group_.size(); ++e)
+      if (pieces.hold(list().nodes[e])) {
+        made.group_.push_back(group_[e]);
+        if constexpr (remembers) made.history_.push_back(history_[e]);
+      }
+    made.keep(pieces);
+    made.find_stars();
+    if (!stars_.empty())   // those at rest, whatever is remembered by now
+      for (std::size_t k = 0; k < particles.size(); ++k) made.bound_at_rest_[k] = bound_at_rest_[at(particles[k])];
+    return made;
+  }
+
   /// A step of h seconds has ended at x: what the tetrahedra remember is moved on, of all of them.
   template <class X>
   void remember(X const& x, Scalar h) noexcept

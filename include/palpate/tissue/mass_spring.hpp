@@ -12,6 +12,7 @@
 #include <palpate/tissue/lumped_mass.hpp>
 #include <palpate/tissue/mass_spring_assembly.hpp>
 #include <palpate/tissue/mass_spring_elements.hpp>
+#include <palpate/tissue/whole_pieces.hpp>
 
 #include <algorithm>
 #include <array>
@@ -154,14 +155,7 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
   /// The tissue of these particles alone, in this order: one or more whole pieces. Throws InvalidArgument where a link, triangle or tetrahedron leads
   /// out of them; then, and always, this tissue stays as it is.
   MassSpring part(std::span<int const> particles) const {
-    std::vector<int> now(at(size()), -1);
-    if (particles.empty()) throw InvalidArgument("a part of no particles; list those of one piece, see connected_components()");
-    for (std::size_t k = 0; k < particles.size(); ++k) {
-      detail::check_index("particle", particles[k], size());
-      if (now[at(particles[k])] >= 0) throw InvalidArgument(detail::message("particle ", particles[k], " is listed twice"));
-      now[at(particles[k])] = static_cast<int>(k);
-    }
-    return MassSpring(*this, particles, now);
+    return MassSpring(*this, detail::WholePieces(particles, size()));
   }
 
   template <class Visit>
@@ -172,43 +166,28 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
   void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
 
  private:
-  MassSpring(MassSpring const& whole, std::span<int const> particles, std::vector<int> const& now) {
-    auto const leads_out = [&](auto const& ends) {
-      bool const first = now[at(ends[0])] >= 0;
-      for (int const end : ends)
-        if ((now[at(end)] >= 0) != first)
-          throw InvalidArgument(detail::message("particles ", ends[0], " and ", end, " hang together; a part is made of whole pieces, see connected_components()"));
-      return !first;
-    };
-    auto const inside = [&](auto const& elements) {   // as columns of the part
-      Matrix<int, std::decay_t<decltype(elements)>::RowsAtCompileTime, Dynamic> kept(elements.rows(), elements.cols());
-      Eigen::Index count = 0;
-      for (Eigen::Index e = 0; e < elements.cols(); ++e)
-        if (auto const corners = elements.col(e); !leads_out(corners)) kept.col(count++) = corners.unaryExpr([&](int corner) { return now[at(corner)]; });
-      kept.conservativeResize(Eigen::NoChange, count);
-      return kept;
-    };
-    links_.reserve(static_cast<int>(particles.size()), whole.links_.size());
-    for (int const i : particles) {
+  MassSpring(MassSpring const& whole, detail::WholePieces const& part) {
+    links_.reserve(static_cast<int>(part.particles.size()), whole.links_.size());
+    for (int const i : part.particles) {
       rest_.push_back(whole.rest_[i]);
       mass_.push_back(whole.mass_[at(i)]), home_.push_back(whole.home_[at(i)]), nailed_.push_back(whole.nailed_[at(i)]);
       links_.add_particle();
     }
     for (int l = 0; l < whole.links_.size(); ++l) {
       LinkType link = whole.links_[l];
-      if (leads_out(std::array{link.a, link.b})) continue;
-      link.a = now[at(link.a)], link.b = now[at(link.b)];
+      if (!part.hold(std::array{link.a, link.b})) continue;
+      link.a = part.now(link.a), link.b = part.now(link.b);
       links_.add(link);
     }
     if (whole.cuttable()) {
-      surface_ = SurfaceTopology(size(), inside(whole.surface_.triangles()));
+      surface_ = SurfaceTopology(size(), part.inside(whole.surface_.triangles()));
       for (int t = 0; t < whole.surface_.triangle_count(); ++t)
-        if (now[at(whole.surface_.corners(t)[0])] >= 0) elements_.push_back(whole.elements_[at(t)]);
+        if (part.now(whole.surface_.corners(t)[0]) >= 0) elements_.push_back(whole.elements_[at(t)]);
     } else {
-      solid_ = TetrahedralTopology(size(), inside(whole.solid_.tetrahedra()));
+      solid_ = TetrahedralTopology(size(), part.inside(whole.solid_.tetrahedra()));
       add_elements();
     }
-    exchange_ = whole.exchange_.part(particles, now);
+    exchange_ = whole.exchange_.part(part.particles, part.now());
     prestrain_ = whole.prestrain_, revision_ = whole.revision_, fastest_ = whole.fastest_;
   }
 

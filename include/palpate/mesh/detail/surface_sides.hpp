@@ -30,6 +30,19 @@ class DisjointSets {
     a = find(a), b = find(b);
     if (a != b) at(std::max(a, b)) = std::min(a, b);
   }
+  /// The wanted members of each set, in order; sets in the order of their first.
+  template <class Wanted>
+  std::vector<std::vector<int>> sets(Wanted const& wanted) {
+    std::vector<std::vector<int>> found;
+    std::vector<std::size_t> place(parent_.size(), parent_.size());
+    for (int i = 0; i < static_cast<int>(parent_.size()); ++i) {
+      if (!wanted(i)) continue;
+      std::size_t& slot = place[static_cast<std::size_t>(find(i))];
+      if (slot == parent_.size()) slot = found.size(), found.emplace_back();
+      found[slot].push_back(i);
+    }
+    return found;
+  }
 
  private:
   int& at(int i) { return parent_[static_cast<std::size_t>(i)]; }
