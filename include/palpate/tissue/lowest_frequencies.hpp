@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/core/random.hpp>
+#include <palpate/tissue/concept.hpp>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <vector>
+
+namespace palpate {
+
+/// The lowest frequencies at which undamped tissue swings about its rest [Hz], rising: roots of det(K − (2πf)² M). What nothing holds has six of 0 for each
+/// piece. By subspace iteration with a sparse factorisation of K and a small share of M. Nailed particles stay.
+/// A header of its own, which palpate.hpp leaves out: Eigen's factorisations take long to compile.
+/// Errors     InvalidArgument for a count below 1, or above the free particles' coordinates, or where there is no equilibrium to swing about.
+/// Source     \cite bathe1973.
+/// Cost       that of a factorisation, see DirectFactorisation. Allocates.
+template <HasStiffnessBlocks Tissue>
+std::vector<typename Tissue::Scalar> lowest_frequencies(Tissue const& tissue, int count) {
+  using Scalar = typename Tissue::Scalar;
+  using Dense = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
+  using Sparse = Eigen::SparseMatrix<double>;   // a small share of M is lost in float
+  std::vector<int> place(static_cast<std::size_t>(tissue.size()), -1), free;
+  for (int i = 0; i < tissue.size(); ++i)
+    if (!tissue.nailed(i)) place[static_cast<std::size_t>(i)] = static_cast<int>(free.size()), free.push_back(i);
+  Eigen::Index const n = 3 * std::ssize(free);
+  if (count < 1 || count > n) throw InvalidArgument(detail::message(count, " frequencies asked of ", free.size(), " free particles; give 1 to three times as many"));
+
+  std::vector<Eigen::Triplet<double>> entries;
+  tissue.for_each_stiffness_block(Matrix3X<Scalar>(tissue.rest_positions()), [&](int i, int j, Matrix<Scalar, 3, 3> const& block) {
+    int const row = 3 * place[static_cast<std::size_t>(i)], column = 3 * place[static_cast<std::size_t>(j)];
+    for (int a = 0; row >= 0 && column >= 0 && row >= column && a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        if (row + a >= column + b) entries.emplace_back(row + a, column + b, static_cast<double>(block(a, b)));
+  });
+  Sparse shifted(n, n);
+  shifted.setFromTriplets(entries.begin(), entries.end());
+  Eigen::VectorXd mass(n);
+  for (std::size_t k = 0; k < free.size(); ++k) mass.segment<3>(3 * static_cast<Eigen::Index>(k)).setConstant(static_cast<double>(tissue.mass(free[k])));
+  double const shift = 1e-8 * shifted.diagonal().cwiseQuotient(mass).maxCoeff();   // so that free pieces can be solved for
+  for (Eigen::Index k = 0; k < n; ++k) shifted.coeffRef(k, k) += shift * mass[k];
+  Eigen::SimplicialLDLT<Sparse> const factors(shifted);
+  if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 0))
+    throw InvalidArgument("the stiffness at rest is not positive semidefinite; without equilibrium there it has no frequencies");
+
+  Eigen::Index const width = std::min<Eigen::Index>(n, 2 * count + 6);
+  Random random(Seed{1});
+  Dense space = Dense::NullaryExpr(n, width, [&] { return random.uniform<double>() - 0.5; });
+  Eigen::VectorXd values = Eigen::VectorXd::Zero(width);
+  for (int round = 0; round < 200; ++round) {
+    Dense const loads = mass.asDiagonal() * space;
+    space = factors.solve(loads);
+    Dense const with_mass = mass.asDiagonal() * space;
+    Eigen::GeneralizedSelfAdjointEigenSolver<Dense> const small(space.transpose() * loads, space.transpose() * with_mass);
+    space = space * small.eigenvectors();
+    Eigen::VectorXd const before = values;
+    values = small.eigenvalues();
+    if ((values - before).head(count).cwiseAbs().maxCoeff() <= 1e-9 * values[count - 1]) break;
+  }
+  std::vector<Scalar> found;
+  for (int k = 0; k < count; ++k) found.push_back(static_cast<Scalar>(std::sqrt(std::max(0.0, values[k] - shift)) / (2 * std::numbers::pi)));
+  return found;
+}
+
+}  // namespace palpate
