@@ -83,6 +83,15 @@ inline void check_index(std::string_view what, long long index, long long size) 
     throw OutOfRange(message(what, " index ", index, " is outside 0 … ", size - 1, "; there are ", size));
 }
 
+template <std::floating_point Scalar>
+void require_non_negative(std::string_view what, Scalar value, std::string_view unit) {
+  if (!(value >= 0) || !std::isfinite(value)) throw InvalidArgument(message(what, " is ", value, " ", unit, "; it must be finite and not negative"));
+}
+template <std::floating_point Scalar>
+void require_positive(std::string_view what, Scalar value, std::string_view unit) {
+  if (!(value > 0) || !std::isfinite(value)) throw InvalidArgument(message(what, " is ", value, " ", unit, "; it must be finite and positive"));
+}
+
 /// Checks options of an owner, whose name opens each message. `finite`: all of them have to be finite as well.
 struct OptionCheck {
   char const* owner;

@@ -34,18 +34,6 @@ struct MassSpringOptions {
 
 namespace detail {
 
-template <RealScalar Scalar>
-void require_non_negative(std::string_view what, Scalar value, std::string_view unit) {
-  if (!(value >= 0) || !std::isfinite(value))
-    throw InvalidArgument(message(what, " is ", value, " ", unit, "; it must be finite and not negative"));
-}
-
-template <RealScalar Scalar>
-void require_positive(std::string_view what, Scalar value, std::string_view unit) {
-  if (!(value > 0) || !std::isfinite(value))
-    throw InvalidArgument(message(what, " is ", value, " ", unit, "; it must be finite and positive"));
-}
-
 /// Throws unless the law is usable on a link of this rest length: no tension at rest, a positive stiffness there, damping ≥ 0,
 /// and monotone if it says whether it is.
 template <RealScalar Scalar, SpringLaw<Scalar> Law>
