@@ -43,6 +43,7 @@
 #include <palpate/mesh/topology_edit.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
+#include <palpate/mesh/tetrahedra_where.hpp>
 #include <palpate/mesh/vertices_where.hpp>
 #include <palpate/mesh/wound_walls.hpp>
 

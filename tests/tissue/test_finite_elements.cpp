@@ -13,6 +13,7 @@
 #include <palpate/material/st_venant_kirchhoff.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
+#include <palpate/mesh/tetrahedra_where.hpp>
 #include <palpate/statics/newton_raphson.hpp>
 #include <palpate/testing/element.hpp>
 #include <palpate/testing/tissue.hpp>
@@ -274,6 +275,13 @@ TEST_CASE("a nodule of another material is stiffer and heavier", "[tissue][finit
   CHECK(tissue.stiffness_bound(13) > 1.5 * bound);
   CHECK(tissue.revision() != revision);
   CHECK_THROWS_AS(tissue.set_material(std::vector<int>{40}, {3000, 0.4}, 1000), OutOfRange);
+  CHECK_THROWS_AS(tissue.set_material(std::vector<int>{40}, {3000, 0.4}), OutOfRange);
+  tissue.set_material(tetrahedra_where(mesh, [](auto const& centre) { return centre.x() > 0.01; }), {60000, 0.4});
+  CHECK(total() == Approx(1000 * 7e-6 + 3000 * 1e-6));
+  FiniteElements<double, StableNeoHookean<double>> stretched(mesh, {.density = 1000, .material = {3000, 0.4}, .prestrain = 0.1});
+  double const before = stretched.mass(13);
+  stretched.set_material(first_cube, {6000, 0.4});
+  CHECK(stretched.mass(13) == Approx(before));
   CHECK_THROWS_WITH(tissue.set_material(first_cube, {3000, 0.4}, -1), says("density", "-1"));
 }
 

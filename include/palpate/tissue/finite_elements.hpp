@@ -105,14 +105,14 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// These tetrahedra are of another material from now on, and weigh what it does. With nodal pressure they share it with each other, not with the rest.
   void set_material(std::span<int const> some, M const& material, Scalar density) {
     detail::require_positive("the density", density, "kg/m3");
-    auto const law = Law::of(material);
     for (int const t : some) detail::check_index("tetrahedron", t, tetrahedra());
-    int const group = 1 + *std::max_element(group_.begin(), group_.end());
-    for (int const t : some) group_[static_cast<std::size_t>(t)] = group;
-    if constexpr (remembers)
-      for (int const t : some) history_[static_cast<std::size_t>(t)] = {};
-    this->template change_elements<Element>(some, [&](auto const& rest, Element const&) { return element(rest, law, density, prestrain_); });
-    find_stars();
+    give_material(some, material, [density](Element const&) { return density; });
+  }
+  /// The same; they weigh what they did.
+  void set_material(std::span<int const> some, M const& material) {
+    for (int const t : some) detail::check_index("tetrahedron", t, tetrahedra());
+    Scalar const length = 1 - prestrain_;
+    give_material(some, material, [length](Element const& element) { return element.density() * (length * length * length); });
   }
 
   /// The solid of these particles alone, in this order; see DivisibleTissue. Throws as WholePieces does.
@@ -159,6 +159,31 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     for (int e = 0; e < tetrahedra(); ++e)
       if (Scalar const J = volume(e, x) / list().elements[at(e)].volume(); !(J >= found.value)) found = {e, J};
     return found;
+  }
+
+  /// σ = P Fᵀ / J of a tetrahedron at x [Pa], symmetric; with nodal pressure that of the stars at its corners. Of one that is flat it is not finite.
+  template <class X>
+  Tensor3<Scalar> cauchy_stress(int t, X const& x) const {
+    detail::check_index("tetrahedron", t, tetrahedra());
+    Tensor3<Scalar> stress{};
+    with_pressure(t, mean(t, x), [&](auto const& element) {
+      Tensor3<Scalar> const F = element.deformation_gradient(gather(list().nodes[at(t)], x));
+      stress = (1 / determinant(F, cofactor(F))) * (element.law().stress(F) * transpose(F));
+    });
+    return stress;
+  }
+  /// The elastic energy that a tetrahedron holds at x [J]; of a star's energy its share by volume: all together they are potential_energy(x).
+  template <class X>
+  Scalar strain_energy(int t, X const& x) const {
+    detail::check_index("tetrahedron", t, tetrahedra());
+    Scalar energy = 0;
+    with_pressure(t, Scalar(0), [&](auto const& element) { energy = element.energy(gather(list().nodes[at(t)], x)); });
+    if (!stars_.empty())
+      for (int const s : stars_.at_corners(t)) {
+        Scalar const p = pressure(s, x);
+        energy += p * p / (8 * stars_.bulk_modulus(s)) * list().elements[at(t)].volume();
+      }
+    return energy;
   }
 
   // --- as ElementSums has them, with nodal pressure and damping ---------------------------------------------------------
@@ -379,6 +404,16 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     for (int const e : stars_.elements(star))
       for (int const j : list().nodes[at(e)])
         if (j != but) to.push_back(j);
+  }
+  template <class Density>
+  void give_material(std::span<int const> some, M const& material, Density const& density) {
+    auto const law = Law::of(material);
+    int const group = 1 + *std::max_element(group_.begin(), group_.end());
+    for (int const t : some) group_[static_cast<std::size_t>(t)] = group;
+    if constexpr (remembers)
+      for (int const t : some) history_[static_cast<std::size_t>(t)] = {};
+    this->template change_elements<Element>(some, [&](auto const& rest, Element const& old) { return element(rest, law, density(old), prestrain_); });
+    find_stars();
   }
   void find_stars() {
     if constexpr (can_average) {

@@ -38,6 +38,8 @@ class LinearTetrahedron {
 
   Scalar volume() const noexcept { return volume_; }
   Scalar mass() const noexcept { return density_ * volume_; }
+  /// kg/m³ at rest.
+  Scalar density() const noexcept { return density_; }
   Law const& law() const noexcept { return law_; }
   Law& law() noexcept { return law_; }
   /// ∇N of nodes 1, 2, 3 [1/m], in rows.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -21,6 +22,30 @@ inline std::string_view trimmed(std::string_view text) noexcept {
   auto const first = text.find_first_not_of(blank);
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(blank) - first + 1);
+}
+
+/// Takes the next word (no white space) from the front of `text`; empty at the end.
+constexpr std::string_view take_word(std::string_view& text) noexcept {
+  constexpr std::string_view space = " \t\r\n\v\f";
+  auto const begin = text.find_first_not_of(space);
+  if (begin == std::string_view::npos) {
+    text = {};
+    return {};
+  }
+  text.remove_prefix(begin);
+  auto const length = std::min(text.find_first_of(space), text.size());
+  std::string_view const word = text.substr(0, length);
+  text.remove_prefix(length);
+  return word;
+}
+
+/// Takes the next line, without its end.
+constexpr std::string_view take_line(std::string_view& text) noexcept {
+  auto const length = std::min(text.find('\n'), text.size());
+  std::string_view line = text.substr(0, length);
+  text.remove_prefix(std::min(length + 1, text.size()));
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line;
 }
 
 /// The whole text as a number, whatever the locale says about decimal points; nothing if it holds anything else. "nan" and "inf" are numbers here.

@@ -24,30 +24,6 @@ inline std::string read_bytes(std::filesystem::path const& file) {
   return bytes;
 }
 
-/// Takes the next word (no white space) from the front of `text`; empty at the end.
-constexpr std::string_view take_word(std::string_view& text) noexcept {
-  constexpr std::string_view space = " \t\r\n\v\f";
-  auto const begin = text.find_first_not_of(space);
-  if (begin == std::string_view::npos) {
-    text = {};
-    return {};
-  }
-  text.remove_prefix(begin);
-  auto const length = std::min(text.find_first_of(space), text.size());
-  std::string_view const word = text.substr(0, length);
-  text.remove_prefix(length);
-  return word;
-}
-
-/// Takes the next line, without its end.
-constexpr std::string_view take_line(std::string_view& text) noexcept {
-  auto const length = std::min(text.find('\n'), text.size());
-  std::string_view line = text.substr(0, length);
-  text.remove_prefix(std::min(length + 1, text.size()));
-  if (line.ends_with('\r')) line.remove_suffix(1);
-  return line;
-}
-
 /// Throws `FileError` when an STL file holds fewer triangles than it announces: VTK would read what is there.
 /// A binary file announces its number of triangles (80 bytes of text, the number, 50 bytes each); a text file ends in "endsolid".
 inline void check_stl_complete(std::string_view bytes, std::string const& name) {
