@@ -63,6 +63,10 @@ macro(check_06_solid)
   endif()
 endmacro()
 
+macro(check_07_organ)
+  expect_lines(07_organ "smallest dihedral angle above 10 degrees: yes\nharder above the nodule: yes\n")
+endmacro()
+
 macro(check_05_simulator)
   run(05_simulator)
   if(output MATCHES "^ticks 3600 cut 1 largest force ([0-9.]+) N\n$")
