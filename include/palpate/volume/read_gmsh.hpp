@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/detail/text.hpp>
+#include <palpate/core/detail/whole_file.hpp>
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/mesh/tetrahedral_mesh.hpp>
+#include <palpate/volume/detail/given_tetrahedra.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace palpate {
+
+namespace detail {
+
+/// The tetrahedra of a Gmsh file in ASCII. Vertices keep their order; their tags are looked up.
+class GmshScan {
+ public:
+  /// `text` and `name` must outlive the object.
+  GmshScan(std::string_view text, std::string const& name) : rest_(text), size_(text.size()), name_(name) {}
+
+  TetrahedralMesh<double> operator()(double metres_per_unit) {
+    bool nodes = false, elements = false;
+    for (std::string_view line; next(line);) {
+      std::string_view const keyword = take_word(line);
+      if (keyword == "$MeshFormat") {
+        read_format();
+      } else if (keyword == "$NOD" || keyword == "$Nodes") {
+        if (nodes) fail("vertices are given twice");
+        version_ = keyword == "$NOD" ? 1 : version_;
+        require_version();
+        version_ == 4 ? read_blocks_of_nodes() : read_nodes();
+        nodes = true;
+      } else if (keyword == "$ELM" || keyword == "$Elements") {
+        if (!nodes) fail("elements come before vertices");
+        if (elements) fail("elements are given twice");
+        if ((keyword == "$ELM") != (version_ == 1)) fail("\"", keyword, "\" does not go with the vertices before");
+        version_ == 4 ? read_blocks_of_elements() : read_elements();
+        elements = true;
+      } else if (keyword.starts_with('$') && !keyword.starts_with("$End") && !keyword.starts_with("$END")) {
+        skip(keyword);
+      } else if (!keyword.empty() && !keyword.starts_with('$')) {
+        fail("\"", legible(keyword), "\" stands outside of any section; is it a Gmsh file?");
+      }
+    }
+    if (!nodes) throw FileError(message(name_, ": there are no vertices ($Nodes or $NOD) in this file; is it a Gmsh file?"));
+    if (!elements) throw FileError(message(name_, ": there are no elements ($Elements or $ELM) in this file; was it cut short?"));
+    return given_tetrahedra(points_, tetrahedra_, metres_per_unit, name_);
+  }
+
+ private:
+  template <class... Parts>
+  [[noreturn]] void fail(Parts const&... parts) const {
+    throw FileError(message(name_, ", line ", line_, ": ", parts...));
+  }
+
+  bool next(std::string_view& line) {
+    if (rest_.empty()) return false;
+    line = take_line(rest_);
+    ++line_;
+    return true;
+  }
+  std::string_view next(char const* what) {
+    std::string_view line;
+    if (!next(line)) fail("the file ends where ", what, " should be; it was cut short");
+    return line;
+  }
+  long long whole(std::string_view& line, char const* what) const {
+    std::string_view const word = take_word(line);
+    auto const value = to_number<long long>(word);
+    if (!value) fail(word.empty() ? "nothing" : "\"" + legible(word) + "\"", " stands where ", what, " should be");
+    return *value;
+  }
+  /// A number of things that each take a byte at least.
+  long long count(std::string_view& line, char const* what) const {
+    long long const value = whole(line, what);
+    if (value < 0 || value > static_cast<long long>(size_)) fail(what, " is ", value, ", which this file can not hold; it was cut short or is damaged");
+    return value;
+  }
+  void end(std::string_view expected) {
+    std::string_view line = next(version_ == 1 ? "the end of the section" : "$End...");
+    if (take_word(line) != expected) fail("\"", expected, "\" should be here; more stands in the section than it announces");
+  }
+  void skip(std::string_view keyword) {
+    std::string const wanted = "$End" + std::string(keyword.substr(1));
+    for (std::string_view line; next(line);)
+      if (take_word(line) == wanted) return;
+    fail("the section ", legible(keyword), " has no end; the file was cut short");
+  }
+
+  void read_format() {
+    std::string_view line = next("the version");
+    std::string_view const number = take_word(line);
+    auto const version = to_number<double>(number);
+    long long const binary = whole(line, "the file type");
+    if (binary != 0) fail("this is a binary Gmsh file; save it as ASCII (Mesh.Binary = 0)");
+    if (!version || !((*version >= 2 && *version < 3) || *version == 4.1))
+      fail("version \"", legible(number), "\" is not read; save it as 2.2 or 4.1 (Mesh.MshFileVersion)");
+    version_ = *version < 3 ? 2 : 4;
+    end("$EndMeshFormat");
+  }
+  void require_version() const {
+    if (version_ == 0) fail("there is no $MeshFormat before the vertices");
+  }
+
+  void add_tag(long long tag) {
+    if (!index_.emplace(tag, static_cast<int>(index_.size())).second) fail("vertex ", tag, " is there twice");
+  }
+  void add_point(std::string_view& line) {
+    Vector3<double> p;
+    for (int k = 0; k < 3; ++k) {
+      std::string_view const word = take_word(line);
+      auto const value = to_number<double>(word);
+      if (!value || !std::isfinite(*value)) fail(word.empty() ? "nothing" : "\"" + legible(word) + "\"", " is not a coordinate");
+      p[k] = *value;
+    }
+    points_.push_back(p);
+  }
+  void add_element(long long type, std::string_view& line) {
+    if (type == 4) {
+      std::array<int, 4> corners;
+      for (int& corner : corners) {
+        long long const tag = whole(line, "a corner of a tetrahedron");
+        auto const found = index_.find(tag);
+        if (found == index_.end()) fail("a tetrahedron names vertex ", tag, ", which the file does not have");
+        corner = found->second;
+      }
+      tetrahedra_.push_back(corners);
+      return;
+    }
+    constexpr std::array flat{1, 2, 3, 8, 9, 10, 15, 16, 20, 21, 22, 23, 24, 25, 26, 27, 28};   // points, lines and faces
+    if (std::find(flat.begin(), flat.end(), type) == flat.end())
+      fail("an element of type ", type, " is no tetrahedron of four vertices; mesh with tetrahedra of first order (Mesh.ElementOrder = 1)");
+  }
+
+  void read_nodes() {
+    std::string_view line = next("the number of vertices");
+    long long const n = count(line, "the number of vertices");
+    for (long long i = 0; i < n; ++i) {
+      line = next("a vertex");
+      add_tag(whole(line, "the tag of a vertex"));
+      add_point(line);
+    }
+    end(version_ == 1 ? "$ENDNOD" : "$EndNodes");
+  }
+  void read_elements() {
+    std::string_view line = next("the number of elements");
+    long long const n = count(line, "the number of elements");
+    for (long long i = 0; i < n; ++i) {
+      line = next("an element");
+      whole(line, "the tag of an element");
+      long long const type = whole(line, "the type of an element");
+      long long const tags = version_ == 1 ? 3 : count(line, "the number of tags");   // of the first: two regions and the number of vertices
+      for (long long k = 0; k < tags; ++k) whole(line, "a tag");
+      add_element(type, line);
+    }
+    end(version_ == 1 ? "$ENDELM" : "$EndElements");
+  }
+
+  void read_blocks_of_nodes() {
+    std::string_view line = next("the number of blocks");
+    long long const blocks = count(line, "the number of blocks"), n = count(line, "the number of vertices");
+    for (long long b = 0; b < blocks; ++b) {
+      line = next("a block of vertices");
+      for (int k = 0; k < 3; ++k) whole(line, "the dimension, the tag or the kind of a block");
+      long long const own = count(line, "the number of vertices of a block");
+      for (long long i = 0; i < own; ++i) {
+        line = next("the tag of a vertex");
+        add_tag(whole(line, "the tag of a vertex"));
+      }
+      for (long long i = 0; i < own; ++i) {
+        line = next("a vertex");
+        add_point(line);
+      }
+    }
+    if (static_cast<long long>(points_.size()) != n) fail(n, " vertices are announced and ", points_.size(), " given");
+    end("$EndNodes");
+  }
+  void read_blocks_of_elements() {
+    std::string_view line = next("the number of blocks");
+    long long const blocks = count(line, "the number of blocks"), n = count(line, "the number of elements");
+    long long given = 0;
+    for (long long b = 0; b < blocks; ++b) {
+      line = next("a block of elements");
+      whole(line, "the dimension of a block");
+      whole(line, "the tag of a block");
+      long long const type = whole(line, "the type of elements"), own = count(line, "the number of elements of a block");
+      for (long long i = 0; i < own; ++i, ++given) {
+        line = next("an element");
+        whole(line, "the tag of an element");
+        add_element(type, line);
+      }
+    }
+    if (given != n) fail(n, " elements are announced and ", given, " given");
+    end("$EndElements");
+  }
+
+  std::string_view rest_;
+  std::size_t size_;
+  std::string const& name_;
+  long long line_ = 0;
+  int version_ = 0;   // 1, 2 or 4
+  std::vector<Vector3<double>> points_;
+  std::unordered_map<long long, int> index_;
+  std::vector<std::array<int, 4>> tetrahedra_;
+};
+
+}  // namespace detail
+
+/// The tetrahedra in the text of a Gmsh file; `name` opens messages. See read_gmsh.
+template <RealScalar Scalar = double>
+TetrahedralMesh<Scalar> parse_gmsh(std::string_view text, double metres_per_unit = 1.0, std::string const& name = "Gmsh text") {
+  detail::check_metres_per_unit(metres_per_unit);
+  auto const mesh = detail::GmshScan(text, name)(metres_per_unit);
+  return {mesh.points.template cast<Scalar>(), mesh.tetrahedra};
+}
+
+/// Reads the tetrahedra of a Gmsh file in ASCII, of version 1, 2.x or 4.1. Points, lines and faces in it are passed over, as are sections of other things.
+///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`
+/// Tetrahedra that are inside out are turned, vertices of none are dropped; the rest keeps its order.
+/// Throws `FileError` in one line with the line of the file: cut short, damaged, binary, of another version, volumes that are no tetrahedra of four vertices, flat
+/// or double tetrahedra, more than two at a face, a coordinate that is not finite.
+template <RealScalar Scalar = double>
+TetrahedralMesh<Scalar> read_gmsh(std::filesystem::path const& file, double metres_per_unit = 1.0) {
+  return parse_gmsh<Scalar>(detail::read_whole_file(file), metres_per_unit, file.string());
+}
+
+}  // namespace palpate

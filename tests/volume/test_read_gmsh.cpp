@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "catch.hpp"
+#include "device/message.hpp"
+#include "scratch_folder.hpp"
+
+#include <palpate/mesh/measures.hpp>
+#include <palpate/mesh/validation.hpp>
+#include <palpate/volume/read_gmsh.hpp>
+
+#include <cstdint>
+#include <cstdlib>
+#include <random>
+#include <string>
+
+using namespace palpate;
+using palpate_test::message_of, palpate_test::unsaid;
+
+// Written by hand after the Gmsh reference manual, "Legacy formats" and "MSH file format": two tetrahedra over a triangle, the second inside out, a vertex of none.
+namespace {
+
+std::string const first = R"($NOD
+6
+10 0 0 0
+20 1 0 0
+30 0 1 0
+40 0 0 1
+50 1 1 1
+60 9 9 9
+$ENDNOD
+$ELM
+3
+1 2 1 1 3 10 20 30
+2 4 1 1 4 10 20 30 40
+3 4 1 1 4 20 30 40 50
+$ENDELM
+)";
+std::string const second = R"($MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+1
+3 1 "liver"
+$EndPhysicalNames
+$Nodes
+6
+10 0 0 0
+20 1 0 0
+30 0 1 0
+40 0 0 1
+50 1 1 1
+60 9 9 9
+$EndNodes
+$Elements
+4
+1 15 2 1 1 10
+2 2 2 1 1 10 20 30
+3 4 2 1 1 10 20 30 40
+4 4 0 20 30 40 50
+$EndElements
+)";
+std::string const fourth = R"($MeshFormat
+4.1 0 8
+$EndMeshFormat
+$Entities
+0 0 0 1
+1 0 0 0 1 1 1 0 0
+$EndEntities
+$Nodes
+2 6 10 60
+2 1 0 2
+10
+20
+0 0 0
+1 0 0
+3 1 1 4
+30
+40
+50
+60
+0 1 0 0.5 0.5 0.5
+0 0 1 0.5 0.5 0.5
+1 1 1 0 0 0
+9 9 9 0 0 0
+$EndNodes
+$Elements
+2 3 1 3
+2 1 2 1
+1 10 20 30
+3 1 4 2
+2 10 20 30 40
+3 20 30 40 50
+$EndElements
+)";
+
+std::string with(std::string text, std::string const& what, std::string const& by) {
+  auto const at = text.find(what);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, what.size(), by);
+}
+
+}  // namespace
+
+TEST_CASE("three versions of a Gmsh file give the same two tetrahedra", "[volume][gmsh]") {
+  for (auto const& text : {first, second, fourth}) {
+    auto const mesh = parse_gmsh(text, 0.01);
+    REQUIRE(mesh.points.cols() == 5);
+    REQUIRE(mesh.tetrahedra.cols() == 2);
+    CHECK(mesh.points(2, 4) == 0.01);
+    CHECK(validate(mesh).empty());
+    CHECK(volume(mesh) == Approx(1e-6 * (1.0 / 6 + 1.0 / 3)).epsilon(1e-12));   // by determinants
+  }
+  std::string dos;
+  for (char const c : second) dos += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  CHECK(parse_gmsh<float>(dos).tetrahedra.cols() == 2);
+}
+
+TEST_CASE("a Gmsh file is read from disk and named in what is wrong with it", "[volume][gmsh]") {
+  ScratchFolder const folder;
+  auto const file = folder.write("liver.msh", second);
+  CHECK(read_gmsh(file).points.cols() == 5);
+  folder.write("liver.msh", with(second, "10 0 0 0", "10 0 zero 0"));
+  CHECK(unsaid(message_of([&] { read_gmsh(file); }), "liver.msh, line 10", "\"zero\"", "coordinate") == "");
+  CHECK_THROWS_AS(read_gmsh(folder.path() / "none.msh"), FileError);
+  CHECK(unsaid(message_of([&] { read_gmsh(file, -1.0); }), "metres per unit", "-1") == "");
+}
+
+TEST_CASE("what is wrong with a Gmsh file is said in one line", "[volume][gmsh]") {
+  auto const says = [](std::string const& text, auto const&... words) {
+    std::string const said = message_of([&] { parse_gmsh(text); });
+    CHECK(unsaid(said, words...) == "");
+    CHECK(said.find('\n') == std::string::npos);
+    CHECK_THROWS_AS(parse_gmsh(text), FileError);
+  };
+  says("", "no vertices");
+  says("solid liver\n", "line 1", "\"solid\"", "Gmsh");
+  says(with(second, "2.2 0 8", "2.2 1 8"), "line 2", "binary", "Mesh.Binary");
+  says(with(second, "2.2 0 8", "4 0 8"), "version \"4\"", "2.2 or 4.1");
+  says(with(second, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n", ""), "$MeshFormat");
+  says(second.substr(0, second.find("50 1 1 1")), "ends where a vertex", "cut short");
+  says(second.substr(0, second.find("$Elements")), "no elements");
+  says(with(second, "$Nodes\n6", "$Nodes\n5"), "$EndNodes", "announces");
+  says(with(second, "$Nodes\n6", "$Nodes\n600000000000"), "can not hold");
+  says(with(second, "$Nodes\n6", "$Nodes\n-1"), "-1");
+  says(with(second, "20 1 0 0", "10 1 0 0"), "vertex 10", "twice");
+  says(with(second, "20 1 0 0", "20 1 nan 0"), "\"nan\"");
+  says(with(second, "1 1 10 20 30 40", "1 1 10 20 30 41"), "line", "vertex 41");
+  says(with(second, "1 1 10 20 30 40", "1 1 10 20 30"), "nothing", "corner");
+  says(with(second, "1 1 10 20 30 40", "1 1 10 20 30 30"), "names vertex", "more than once");
+  says(with(second, "0 20 30 40 50", "0 40 30 20 10"), "same corners");
+  says(with(second, "40 0 0 1", "40 0.5 0.5 0"), "no volume");
+  says(with(second, "4 4 0 20 30 40 50", "4 11 0 20 30 40 50"), "type 11", "ElementOrder");
+  says(with(with(second, "3 4 2 1 1 10 20 30 40", "3 2 2 1 1 10 20 30"), "4 4 0 20 30 40 50", "4 2 0 20 30 40"), "no tetrahedra");
+  says(with(fourth, "2 6 10 60", "2 7 10 60"), "7 vertices are announced");
+  says(with(second, "$EndPhysicalNames\n", ""), "$PhysicalNames", "no end");
+  says(with(first, "$ELM", "$Elements"), "$Elements");
+}
+
+// 10⁵ before an issue closes; see CONTRIBUTING.md.
+TEST_CASE("damaged Gmsh files are read or refused, never crash", "[volume][gmsh][fuzz]") {
+  char const* const wanted = std::getenv("PALPATE_GMSH_FILES");
+  int const rounds = wanted != nullptr ? std::atoi(wanted) : 2000;
+  std::mt19937_64 random(7);
+  int read = 0, refused = 0;
+  for (int round = 0; round < rounds; ++round) {
+    std::string text = round % 3 == 0 ? first : round % 3 == 1 ? second : fourth;
+    for (std::uint64_t edits = 1 + random() % 3; edits > 0; --edits) {
+      std::size_t const at = random() % text.size(), length = random() % 9;
+      switch (random() % 4) {
+        case 0: text[at] = static_cast<char>(random() % 256); break;
+        case 1: text.erase(at, length); break;
+        case 2: text.insert(at, text.substr(random() % text.size(), length)); break;
+        default: text.insert(at, std::to_string(static_cast<long long>(random() >> (random() % 60)))); break;
+      }
+      if (text.empty()) text = "$";
+    }
+    try {
+      if (!validate(parse_gmsh(text)).empty()) FAIL("an invalid mesh was read from:\n" << text);
+      ++read;
+    } catch (FileError const&) {
+      ++refused;
+    }
+  }
+  CHECK(read + refused == rounds);
+  CHECK(read > rounds / 100);
+  CHECK(refused > rounds / 10);
+}
