@@ -6,4 +6,5 @@
 #include <palpate/volume/fill.hpp>
 #include <palpate/volume/organ_volume.hpp>
 #include <palpate/volume/read_gmsh.hpp>
+#include <palpate/volume/section.hpp>
 #include <palpate/volume/winding_number.hpp>
