@@ -18,6 +18,7 @@ set(palpate_vtk_modules
     InteractionStyle
     RenderingContext2D
     RenderingContextOpenGL2
+    RenderingAnnotation
     RenderingCore
     RenderingFreeType
     RenderingOpenGL2

@@ -4,13 +4,20 @@
 #include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/tissue/solid_fields.hpp>
 #include <palpate/vtk/detail/message_trap.hpp>
 #include <palpate/vtk/detail/poly_data.hpp>
+#include <palpate/vtk/detail/unstructured_grid.hpp>
 
+#include <vtkCellData.h>
+#include <vtkDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkPointSet.h>
 #include <vtkXMLPolyDataWriter.h>
+#include <vtkXMLUnstructuredGridWriter.h>
 
 #include <cmath>
 #include <cstdio>
@@ -22,13 +29,14 @@
 
 namespace palpate {
 
-/// Writes a moving surface for ParaView: `tissue.pvd` with the times and `tissue/tissue_0000.vtp`, `…_0001.vtp`, one a frame.
+/// Writes a moving surface or solid for ParaView: `tissue.pvd` with the times and `tissue/tissue_0000.vtp`, `…_0001.vtp`, one a frame; of a solid .vtu.
 ///   SeriesWriter series("out/tissue.pvd");
 ///   series.add(0.0, body.mesh(), body.displacements());
+///   series.add(0.1, TetrahedralMesh<double>{body.positions(), tetrahedra}, body.displacements(), solid_fields(body.tissue(), body.positions()));
 /// Every file is there as a whole or not at all, and the .pvd names only frames that are: a run that is stopped leaves a
 /// series that opens. The number of vertices may change from frame to frame, as it does in a cut.
 /// Errors     `FileError`: a folder or file that can not be written. `InvalidArgument`: a time that does not grow, a
-///            displacement that is not 3 × the number of vertices.
+///            displacement that is not 3 × the number of vertices, fields that are not those of as many tetrahedra.
 /// Cost       `add` writes one frame and the list of all frames.
 class SeriesWriter {
  public:
@@ -49,15 +57,29 @@ class SeriesWriter {
   /// Adds the frame at `time` [s].
   template <RealScalar Scalar>
   void add(double time, TriangleMesh<Scalar> const& mesh) {
-    add_frame<Scalar>(time, mesh, nullptr);
+    add_frame<vtkXMLPolyDataWriter>(time, ".vtp", *detail::to_smooth_poly_data(mesh));
   }
   /// With an array "displacement" [m], one column a vertex, to colour or warp by.
   template <RealScalar Scalar>
   void add(double time, TriangleMesh<Scalar> const& mesh, Matrix<Scalar, 3, Dynamic> const& displacement) {
-    if (displacement.cols() != mesh.points.cols())
-      throw InvalidArgument(detail::message("frame ", frames_, " has ", mesh.points.cols(), " vertices and ",
-                                            displacement.cols(), " displacements"));
-    add_frame<Scalar>(time, mesh, &displacement);
+    auto const surface = detail::to_smooth_poly_data(mesh);
+    add_displacement(*surface, displacement);
+    add_frame<vtkXMLPolyDataWriter>(time, ".vtp", *surface);
+  }
+  /// A solid where it is now, with its displacement, and of each tetrahedron "stress" [Pa], Cauchy's, "von Mises stress" [Pa], "strain energy density" [J/m3] and
+  /// "volume ratio".
+  template <RealScalar Scalar>
+  void add(double time, TetrahedralMesh<Scalar> const& mesh, Matrix<Scalar, 3, Dynamic> const& displacement, SolidFields<Scalar> const& fields) {
+    if (fields.von_mises.size() != mesh.tetrahedra.cols())
+      throw InvalidArgument(detail::message("frame ", frames_, " has ", mesh.tetrahedra.cols(), " tetrahedra and fields of ", fields.von_mises.size()));
+    auto const solid = detail::to_unstructured_grid(mesh);
+    add_displacement(*solid, displacement);
+    auto* const cells = solid->GetCellData();
+    cells->AddArray(detail::float_array("stress", fields.stress));
+    cells->AddArray(detail::float_array("von Mises stress", fields.von_mises.transpose()));
+    cells->AddArray(detail::float_array("strain energy density", fields.energy_density.transpose()));
+    cells->AddArray(detail::float_array("volume ratio", fields.determinant.transpose()));
+    add_frame<vtkXMLUnstructuredGridWriter>(time, ".vtu", *solid);
   }
 
   int frames() const noexcept { return frames_; }
@@ -65,21 +87,24 @@ class SeriesWriter {
 
  private:
   template <RealScalar Scalar>
-  void add_frame(double time, TriangleMesh<Scalar> const& mesh, Matrix<Scalar, 3, Dynamic> const* displacement) {
+  void add_displacement(vtkPointSet& shape, Matrix<Scalar, 3, Dynamic> const& displacement) const {
+    if (displacement.cols() != shape.GetNumberOfPoints())
+      throw InvalidArgument(detail::message("frame ", frames_, " has ", shape.GetNumberOfPoints(), " vertices and ", displacement.cols(), " displacements"));
+    shape.GetPointData()->AddArray(detail::float_array("displacement", displacement));
+  }
+  template <class Writer>
+  void add_frame(double time, char const* extension, vtkDataSet& shape) {
     if (!std::isfinite(time) || (frames_ > 0 && !(time > last_time_)))
       throw InvalidArgument(detail::message("frame ", frames_, " is at ", time, " s, the one before at ", last_time_,
                                             " s; times must grow"));
-    auto const surface = detail::to_smooth_poly_data(mesh);
-    if (displacement) surface->GetPointData()->AddArray(detail::vector_array<Scalar>("displacement", *displacement));
-
     char name[32];
-    std::snprintf(name, sizeof name, "_%04d.vtp", frames_);
+    std::snprintf(name, sizeof name, "_%04d%s", frames_, extension);
     std::filesystem::path const file = folder_ / (stem_ + name);
     {
       detail::MessageTrap const trap;
-      vtkNew<vtkXMLPolyDataWriter> writer;
+      vtkNew<Writer> writer;
       writer->WriteToOutputStringOn();
-      writer->SetInputData(surface);
+      writer->SetInputData(&shape);
       if (writer->Write() == 0)
         throw FileError(detail::message("can not write ", file.string(), ": ", trap.message()));
       detail::write_whole_file(file, writer->GetOutputString());

@@ -20,26 +20,31 @@
 
 namespace palpate::detail {
 
-/// A 3 × n matrix as a VTK array of n vectors.
-template <RealScalar Scalar>
-vtkSmartPointer<vtkFloatArray> vector_array(char const* name, Matrix<Scalar, 3, Dynamic> const& vectors) {
+/// A matrix as a VTK array: a tuple a column.
+template <class Derived>
+vtkSmartPointer<vtkFloatArray> float_array(char const* name, Eigen::MatrixBase<Derived> const& tuples) {
   auto array = vtkSmartPointer<vtkFloatArray>::New();
   array->SetName(name);
-  array->SetNumberOfComponents(3);
-  array->SetNumberOfTuples(vectors.cols());
-  for (Eigen::Index i = 0; i < vectors.cols(); ++i)
-    array->SetTuple3(i, static_cast<double>(vectors(0, i)), static_cast<double>(vectors(1, i)), static_cast<double>(vectors(2, i)));
+  array->SetNumberOfComponents(static_cast<int>(tuples.rows()));
+  array->SetNumberOfTuples(tuples.cols());
+  for (Eigen::Index i = 0; i < tuples.cols(); ++i)
+    for (Eigen::Index k = 0; k < tuples.rows(); ++k) array->SetComponent(i, static_cast<int>(k), static_cast<double>(tuples(k, i)));
   return array;
 }
 
 template <RealScalar Scalar>
-vtkSmartPointer<vtkPolyData> to_poly_data(TriangleMesh<Scalar> const& mesh) {
-  vtkNew<vtkPoints> points;
-  points->SetNumberOfPoints(mesh.points.cols());
-  for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
-    Vector3<double> const p = mesh.points.col(i).template cast<double>();
+vtkSmartPointer<vtkPoints> to_points(Matrix3X<Scalar> const& columns) {
+  auto points = vtkSmartPointer<vtkPoints>::New();
+  points->SetNumberOfPoints(columns.cols());
+  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+    Vector3<double> const p = columns.col(i).template cast<double>();
     points->SetPoint(i, p.data());
   }
+  return points;
+}
+
+template <RealScalar Scalar>
+vtkSmartPointer<vtkPolyData> to_poly_data(TriangleMesh<Scalar> const& mesh) {
   vtkNew<vtkCellArray> triangles;
   triangles->AllocateExact(mesh.triangles.cols(), 3 * mesh.triangles.cols());
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
@@ -47,7 +52,7 @@ vtkSmartPointer<vtkPolyData> to_poly_data(TriangleMesh<Scalar> const& mesh) {
     triangles->InsertNextCell(3, corners);
   }
   auto surface = vtkSmartPointer<vtkPolyData>::New();
-  surface->SetPoints(points);
+  surface->SetPoints(to_points<Scalar>(mesh.points));
   surface->SetPolys(triangles);
   return surface;
 }
@@ -56,7 +61,7 @@ vtkSmartPointer<vtkPolyData> to_poly_data(TriangleMesh<Scalar> const& mesh) {
 template <RealScalar Scalar>
 vtkSmartPointer<vtkPolyData> to_smooth_poly_data(TriangleMesh<Scalar> const& mesh) {
   auto surface = to_poly_data(mesh);
-  surface->GetPointData()->SetNormals(vector_array<Scalar>("Normals", vertex_normals(mesh)));
+  surface->GetPointData()->SetNormals(float_array("Normals", vertex_normals(mesh)));
   return surface;
 }
 
