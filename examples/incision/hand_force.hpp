@@ -22,7 +22,7 @@ class HandForce {
                   palpate::OrganForce<double>{.coefficient = options.organ_coefficient, .wall_normal = stroke, .max_damping = 11.0},
                   palpate::CurveJoin<double>{.reversal_depth = 0.001},   // no click when the depth trembles
                   palpate::WhiteGaussianNoise<double>({.snr_db = options.snr_db, .seed = options.seed})),
-        coupling_(options.coupling) {}
+        coupling_(options.coupling.value_or(options.tissue == TissueName::solid ? Coupling::tight : Coupling::loose)) {}
 
   Vector operator()(Contact const& contact) noexcept {
     return coupling_ == Coupling::loose ? measured_(contact) : reaction_(contact);

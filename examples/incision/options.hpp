@@ -9,8 +9,10 @@
 namespace incision {
 
 enum class Coupling { loose, tight };
-enum class IntegratorName { leapfrog, velocity_verlet, symplectic_euler, explicit_euler, runge_kutta_4 };
+enum class TissueName { springs, solid };
+enum class IntegratorName { leapfrog, velocity_verlet, symplectic_euler, explicit_euler, runge_kutta_4, backward_euler };
 
+constexpr double default_prestrain = 0.25, default_young = 5000.0, default_poisson = 0.45;
 constexpr double longest_run = 3600.0;   // s of simulated time
 
 /// What the command line asks for. SI units; an empty optional is worked out from the organ.
@@ -25,14 +27,18 @@ struct Options {
   std::optional<double> seconds;
 
   // Tissue.
+  TissueName tissue = TissueName::springs;
+  std::optional<double> young;             // Pa, of a solid
+  std::optional<double> poisson;           // of a solid
+  std::optional<double> edge;              // m, of the lattice that a solid is filled with
   std::optional<double> mass;              // kg
   std::optional<double> link_stiffness;    // N/m
   std::optional<double> link_damping;      // N s/m
   std::optional<double> home_stiffness;    // N/m
   std::optional<double> home_damping;      // N s/m
-  double prestrain = 0.25;
+  std::optional<double> prestrain;
   int zone = 0;                            // rings; 0: the whole body
-  IntegratorName integrator = IntegratorName::leapfrog;
+  std::optional<IntegratorName> integrator;
 
   // Cut and force.
   std::optional<double> puncture_depth;    // m
@@ -40,7 +46,7 @@ struct Options {
   double organ_coefficient = 800.0;        // N s/m²
   double snr_db = 30.0;
   std::uint64_t seed = 7;
-  Coupling coupling = Coupling::loose;
+  std::optional<Coupling> coupling;
 
   // What comes out.
   std::filesystem::path out = "incision-out";

@@ -5,6 +5,7 @@
 
 #include <palpate/core/phase.hpp>
 #include <palpate/cutting/concept.hpp>
+#include <palpate/integrator/solve_report.hpp>
 #include <palpate/simulator/recording.hpp>
 #include <palpate/simulator/simulator_statistics.hpp>
 
@@ -24,10 +25,20 @@ struct Frame {
   double depth = 0.0;
 };
 
+/// What a solid is, beside its skin.
+struct Solid {
+  std::string filled{};            // what the filling says of itself
+  double young = 0.0, poisson = 0.0, edge = 0.0;   // Pa, -, m
+  int tetrahedra = 0, nailed = 0;
+  double stable_step = 0.0;        // s, of leapfrog in the shape that was pressed last; infinite where any step is
+  palpate::SolveStatistics<double> solved{};
+};
+
 /// All that came of a run.
 struct Outcome {
   palpate::Recording recording;
   std::vector<Frame> frames;
+  std::optional<Solid> solid;
   palpate::CutReport cut;
   int particles_before = 0, triangles_before = 0, particles_after = 0, triangles_after = 0, pieces = 0;
   std::optional<double> release;   // s, when the tool left the wound

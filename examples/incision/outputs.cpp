@@ -42,7 +42,7 @@ Frame const& cutting_frame(std::vector<Frame> const& frames) {
   return moving.empty() ? pressed_frame(frames) : *moving[moving.size() * 2 / 3];
 }
 
-void write_pictures(fs::path const& folder, Organ const& organ, Hand const& hand, std::vector<Frame> const& frames) {
+void write_pictures(fs::path const& folder, Organ const& organ, Hand const& hand, std::vector<Frame> const& frames, bool solid) {
   palpate::Camera const camera =
       palpate::framing(frames.front().mesh, 0.85 * hand.normal + 0.7 * hand.along.cross(hand.normal), hand.normal);
   palpate::PictureStyle style;
@@ -55,7 +55,7 @@ void write_pictures(fs::path const& folder, Organ const& organ, Hand const& hand
   };
   draw("before.png", frames.front());
   draw("pressed.png", pressed_frame(frames));
-  draw("cutting.png", cutting_frame(frames));
+  if (!solid) draw("cutting.png", cutting_frame(frames));
   draw("after.png", frames.back());
 }
 
@@ -118,9 +118,11 @@ std::vector<std::string> write_outputs(Options const& options, Organ const& orga
     std::fprintf(stderr, "incision: no pictures: %s\n", display.problem().c_str());
     return written;
   }
-  write_pictures(options.out, organ, hand, outcome.frames);
+  write_pictures(options.out, organ, hand, outcome.frames, outcome.solid.has_value());
   write_charts(options.out, outcome.recording);
-  written.insert(written.end(), {"before.png", "pressed.png", "cutting.png", "after.png", "force_time.png", "force_depth.png", "energy_time.png"});
+  written.insert(written.end(), {"before.png", "pressed.png"});
+  if (!outcome.solid) written.push_back("cutting.png");
+  written.insert(written.end(), {"after.png", "force_time.png", "force_depth.png", "energy_time.png"});
   return written;
 }
 

@@ -50,8 +50,18 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
 
   line(text, "organ         %s: %d vertices, %d triangles, %.0f mm across, %.3f kg", organ.name.c_str(), outcome.particles_before,
        outcome.triangles_before, 1000.0 * organ.diagonal, organ.mass);
-  line(text, "tissue        link %.3g N/m, %.3g N s/m; home %.3g N/m, %.3g N s/m; pre-tension %.0f %%; %zu particles nailed", organ.link_stiffness,
-       organ.link_damping, organ.home_stiffness, organ.home_damping, 100.0 * options.prestrain, organ.underside.size());
+  if (outcome.solid) {
+    Solid const& solid = *outcome.solid;
+    line(text, "tissue        finite elements, stable neo-Hooke, E %.4g Pa, nu %.3g; edge %.2f mm; %d particles nailed", solid.young, solid.poisson, 1000.0 * solid.edge, solid.nailed);
+    line(text, "filled        %s", solid.filled.c_str());
+    if (solid.solved.steps > 0)
+      line(text, "steps         implicit, of any size; conjugate gradients %.1f iterations a step; %lld of %lld ended at their budget, %lld halved",
+           double(solid.solved.iterations) / double(solid.solved.steps), solid.solved.unconverged, solid.solved.steps, solid.solved.halved);
+    else
+      line(text, "steps         explicit, stable up to %.3g ms", 1000.0 * solid.stable_step);
+  } else
+    line(text, "tissue        link %.3g N/m, %.3g N s/m; home %.3g N/m, %.3g N s/m; pre-tension %.0f %%; %zu particles nailed", organ.link_stiffness,
+       organ.link_damping, organ.home_stiffness, organ.home_damping, 100.0 * options.prestrain.value_or(default_prestrain), organ.underside.size());
   line(text, "session       %.2f s of simulated time in %.2f s: %.1f times real time", simulated, outcome.wall_seconds,
        simulated / outcome.wall_seconds);
   if (!outcome.device.empty()) line(text, "device        %s", outcome.device.c_str());
@@ -67,7 +77,9 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
   line(text, "body step     p50 %.1f us, p99 %.1f us a tick; %.1f steps a tick, at most %d%s", microseconds(outcome.body.compute().p50()),
        microseconds(outcome.body.compute().p99()), double(outcome.body_counts.steps) / double(outcome.body.ticks() > 0 ? outcome.body.ticks() : 1),
        outcome.body_counts.max_steps_a_tick, outcome.body_counts.diverged > 0 ? "; THE BODY DIVERGED" : "");
-  if (outcome.cut.particles_added > 0)
+  if (outcome.solid)
+    line(text, "cut           none: a solid is palpated here and not cut yet");
+  else if (outcome.cut.particles_added > 0)
     line(text, "cut           %.1f mm long; %d particles and %d triangles added; crossings V-P %d, V-V %d, P-V %d, P-P %d", 1000.0 * outcome.cut_length, outcome.cut.particles_added,
          outcome.cut.triangles_added, outcome.cut.vertex_edge, outcome.cut.vertex_vertex, outcome.cut.edge_vertex, outcome.cut.edge_edge);
   else if (punctured)

@@ -10,13 +10,13 @@
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/mesh/organ.hpp>
+#include <palpate/volume/winding_number.hpp>
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 namespace incision {
@@ -24,18 +24,6 @@ namespace incision {
 using palpate::detail::message;
 
 namespace {
-
-/// How often the surface winds around a point: 1 inside a closed surface, 0 outside (van Oosterom and Strackee's solid angles).
-double winding_number(TriangleMesh<double> const& mesh, Vector const& p) {
-  double sum = 0.0;
-  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
-    Vector const a = mesh.points.col(mesh.triangles(0, t)) - p, b = mesh.points.col(mesh.triangles(1, t)) - p,
-                 c = mesh.points.col(mesh.triangles(2, t)) - p;
-    double const la = a.norm(), lb = b.norm(), lc = c.norm();
-    sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return sum / (2.0 * std::numbers::pi);
-}
 
 /// Palpates without puncturing, comes back, goes in, follows the surface, and leaves.
 palpate::Trajectory<double> stroke(SurfaceLine const& line, Organ const& organ, double length) {
@@ -67,6 +55,21 @@ palpate::Trajectory<double> stroke(SurfaceLine const& line, Organ const& organ, 
   return path;
 }
 
+/// Palpates a solid in three places of the line: presses, stays, comes back. A tip pushes a single triangle: no deeper than most of an edge, or that folds.
+palpate::Trajectory<double> palpation(SurfaceLine const& line, Organ const& organ) {
+  double const clear = 0.02 * organ.diagonal + probe_radius, press = std::min(0.75 * organ.puncture_depth, 0.7 * organ.edge) - probe_radius;
+  auto const at = [&](std::size_t i, double depth) -> Vector { return line.points[i] - depth * line.normals[i]; };
+  std::size_t const last = line.points.size() - 1;
+  auto path = palpate::Trajectory<double>::start(at(0, -3 * clear));
+  for (std::size_t const place : {std::size_t{0}, last / 2, last}) {
+    path.line(at(place, -clear), 0.5, palpate::Pace::minimum_jerk);
+    path.line(at(place, press), 0.8, palpate::Pace::minimum_jerk);
+    path.hold(0.2);
+    path.line(at(place, -clear), 0.6, palpate::Pace::minimum_jerk);
+  }
+  return path;
+}
+
 /// A blade that has to go deeper than the organ is thick before it cuts would leave at the other side.
 void check_depth(double depth, Organ const& organ) {
   Eigen::RowVectorXd const heights = organ.up.transpose() * organ.mesh.points;
@@ -92,7 +95,8 @@ void check_path(palpate::Trajectory<double> const& path, TriangleMesh<double> co
   constexpr palpate::LengthRange reach{.low = 0.0, .high = palpate::organ_extent.high};
   Vector const middle = mesh.points.rowwise().mean();
   auto const distance = [&](Vector const& p) { return tree.nearest(mesh.points, p).distance; };
-  auto const inside = [&](Vector const& p) { return winding_number(mesh, p) > 0.5; };
+  palpate::WindingNumber const winding(mesh);
+  auto const inside = [&](Vector const& p) { return winding(p) > 0.5; };
   if (inside(path.begin()))
     throw palpate::InvalidArgument(message(name, ": the path starts ", 1000.0 * distance(path.begin()),
                                            " mm inside the organ; let it start outside"));
@@ -134,6 +138,7 @@ Organ prepare_organ(Options const& options) {
   organ.diagonal = (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
   organ.up = upper_direction(organ.mesh, options.up);
   organ.puncture_depth = options.puncture_depth.value_or(std::min(0.018, organ.diagonal / 20.0));
+  organ.edge = options.edge.value_or(organ.diagonal / 28);
   double const volume = std::abs(palpate::volume(organ.mesh));   // m³
   organ.mass = options.mass.value_or(1060.0 * volume);
   if (options.puncture_depth) check_depth(*options.puncture_depth, organ);
@@ -153,7 +158,7 @@ Organ prepare_organ(Options const& options) {
 }
 
 Hand prepare_hand(Options const& options, Organ const& organ, TriangleMesh<double> const& settled) {
-  constexpr double afterwards = 2.2;   // s, for the wound to open
+  double const afterwards = options.tissue == TissueName::solid ? 0.5 : 2.2;   // s, for the wound to open
   std::optional<Hand> hand;
   if (options.tool.empty()) {
     double const length = stroke_length(settled);
@@ -161,7 +166,7 @@ Hand prepare_hand(Options const& options, Organ const& organ, TriangleMesh<doubl
     if (line.points.size() < 2)
       throw palpate::InvalidMesh(message(organ.name, ": the side that looks up has no room for a stroke of ", 1000.0 * length,
                                          " mm; choose another with --up or give a path with --tool"));
-    hand = Hand{.path = stroke(line, organ, length), .middle = line.points[line.points.size() / 2], .normal = line.normals[line.normals.size() / 2],
+    hand = Hand{.path = options.tissue == TissueName::solid ? palpation(line, organ) : stroke(line, organ, length), .middle = line.points[line.points.size() / 2], .normal = line.normals[line.normals.size() / 2],
                 .along = line.points.back() - line.points.front(), .length = length};
   } else {
     auto path = palpate::read_trajectory<double>(options.tool);

@@ -11,8 +11,9 @@ namespace incision {
 /// Throws palpate::Error for what can not be used.
 Outcome run_session(Options const& options, Organ const& organ, Hand& hand);
 
-/// The two halves of run_session, each compiled for the five integrators in a file of its own.
+/// The parts of run_session, each compiled in a file of its own: springs for five integrators, whole or a zone, and a solid for two.
 Outcome run_whole_body(Options const& options, Organ const& organ, Hand& hand);
+Outcome run_solid(Options const& options, Organ const& organ, Hand& hand);
 Outcome run_zone(Options const& options, Organ const& organ, Hand& hand);
 
 }  // namespace incision

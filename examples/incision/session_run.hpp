@@ -16,6 +16,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 
 namespace incision {
@@ -25,12 +26,16 @@ using palpate::CuttingPhase;
 constexpr double frame_period = 0.04;    // s, of the series
 constexpr double after_release = 2.0;    // s, when the gap is measured
 
+template <class Cutter>
+concept HasLips = requires(Cutter const& cutter) { cutter.lips(); };
+
 /// The largest distance between two particles that were one before the cut.
 template <class Simulator>
 double gap_of(Simulator const& simulator) {
   double gap = 0.0;
   auto const x = simulator.body().positions();
-  for (auto const& [left, right] : simulator.cutter().lips()) gap = std::max(gap, (x.col(left) - x.col(right)).norm());
+  if constexpr (HasLips<std::remove_cvref_t<decltype(simulator.cutter())>>)
+    for (auto const& [left, right] : simulator.cutter().lips()) gap = std::max(gap, (x.col(left) - x.col(right)).norm());
   return gap;
 }
 
@@ -44,9 +49,9 @@ Frame frame_of(Simulator const& simulator, palpate::Tick const& tick) {
   return frame;
 }
 
-/// In lock-step: frames are taken between ticks, and their time does not count.
-template <class Simulator>
-void run_lockstep(Simulator& simulator, Hand const& hand, Outcome& outcome) {
+/// In lock-step: frames are taken between ticks by frame_at(simulator, tick), and their time does not count.
+template <class Simulator, class FrameAt>
+void run_lockstep(Simulator& simulator, Hand const& hand, Outcome& outcome, FrameAt const& frame_at) {
   using Clock = std::chrono::steady_clock;
   Progress progress("simulating");
   auto const started = Clock::now();
@@ -63,7 +68,7 @@ void run_lockstep(Simulator& simulator, Hand const& hand, Outcome& outcome) {
     before = tick.phase;
     if (outcome.release && !outcome.gap && tick.time >= *outcome.release + after_release) outcome.gap = gap_of(simulator);
     if (tick.time >= frame_period * double(next_frame) - 1e-9) {
-      outcome.frames.push_back(frame_of(simulator, tick));
+      outcome.frames.push_back(frame_at(simulator, tick));
       ++next_frame;
       progress.show(tick.time / hand.seconds, to_string(tick.phase));
     }
@@ -73,9 +78,9 @@ void run_lockstep(Simulator& simulator, Hand const& hand, Outcome& outcome) {
   outcome.wall_seconds = std::chrono::duration<double>(Clock::now() - started - aside).count();
 }
 
-/// In real time: another thread collects what the body publishes, as a window would.
-template <class Simulator>
-void run_realtime(Simulator& simulator, Hand const& hand, Outcome& outcome) {
+/// In real time: another thread collects what the body publishes, as a window would; frame_of(snapshot).
+template <class Simulator, class FrameOf>
+void run_realtime(Simulator& simulator, Hand const& hand, Outcome& outcome, FrameOf const& frame_from) {
   std::atomic<bool> running{true};
   std::thread collector([&] {
     Progress progress("simulating");
@@ -87,7 +92,7 @@ void run_realtime(Simulator& simulator, Hand const& hand, Outcome& outcome) {
       auto const& now = channel.latest();
       if (now.time < last + frame_period) continue;
       last = now.time;
-      outcome.frames.push_back({.time = now.time, .mesh = {now.points, now.triangles}, .displacement = {}, .tip = now.tip, .phase = now.phase});
+      outcome.frames.push_back(frame_from(now));
       progress.show(now.time / hand.seconds, to_string(now.phase));
     }
   });
@@ -113,31 +118,18 @@ void run_realtime(Simulator& simulator, Hand const& hand, Outcome& outcome) {
   }
 }
 
-template <class Integrator, class Region>
-Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integrator integrator, Region region) {
-  palpate::MassSpring<double> tissue(organ.mesh, {.mass = {.total = organ.mass},
-                                                  .link = {.stiffness = organ.link_stiffness, .damping = organ.link_damping},
-                                                  .home = {.stiffness = organ.home_stiffness, .damping = organ.home_damping},
-                                                  .link_prestrain = options.prestrain});
-  tissue.nail(organ.underside);
-  palpate::SoftBody body(std::move(tissue), integrator, region);   // settles under its pre-tension
-  body.reserve(body.size() + 4000, static_cast<int>(organ.mesh.triangles.cols()) + 8000);
-  hand = prepare_hand(options, organ, body.mesh());
-
-  Device device = make_device(options, hand);
-  bool const realtime = options.realtime || keeps_time(device);
-  palpate::Simulator simulator(std::move(device), std::move(body),
-                               palpate::ProgressiveCutter<double>({.puncture_depth = organ.puncture_depth}),
-                               HandForce(options, hand.along), {.servo = {.mapping = mapping_of(options, hand)}});
+/// Both ways, and what there is to say of any tissue.
+template <class Simulator, class FrameAt, class FrameOf>
+Outcome run_and_report(Simulator& simulator, Hand const& hand, bool realtime, FrameAt const& frame_at, FrameOf const& frame_from) {
   Outcome outcome;
   outcome.particles_before = simulator.body().size();
   outcome.triangles_before = static_cast<int>(simulator.body().triangles().cols());
   outcome.realtime = realtime;
   if (realtime)
-    run_realtime(simulator, hand, outcome);
+    run_realtime(simulator, hand, outcome, frame_from);
   else
-    run_lockstep(simulator, hand, outcome);
-  if (outcome.frames.empty()) outcome.frames.push_back(frame_of(simulator, palpate::Tick{.tip = hand.path.begin()}));
+    run_lockstep(simulator, hand, outcome, frame_at);
+  if (outcome.frames.empty()) outcome.frames.push_back(frame_at(simulator, palpate::Tick{.tip = hand.path.begin()}));
 
   outcome.device = description_of(simulator.device());
   outcome.device_faults = faults_of(simulator.device());
@@ -149,6 +141,28 @@ Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integra
   outcome.servo = statistics.servo;
   outcome.body = statistics.body;
   outcome.body_counts = statistics.body_counts;
+  return outcome;
+}
+
+template <class Integrator, class Region>
+Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integrator integrator, Region region) {
+  palpate::MassSpring<double> tissue(organ.mesh, {.mass = {.total = organ.mass},
+                                                  .link = {.stiffness = organ.link_stiffness, .damping = organ.link_damping},
+                                                  .home = {.stiffness = organ.home_stiffness, .damping = organ.home_damping},
+                                                  .link_prestrain = options.prestrain.value_or(default_prestrain)});
+  tissue.nail(organ.underside);
+  palpate::SoftBody body(std::move(tissue), integrator, region);   // settles under its pre-tension
+  body.reserve(body.size() + 4000, static_cast<int>(organ.mesh.triangles.cols()) + 8000);
+  hand = prepare_hand(options, organ, body.mesh());
+
+  Device device = make_device(options, hand);
+  bool const realtime = options.realtime || keeps_time(device);
+  palpate::Simulator simulator(std::move(device), std::move(body),
+                               palpate::ProgressiveCutter<double>({.puncture_depth = organ.puncture_depth}),
+                               HandForce(options, hand.along), {.servo = {.mapping = mapping_of(options, hand)}});
+  Outcome outcome = run_and_report(simulator, hand, realtime, [](auto const& all, palpate::Tick const& tick) { return frame_of(all, tick); }, [](auto const& now) {
+    return Frame{.time = now.time, .mesh = {now.points, now.triangles}, .displacement = {}, .tip = now.tip, .phase = now.phase};
+  });
   auto const rest = simulator.body().rest_mesh();
   for (auto const& [a, b] : palpate::boundary_edges(rest)) outcome.cut_length += (rest.points.col(a) - rest.points.col(b)).norm() / 2;   // two lips
   return outcome;
@@ -156,12 +170,13 @@ Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integra
 
 template <class Region>
 Outcome with_integrator(Options const& options, Organ const& organ, Hand& hand, Region region) {
-  switch (options.integrator) {
+  switch (options.integrator.value_or(IntegratorName::leapfrog)) {
     case IntegratorName::leapfrog: return run_with(options, organ, hand, palpate::LeapfrogVerlet{}, region);
     case IntegratorName::velocity_verlet: return run_with(options, organ, hand, palpate::VelocityVerlet{}, region);
     case IntegratorName::symplectic_euler: return run_with(options, organ, hand, palpate::SymplecticEuler{}, region);
     case IntegratorName::explicit_euler: return run_with(options, organ, hand, palpate::ExplicitEuler{}, region);
     case IntegratorName::runge_kutta_4: return run_with(options, organ, hand, palpate::RungeKutta4{}, region);
+    case IntegratorName::backward_euler: break;   // refused with springs
   }
   return {};
 }

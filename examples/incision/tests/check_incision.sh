@@ -65,6 +65,16 @@ run mesh 0 --mesh good.obj --unit cm --out mesh --no-pictures
 grep -q '^incision' mesh.err && fail "mesh: said something about a good mesh: $(cat mesh.err)"
 run realtime 0 --resolution 600 --realtime --seconds 1 --out realtime --no-pictures
 
+# --- a solid ----------------------------------------------------------------------------------------------------------
+for k in 1 2; do run "solid$k" 0 --tissue fem --young 4000 --poisson 0.4 --edge 0.018 --seconds 2 --resolution 600 --out "solid$k" --no-pictures; done
+cmp -s solid1/session.csv solid2/session.csv || fail "two runs of a solid differ in session.csv"
+grep -q '^tissue  *finite elements, stable neo-Hooke, E 4000 Pa, nu 0.4; edge 18.00 mm' solid1.out || fail "solid: $(cat solid1.out)"
+grep -q '^filled  *[0-9]* tetrahedra, .* dihedral angles' solid1.out || fail "solid: not what it was filled with: $(cat solid1.out)"
+grep -q '^steps  *implicit, of any size; conjugate gradients [0-9.]* iterations' solid1.out || fail "solid: no iterations: $(cat solid1.out)"
+awk '/^largest force/ { found = 1; exit !($3 > 0.05 && $3 < 3) } END { if (!found) exit 1 }' solid1.out || fail "solid: nothing felt: $(cat solid1.out)"
+run solid_explicit 0 --tissue fem --edge 0.018 --seconds 1 --integrator leapfrog --out solid_explicit --no-pictures
+grep -q '^steps  *explicit, stable up to [0-9.]* ms' solid_explicit.out || fail "solid: no stable step: $(cat solid_explicit.out)"
+
 # --- a device, or what stands in for its library ----------------------------------------------------------------------
 if [ -n "$fake_libhd" ]; then
   export PALPATE_LIBHD="$fake_libhd"
@@ -89,6 +99,12 @@ if [ -n "$fake_libdhd" ]; then
 fi
 PALPATE_LIBDHD=/nowhere/libdhd.so
 export PALPATE_LIBDHD
+refused solid_cut 'palpated here and not cut yet' --tissue fem --puncture-depth 0.01
+refused solid_zone 'a solid has none' --tissue fem --zone 3
+refused solid_rk4 'backward-euler or leapfrog' --tissue fem --integrator rk4
+refused springs_young 'add --tissue fem' --young 100
+refused springs_implicit 'goes with --tissue fem' --integrator backward-euler
+refused solid_fine 'give an edge above' --tissue fem --edge 0.00001
 refused no_libdhd "/nowhere/libdhd.so: cannot open" --device dhd:
 unset PALPATE_LIBDHD
 PALPATE_LIBHD=/nowhere/libHD.so
