@@ -89,9 +89,9 @@ void write_section_picture(std::filesystem::path const& file, Section<Scalar> co
   bar->SetLookupTable(viridis);
   bar->SetTitle(style.quantity.c_str());
   bar->SetNumberOfLabels(6);
-  bar->SetLabelFormat("%.3g");
+  bar->SetLabelFormat(range[1] - range[0] >= 50 ? "%.0f" : "%.3g");
   bar->SetUnconstrainedFontSize(true);
-  bar->SetPosition(0.88, 0.1);
+  bar->SetPosition(0.85, 0.1);
   bar->SetWidth(0.08);
   bar->SetHeight(0.8);
   for (vtkTextProperty* const text : {bar->GetTitleTextProperty(), bar->GetLabelTextProperty()}) {
@@ -102,7 +102,7 @@ void write_section_picture(std::filesystem::path const& file, Section<Scalar> co
   renderer->AddActor2D(bar);
 
   TriangleMesh<double> const all{around.points.template cast<double>(), around.triangles};
-  Camera const camera = framing(all, normal, style.up, static_cast<double>(style.width) / style.height, 0.25);
+  Camera const camera = framing(all, normal, style.up, static_cast<double>(style.width) / style.height, 0.35);
   vtkCamera* const eye = renderer->GetActiveCamera();
   eye->SetPosition(camera.position.data());
   eye->SetFocalPoint(camera.target.data());
