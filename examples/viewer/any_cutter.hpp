@@ -33,12 +33,13 @@ class AnyCutter {
     if (blade_ == Blade::separating) separating_.advance(body, tool, force);
   }
 
-  /// Takes the tool away and gives another one: the cut in progress ends, and the tip has to come from outside again.
+  /// Takes the tool away and gives another one: the cut in progress ends, and the tip has to come from outside again. Returns which it is now.
   template <class Body>
-  void change(Body& body, Blade blade) {
+  Blade change(Body& body, Blade blade) {
     with([&](auto& cutter) { cutter.reset(body); });
     blade_ = blade;
     sharpen();
+    return blade_;
   }
 
   palpate::SurfaceContact<double> const& contact() const noexcept {

@@ -196,7 +196,8 @@ void Engine::obey(Command command) {
       break;
     case Command::blade:
       simulation_->choose(after(setup.blade));
-      next_.note = std::string("cutter: ") + to_string(after(setup.blade));
+      next_.note = setup.tissue == TissueName::solid ? std::string("a solid is palpated here and not cut yet")
+                                                     : std::string("cutter: ") + to_string(after(setup.blade));
       break;
     case Command::record:
       if (was != Doing::recording) begin_recording();

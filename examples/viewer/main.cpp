@@ -40,6 +40,7 @@ void run(viewer::Options const& options) {
 
   Engine engine(session ? setup_of(*session, options.setup) : options.setup, options.out, options.realtime);
   if (session) engine.play(std::move(*session));
+  double pictures = 0.0;   // a second
   {
     Window window(engine, options.width, options.height, options.realtime);
     if (options.realtime) engine.start();
@@ -48,6 +49,7 @@ void run(viewer::Options const& options) {
     else
       window.run(options.seconds);
     engine.stop();
+    pictures = window.picture_rate();
   }
   engine.finish();
   for (auto const& file : engine.written()) std::printf("recorded %s\n", file.string().c_str());
@@ -55,6 +57,7 @@ void run(viewer::Options const& options) {
   auto const count = [](std::uint64_t ticks) { return static_cast<unsigned long long>(ticks); };
   std::printf("ran %.2f s, servo p99 %.0f us, late ticks %llu of %llu%s%s\n", live.time, 1e6 * live.servo.p99, count(live.servo.late),
               count(live.servo.ticks), live.note.empty() ? "" : "; ", live.note.c_str());
+  if (pictures > 0.0) std::printf("%.0f pictures a second\n", pictures);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace viewer {
 Parsed parse_options(int argc, char** argv) {
   Parsed parsed;
   Options& o = parsed.options;
-  std::map<std::string, TissueName> const tissues{{"soft", TissueName::soft}, {"firm", TissueName::firm}};
+  std::map<std::string, TissueName> const tissues{{"soft", TissueName::soft}, {"firm", TissueName::firm}, {"solid", TissueName::solid}};
   std::map<std::string, IntegratorName> const integrators{{"leapfrog", IntegratorName::leapfrog}, {"backward-euler", IntegratorName::backward_euler}};
   std::map<std::string, Coupling> const couplings{{"loose", Coupling::loose}, {"tight", Coupling::tight}, {"proxy", Coupling::proxy}};
   std::map<std::string, Blade> const blades{{"none", Blade::none}, {"progressive", Blade::progressive}, {"separating", Blade::separating}};
@@ -34,7 +34,7 @@ Parsed parse_options(int argc, char** argv) {
   app.add_option("--up", o.setup.up, "where its upper side looks: x, -x, y, -y, z, -z or auto (across the flattest extent)")
       ->check(CLI::IsMember({"auto", "x", "-x", "y", "-y", "z", "-z"}))->needs(mesh)->capture_default_str()->group(start);
   app.add_option("--resolution", o.setup.vertices, "vertices of the library's own liver")->check(CLI::Range(500, 20000))->capture_default_str()->group(start);
-  app.add_option("--tissue", tissue, "soft or firm")->check(CLI::IsMember(tissues))->capture_default_str()->group(start);
+  app.add_option("--tissue", tissue, "soft or firm: a skin of springs; solid: finite elements, palpated and not cut yet")->check(CLI::IsMember(tissues))->capture_default_str()->group(start);
   app.add_option("--integrator", integrator, "leapfrog or backward-euler")->check(CLI::IsMember(integrators))->capture_default_str()->group(start);
   app.add_option("--coupling", coupling, "loose: force curves; tight: the tissue's own reaction; proxy: a spring to the surface, with friction")
       ->check(CLI::IsMember(couplings))->capture_default_str()->group(start);

@@ -13,12 +13,12 @@ namespace viewer {
 using Vector = palpate::Vector3<double>;
 using Mesh = palpate::TriangleMesh<double>;
 
-enum class TissueName { soft, firm };
+enum class TissueName { soft, firm, solid };
 enum class IntegratorName { leapfrog, backward_euler };
 enum class Coupling { loose, tight, proxy };
 enum class Blade { none, progressive, separating };
 
-constexpr char const* to_string(TissueName name) noexcept { return name == TissueName::soft ? "soft" : "firm"; }
+constexpr char const* to_string(TissueName name) noexcept { return name == TissueName::soft ? "soft" : name == TissueName::firm ? "firm" : "solid"; }
 constexpr char const* to_string(IntegratorName name) noexcept { return name == IntegratorName::leapfrog ? "leapfrog" : "backward Euler"; }
 constexpr char const* to_string(Coupling coupling) noexcept {
   return coupling == Coupling::loose ? "loose, force curves" : coupling == Coupling::tight ? "tight, tissue reaction" : "proxy, with friction";
@@ -27,7 +27,7 @@ constexpr char const* to_string(Blade blade) noexcept {
   return blade == Blade::none ? "none, palpate only" : blade == Blade::progressive ? "progressive" : "separating";
 }
 
-constexpr TissueName after(TissueName name) noexcept { return name == TissueName::soft ? TissueName::firm : TissueName::soft; }
+constexpr TissueName after(TissueName name) noexcept { return name == TissueName::soft ? TissueName::firm : name == TissueName::firm ? TissueName::solid : TissueName::soft; }
 constexpr IntegratorName after(IntegratorName name) noexcept {
   return name == IntegratorName::leapfrog ? IntegratorName::backward_euler : IntegratorName::leapfrog;
 }

@@ -28,6 +28,7 @@ Mesh organ_of(Setup const& setup) {
 }
 
 std::shared_ptr<Simulation> make_simulation(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets) {
+  if (setup.tissue == TissueName::solid) return make_solid(setup, organ, std::move(targets));
   if (setup.integrator == IntegratorName::backward_euler) return make_backward_euler(setup, organ, std::move(targets));
   return make_leapfrog(setup, organ, std::move(targets));
 }

@@ -19,8 +19,8 @@ struct ServoTimes {
   std::uint64_t ticks = 0, late = 0;
 };
 
-/// A simulator behind one interface, so that the window need not know its type. Policies are chosen at compile time: here only the integrator makes
-/// another type. Tissues differ in values, cutters and couplings in a flag (AnyCutter, HandForce): two simulators instead of 36.
+/// A simulator behind one interface, so that the window need not know its type. Policies are chosen at compile time: here the integrator of springs and
+/// a solid make types. Springs differ in values, cutters and couplings in a flag (AnyCutter, HandForce): three simulators instead of 39.
 /// Threads    the first group from any, meanwhile too, one reader at a time; the others from one thread, between runs.
 class Simulation {
  public:
@@ -66,8 +66,9 @@ Mesh organ_of(Setup const& setup);
 /// The simulator of an organ. The hand follows what is written to `targets`.
 std::shared_ptr<Simulation> make_simulation(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
 
-/// The two that there are, each compiled in a file of its own.
+/// Those that there are, each compiled in a file of its own.
 std::shared_ptr<Simulation> make_leapfrog(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
+std::shared_ptr<Simulation> make_solid(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
 std::shared_ptr<Simulation> make_backward_euler(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
 
 }  // namespace viewer

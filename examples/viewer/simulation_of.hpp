@@ -20,18 +20,18 @@
 
 namespace viewer {
 
-template <class Integrator>
+template <class Body, class CutterType>
 class SimulationOf final : public Simulation {
-  using Body = palpate::SoftBody<palpate::MassSpring<double>, Integrator, palpate::WholeBody>;
-  using Simulator = palpate::Simulator<ViewerHand, Body, AnyCutter, HandForce>;
+  using Simulator = palpate::Simulator<ViewerHand, Body, CutterType, HandForce>;
   using Mark = decltype(std::declval<Simulator const&>().mark());
 
  public:
-  SimulationOf(Setup const& setup, Body body, MouseHand hand, Mesh home)
+  SimulationOf(Setup const& setup, Body body, MouseHand hand, Mesh home, palpate::SimulatorOptions const& options = {})
       : setup_(setup),
+        options_(options),
         home_(std::move(home)),
-        simulator_(ViewerHand(std::move(hand)), std::move(body), AnyCutter(setup.blade, values_of(setup.tissue).puncture_depth),
-                   HandForce(setup.coupling, values_of(setup.tissue), way_out_)) {
+        simulator_(ViewerHand(std::move(hand)), std::move(body), CutterType(setup.blade, values_of(setup.tissue).puncture_depth),
+                   HandForce(setup.coupling, values_of(setup.tissue), way_out_), options) {
     marks_.push_back(simulator_.mark());
     marked_ = simulator_.body().topology_revision();
     simulator_.snapshots().publish(simulator_.body(), 0.0, simulator_.device().mouse().position(), palpate::CuttingPhase::no_contact);
@@ -59,8 +59,7 @@ class SimulationOf final : public Simulation {
     simulator_.force().choose(coupling);
   }
   void choose(Blade blade) override {
-    setup_.blade = blade;
-    simulator_.cutter().change(simulator_.body(), blade);
+    setup_.blade = simulator_.cutter().change(simulator_.body(), blade);
   }
 
   void remember() override {
@@ -83,9 +82,9 @@ class SimulationOf final : public Simulation {
 
   std::shared_ptr<Simulation> begun_anew() override {
     Body body = simulator_.body();
-    AnyCutter cutter = simulator_.cutter();
+    CutterType cutter = simulator_.cutter();
     cutter.change(body, setup_.blade);   // ends a cut in progress
-    auto anew = std::make_shared<SimulationOf>(setup_, std::move(body), simulator_.device().mouse(), home_);
+    auto anew = std::make_shared<SimulationOf>(setup_, std::move(body), simulator_.device().mouse(), home_, options_);
     anew->marks_ = marks_;
     if (simulator_.body().topology_revision() != marked_) anew->marks_.push_back(anew->simulator_.mark());
     return anew;
@@ -100,6 +99,7 @@ class SimulationOf final : public Simulation {
   }
 
   Setup setup_;
+  palpate::SimulatorOptions options_;
   Mesh home_;
   std::shared_ptr<WayOut> way_out_ = std::make_shared<WayOut>();
   Simulator simulator_;
@@ -125,7 +125,7 @@ std::shared_ptr<Simulation> make_with(Integrator const& integrator, Setup const&
   body.reserve(body.size() + 4000, static_cast<int>(organ.triangles.cols()) + 8000);
   Mesh home = body.mesh();
   MouseHand hand(std::move(targets), HandTarget{}.position);
-  return std::make_shared<SimulationOf<Integrator>>(setup, std::move(body), std::move(hand), std::move(home));
+  return std::make_shared<SimulationOf<decltype(body), AnyCutter>>(setup, std::move(body), std::move(hand), std::move(home));
 }
 
 }  // namespace viewer

@@ -119,7 +119,13 @@ void Window::on_timer() {
   if (!realtime_) engine_.advance(0.001 * frame_milliseconds);
   update();
   window_->Render();
+  last_ = std::chrono::steady_clock::now();
+  if (pictures_++ == 0) first_ = last_;
   if (seconds_left_ > 0.0 && live_.time >= seconds_left_) interactor_->TerminateApp();
+}
+
+double Window::picture_rate() const noexcept {
+  return pictures_ > 1 ? static_cast<double>(pictures_ - 1) / std::chrono::duration<double>(last_ - first_).count() : 0.0;
 }
 
 void Window::aim(int x, int y) {

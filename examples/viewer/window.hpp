@@ -14,6 +14,7 @@
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -48,6 +49,9 @@ class Window {
   void on_key(std::string const& key);
   void on_timer();
 
+  /// How many pictures a second the timer has drawn so far.
+  double picture_rate() const noexcept;
+
  private:
   void aim(int x, int y);
   void arrange();
@@ -61,6 +65,8 @@ class Window {
   bool turns_ = false;
   int last_x_ = 0, last_y_ = 0;
   double seconds_left_ = 0.0;
+  long long pictures_ = 0;
+  std::chrono::steady_clock::time_point first_{}, last_{};   // picture
 
   vtkNew<vtkRenderWindow> window_;
   vtkNew<vtkRenderWindowInteractor> interactor_;

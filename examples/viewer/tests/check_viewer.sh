@@ -41,6 +41,12 @@ run firm 0 --script firm.script --resolution 500 --out firm
 grep -q '^phase indenting' firm/report.txt || fail "firm: $(cat firm/report.txt)"
 run realtime 0 --script firm.script --realtime --resolution 500 --out realtime
 
+# A solid: palpated, felt, not cut; the key for the cutter says so.
+printf 'move 380 420\nwait 0.4\nleft down\nwait 0.6\nshot solid\nkey k\nwait 0.1\nshot blunt\n' >solid.script
+run solid 0 --script solid.script --tissue solid --coupling tight --resolution 500 --out solid
+awk '/^phase indenting/ { phase = 1 } /^force / { if ($4 > 0.1) felt = 1 } END { exit !(phase && felt) }' solid/report.txt || fail "solid: $(cat solid/report.txt)"
+grep -q '^note a solid is palpated here and not cut yet' solid/report.txt || fail "solid: $(grep '^note' solid/report.txt)"
+
 # By the clock, in one run until a key ends it: each of two cuts was remembered when the tool left it, and is taken back by itself.
 printf 'move 380 420 0.4\nleft down\nwait 0.4\nwheel 6\nwait 0.8\nmove 460 410 1\nleft up\nwait 1\n' >cuts.script
 printf 'move 260 440 0.5\nwait 0.3\nleft down\nwait 1\nmove 330 460 1\nleft up\nwait 1\nshot both\n' >>cuts.script
