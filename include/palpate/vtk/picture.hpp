@@ -16,7 +16,6 @@
 #include <vtkNew.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
-#include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 
 #include <algorithm>
@@ -180,12 +179,7 @@ void write_picture(std::filesystem::path const& file, TriangleMesh<Scalar> const
   renderer->SetBackground(style.background[0], style.background[1], style.background[2]);
   renderer->SetBackground2(style.background_top[0], style.background_top[1], style.background_top[2]);
 
-  vtkNew<vtkRenderWindow> window;
-  window->SetOffScreenRendering(1);
-  window->SetMultiSamples(8);
-  window->SetSize(style.width, style.height);
-  window->AddRenderer(renderer);
-  detail::write_png(file, window);
+  detail::write_png(file, renderer, style.width, style.height);
 }
 
 }  // namespace palpate

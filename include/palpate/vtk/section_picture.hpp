@@ -17,7 +17,6 @@
 #include <vtkNew.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
-#include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkScalarBarActor.h>
 #include <vtkTextProperty.h>
@@ -112,12 +111,7 @@ void write_section_picture(std::filesystem::path const& file, Section<Scalar> co
   renderer->ResetCameraClippingRange();
   renderer->SetBackground(1.0, 1.0, 1.0);
 
-  vtkNew<vtkRenderWindow> window;
-  window->SetOffScreenRendering(1);
-  window->SetMultiSamples(8);
-  window->SetSize(style.width, style.height);
-  window->AddRenderer(renderer);
-  detail::write_png(file, window);
+  detail::write_png(file, renderer, style.width, style.height);
 }
 
 }  // namespace palpate

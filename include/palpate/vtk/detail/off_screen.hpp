@@ -10,6 +10,7 @@
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
 #include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
@@ -44,6 +45,16 @@ inline void write_png(std::filesystem::path const& file, vtkRenderWindow* window
     throw FileError(message("can not draw ", file.string(), ": ",
                             trap.message().empty() ? std::string("OpenGL gave no picture") : trap.message()));
   write_whole_file(file, {reinterpret_cast<char const*>(bytes->GetPointer(0)), static_cast<std::size_t>(bytes->GetNumberOfValues())});
+}
+
+/// What a renderer shows, likewise, of this many pixels.
+inline void write_png(std::filesystem::path const& file, vtkRenderer* renderer, int width, int height) {
+  vtkNew<vtkRenderWindow> window;
+  window->SetOffScreenRendering(1);
+  window->SetMultiSamples(8);
+  window->SetSize(width, height);
+  window->AddRenderer(renderer);
+  write_png(file, window);
 }
 
 }  // namespace palpate::detail
