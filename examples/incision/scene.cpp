@@ -57,7 +57,7 @@ palpate::Trajectory<double> stroke(SurfaceLine const& line, Organ const& organ, 
 
 /// Palpates a solid in three places of the line: presses, stays, comes back. A tip pushes a single triangle: no deeper than most of an edge, or that folds.
 palpate::Trajectory<double> palpation(SurfaceLine const& line, Organ const& organ) {
-  double const clear = 0.02 * organ.diagonal + probe_radius, press = std::min(0.75 * organ.puncture_depth, 0.7 * organ.edge) - probe_radius;
+  double const clear = 0.02 * organ.diagonal + organ.probe_radius, press = std::min(0.75 * organ.puncture_depth, 0.7 * organ.edge) - organ.probe_radius;
   auto const at = [&](std::size_t i, double depth) -> Vector { return line.points[i] - depth * line.normals[i]; };
   std::size_t const last = line.points.size() - 1;
   auto path = palpate::Trajectory<double>::start(at(0, -3 * clear));
@@ -139,6 +139,7 @@ Organ prepare_organ(Options const& options) {
   organ.up = upper_direction(organ.mesh, options.up);
   organ.puncture_depth = options.puncture_depth.value_or(std::min(0.018, organ.diagonal / 20.0));
   organ.edge = options.edge.value_or(organ.diagonal / 28);
+  organ.probe_radius = std::min({0.004, 0.4 * organ.edge, 0.4 * organ.puncture_depth});
   double const volume = std::abs(palpate::volume(organ.mesh));   // m³
   organ.mass = options.mass.value_or(1060.0 * volume);
   if (options.puncture_depth) check_depth(*options.puncture_depth, organ);

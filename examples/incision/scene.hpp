@@ -21,12 +21,10 @@ struct Organ {
   double diagonal = 0.0;         // m
   double puncture_depth = 0.0;   // m
   double edge = 0.0;             // m, of a solid's lattice
+  double probe_radius = 0.0;     // m, of the ball that palpates a solid
   double link_stiffness = 0.0, home_stiffness = 0.0;   // N/m
   double link_damping = 0.0, home_damping = 0.0;       // N s/m
 };
-
-/// The ball that palpates a solid [m].
-constexpr double probe_radius = 0.004;
 
 /// Reads or makes the organ. What was repaired in a file goes to standard error in one line. Throws palpate::Error for a mesh that can
 /// not be used.

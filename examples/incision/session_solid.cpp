@@ -34,7 +34,7 @@ Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integra
 
   Device device = make_device(options, hand);
   bool const realtime = options.realtime || keeps_time(device);
-  palpate::Simulator simulator(std::move(device), std::move(body), palpate::NoCutter<double>({.tip_radius = probe_radius}), HandForce(options, hand.along),
+  palpate::Simulator simulator(std::move(device), std::move(body), palpate::NoCutter<double>({.tip_radius = organ.probe_radius}), HandForce(options, hand.along),
                                {.body_rate = 100.0, .servo = {.mapping = mapping_of(options, hand)}});
   palpate::EmbeddedSurface<double> carried(organ.mesh, filling.mesh);
   auto const frame = [&](double time, auto const& positions, Vector const& tip, CuttingPhase phase, double depth) {
