@@ -121,6 +121,11 @@ void Window::on_timer() {
   window_->Render();
   last_ = std::chrono::steady_clock::now();
   if (pictures_++ == 0) first_ = last_;
+  constexpr int looked_at = 10;
+  if (realtime_ && window_->GetMultiSamples() > 0 && pictures_ == looked_at && picture_rate() < 25.0) {   // drawn without a graphics card: rather more pictures than smooth edges
+    window_->SetMultiSamples(0);
+    pictures_ = 0;
+  }
   if (seconds_left_ > 0.0 && live_.time >= seconds_left_) interactor_->TerminateApp();
 }
 
