@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 
 using namespace palpate;
@@ -123,4 +124,8 @@ TEST_CASE("what can not carry a skin is refused", "[volume][embedded_surface]") 
   auto flat = solid;
   flat.points.row(2).setZero();
   CHECK_THROWS_AS(EmbeddedSurface<double>(scan, flat), InvalidMesh);
+  flat.points.setConstant(0.1);
+  CHECK(unsaid(message_of([&] { EmbeddedSurface<double>(scan, flat); }), "flat") == "");
+  flat.points(1, 3) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(unsaid(message_of([&] { EmbeddedSurface<double>(scan, flat); }), "vertex 3", "not finite") == "");
 }

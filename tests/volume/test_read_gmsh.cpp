@@ -109,6 +109,7 @@ TEST_CASE("three versions of a Gmsh file give the same two tetrahedra", "[volume
     CHECK(validate(mesh).empty());
     CHECK(volume(mesh) == Approx(1e-6 * (1.0 / 6 + 1.0 / 3)).epsilon(1e-12));   // by determinants
   }
+  CHECK(parse_gmsh(with(second, "20 1 0 0", "\n  \n\t20\t1 0 0  ")).points.cols() == 5);
   std::string dos;
   for (char const c : second) dos += c == '\n' ? std::string("\r\n") : std::string(1, c);
   CHECK(parse_gmsh<float>(dos).tetrahedra.cols() == 2);

@@ -122,8 +122,11 @@ class EmbeddedSurface {
       for (int c = 0; c < 4; ++c) box.extend(volume.points.col(volume.tetrahedra(c, t)).template cast<double>());
       return box;
     };
+    for (int const v : volume.tetrahedra.reshaped())
+      if (!is_finite(volume.points.col(v))) throw InvalidMesh(detail::message("vertex ", v, " of the tetrahedra is not finite; repair them first"));
     double cell = 0;
     for (int t = 0; t < count; ++t) cell = std::max(cell, box_of(t).sizes().maxCoeff());
+    if (!(cell > 0)) throw InvalidMesh("the tetrahedra are flat, so they can carry nothing; `repair` drops them");
     Vector3<double> const origin = bounding_box(volume).min().template cast<double>();
     auto const place = [&](Vector3<double> const& p) {
       std::array<long long, 3> at;

@@ -72,7 +72,9 @@ class GmshScan {
   }
   std::string_view next(char const* what) {
     std::string_view line;
-    if (!next(line)) fail("the file ends where ", what, " should be; it was cut short");
+    bool found = next(line);
+    while (found && trimmed(line).empty()) found = next(line);
+    if (!found) fail("the file ends where ", what, " should be; it was cut short");
     return line;
   }
   long long whole(std::string_view& line, char const* what) const {
