@@ -97,6 +97,8 @@ TEST_CASE("what a surface loses is told", "[volume][fill]") {
   CHECK(cavity.pieces == 1);
   CHECK(cavity.border_pieces == 2);
   CHECK(cavity.euler == 4);
+  auto const over = fill(palpate_test::both(sphere, make_sphere<double>(0.015, 4)), {.edge = 0.005});   // one that faces outward is filled over
+  CHECK(over.volume == Approx(fill(sphere, {.edge = 0.005}).volume).epsilon(1e-9));
   auto const open = fill(palpate_test::only(sphere, [](int t) { return t != 3; }), {.edge = 0.006});
   CHECK(open.open_edges == 3);
   CHECK(unsaid(to_string(open), "open at 3 edges") == "");

@@ -6,6 +6,7 @@
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/mesh/sphere.hpp>
+#include <palpate/mesh/validation.hpp>
 #include <palpate/volume/fill.hpp>
 #include <palpate/volume/section.hpp>
 
@@ -27,6 +28,8 @@ TEST_CASE("sections of a cube have the areas of the closed forms", "[volume][sec
   CHECK(area(middle, {1, 1, 1}) == Approx(3 * std::sqrt(3.0) / 4).epsilon(1e-12));
   CHECK(area(middle, {-1, 1, -1}) == Approx(3 * std::sqrt(3.0) / 4).epsilon(1e-12));
   CHECK(area({0.5, 0.5, 0.5}, {0, 0, 1}) == Approx(1.0).epsilon(1e-12));   // through faces
+  CHECK(validate(section<double>(cube, middle, {0, 0, 1}).mesh).empty());    // each corner once
+  CHECK(section<double>(cube, middle, {0, 0, 1}).mesh.points.cols() == 25);
   CHECK(area({0.5, 0.5, 1.0}, {0, 0, 1}) == Approx(1.0).epsilon(1e-12));   // the top, below which it lies
   CHECK(section(cube, {0.5, 0.5, 0.0}, {0, 0, 1}).mesh.triangles.cols() == 0);   // the bottom, above which it lies
   CHECK(section(cube, {0.5, 0.5, 1.5}, {0, 0, 1}).mesh.triangles.cols() == 0);

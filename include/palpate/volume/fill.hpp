@@ -93,7 +93,8 @@ inline double farthest_vertex(TriangleMesh<double> const& of, TriangleMesh<doubl
 
 /// A solid from its skin, by isosurface stuffing: a regular lattice inside, warped and cut at the surface, so that no dihedral angle is below 10.6 or above
 /// 164.8 degrees, whatever the surface looks like. What is inside is what the surface goes round (winding number above ½): holes, doubled triangles and stray sheets do
-/// little harm, walls that face inward are repaired first. A closed surface within another is the wall of a cavity.
+/// little harm, walls that face inward are repaired first. A closed surface within another that faces
+/// inward, out of the material, is the wall of a cavity; one that faces outward is filled over.
 ///
 ///   auto const solid = fill(read_mesh("liver.stl", metres_per("mm")), {.edge = 0.006});
 ///   FiniteElements<double, StableNeoHookean<double>> tissue(solid.mesh, {.density = 1060, .material = {.young = 5e3, .poisson = 0.45}});

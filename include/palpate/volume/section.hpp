@@ -34,15 +34,15 @@ Section<Scalar> section(TetrahedralMesh<Scalar> const& volume, Vector3<Scalar> c
   detail::check_corners(volume);
   Vector3<Scalar> const n = normal.normalized();
   auto const height = [&](int v) { return n.dot(volume.points.col(v) - point); };
-  std::unordered_map<std::uint64_t, int> made;   // of an edge that is cut
+  std::unordered_map<std::uint64_t, int> made;   // of an edge that is cut, or of a vertex in the plane
   std::vector<Vector3<Scalar>> points;
   std::vector<std::array<int, 3>> triangles;
   Section<Scalar> result;
   auto const cut = [&](int below, int above) {
-    auto const [place, fresh] = made.try_emplace(detail::edge_key(below, above), static_cast<int>(points.size()));
+    Scalar const low = -height(below), high = height(above);
+    auto const [place, fresh] = made.try_emplace(detail::edge_key(high > 0 ? below : above, above), static_cast<int>(points.size()));
     if (fresh) {
       Vector3<Scalar> const a = volume.points.col(below), b = volume.points.col(above);
-      Scalar const low = -height(below), high = height(above);
       points.push_back((high * a + low * b) / (low + high));
     }
     return place->second;
@@ -55,9 +55,10 @@ Section<Scalar> section(TetrahedralMesh<Scalar> const& volume, Vector3<Scalar> c
       height(v) < 0 ? below[lows++] = v : above[highs++] = v;
     }
     auto const add = [&](int a, int b, int c) {
+      if (a == b || b == c || c == a) return;   // in a corner or an edge
       auto const p = [&](int i) -> Vector3<Scalar> const& { return points[static_cast<std::size_t>(i)]; };
       Scalar const side = n.dot(triangle_area_vector(p(a), p(b), p(c)));
-      if (side == 0) return;   // in a corner or an edge
+      if (side == 0) return;
       triangles.push_back(side > 0 ? std::array{a, b, c} : std::array{a, c, b});
       result.tetrahedron.push_back(t);
     };
