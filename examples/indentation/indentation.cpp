@@ -6,6 +6,7 @@
 #include "../album.hpp"
 
 #include <palpate/body/soft_body.hpp>
+#include <palpate/fitting/fit_stiffness.hpp>
 #include <palpate/force/liver.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
@@ -18,6 +19,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -107,6 +109,19 @@ drawing::Album indentation() {
   for (std::size_t k = 1; k < unit.size(); k += 2)
     std::printf("%7.1f mm %14.2f %12.2f %14.2f %22.0f\n", 1e3 * depths[k], 1e3 * measured(depths[k]), 1e3 * whole.modulus / young * unit[k],
                 1e3 * (whole.modulus / young * unit[k] - measured(depths[k])), young * measured(depths[k]) / unit[k]);
+
+  // The same by fit_stiffness, with its interval: there a single vertex stands for the probe, on a mesh as wide around it.
+  auto const coarse = make_block<double>(11, 11, 7, 2 * radius, BlockPattern::alternating);
+  auto const build = [&](std::span<double const> values) {
+    FiniteElements<double, StableNeoHookean<double>> tissue(coarse, {.density = 1060.0, .material = {values[0], poisson}});
+    tissue.nail(vertices_where(coarse, [](auto const& p) { return p.z() < 1e-9; }));
+    return tissue;
+  };
+  std::vector<IndentationPoint> points;
+  for (std::size_t k = 0; k < 8; ++k) points.push_back({depths[k], measured(depths[k])});
+  IndentationTest<double> const middle{.point = Vector3<double>(10 * radius, 10 * radius, 12 * radius), .direction = -Vector3<double>::UnitZ()};
+  auto const fitted = fit_stiffness(build, {{"young", "Pa", young}}, middle, points, StiffnessFitOptions<NewtonRaphson<>>{});
+  std::printf("\nfit_stiffness to 4 mm: E %.0f Pa, 95 %% between %.0f and %.0f, rms %.3f mN\n", fitted["young"].value, fitted["young"].low, fitted["young"].high, 1e3 * fitted.rms);
 
   Picture curve("indentation_curve", "Liver under a probe of 4 mm, and a solid with one modulus", "depth [mm]", "force [mN]");
   sample(curve.line(blue, "measured"), 0.0, 0.012, 1e3, [&](double depth) { return 1e3 * measured(depth); });

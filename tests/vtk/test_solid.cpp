@@ -30,6 +30,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <random>
 #include <string>
 
@@ -119,11 +120,14 @@ TEST_CASE("what is wrong with a volume's file is said in one line", "[vtk][read_
   CHECK(unsaid(message_of([&] { read_volume(folder.path() / "none.vtk"); }), "none.vtk", "exist") == "");
 }
 
+// 10⁵ in the long run; see CONTRIBUTING.md.
 TEST_CASE("a damaged volume's file gives an error or a mesh, nothing worse", "[vtk][read_volume][fuzz]") {
   ScratchFolder const folder;
   std::mt19937_64 random(11);
   int read = 0, refused = 0;
-  for (int round = 0; round < 600; ++round) {
+  char const* const wanted = std::getenv("PALPATE_VTK_FILES");
+  int const rounds = wanted != nullptr ? std::atoi(wanted) : 600;
+  for (int round = 0; round < rounds; ++round) {
     std::string text = round % 2 == 0 ? legacy : xml;
     for (std::uint64_t edits = 1 + random() % 2; edits > 0; --edits) {
       std::size_t const at = random() % text.size(), length = random() % 6;
@@ -141,8 +145,8 @@ TEST_CASE("a damaged volume's file gives an error or a mesh, nothing worse", "[v
       ++refused;
     }
   }
-  CHECK(read > 20);
-  CHECK(refused > 100);
+  CHECK(read > rounds / 30);
+  CHECK(refused > rounds / 6);
 }
 
 // Yardstick: VTK's own reader.

@@ -14,5 +14,7 @@ awk '/mm/ && NF == 5 && $2 == "mm" && $5 < 5 { if (!($3 > modulus && $4 > rms)) 
   fail "the fits do not stiffen"
 # The first residuals are above the curve, the last below it.
 awk '/ 1.0 mm .* [0-9]+$/ && NF == 6 { first = $5 } / 5.0 mm .* [0-9]+$/ && NF == 6 { last = $5 } END { exit !(first > 0.3 && last < -0.5) }' numbers.out || fail "residuals"
+# The other fit, of a vertex on a mesh as wide as the probe, agrees within a fifth.
+awk '/^fit_stiffness/ { fit = $6 } / 4.0 mm/ && NF == 5 { punch = $3 } END { exit !(fit > 0.8 * punch && fit < 1.2 * punch) }' numbers.out || fail "the two fits differ"
 album indentation_curve indentation_modulus
 finish
