@@ -115,6 +115,8 @@ TEST_CASE("what is wrong with a volume's file is said in one line", "[vtk][read_
   says("a.vtk", with(legacy, "0 0 1\n", "0 0 nan\n"), "damaged");
   says("a.vtk", with(legacy, "0 0 1\n", "1 1 0\n"), "no volume");
   says("a.vtk", "# vtk DataFile Version 2.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\nPOLYGONS 1 4\n3 0 1 2\n", "no unstructured grid");
+  says("a.vtk", with(legacy, "CELLS 3 14", "CELLSe3 14"), "CELLS");   // VTK takes it for CELLS 14 …, and writes beyond its list
+  says("a.vtk", with(legacy, "CELL_TYPES 3", "CELL_TYPES 300"), "300 types");
   says("a.vtu", xml.substr(0, xml.size() / 2), "cut short");
   says("a.vtu", with(xml, "5 10 10", "5 5 5"), "no tetrahedra");
   CHECK(unsaid(message_of([&] { read_volume(folder.path() / "none.vtk"); }), "none.vtk", "exist") == "");

@@ -16,18 +16,49 @@
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLUnstructuredGridReader.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstddef>
 #include <exception>
 #include <filesystem>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace palpate {
 
 namespace detail {
+
+/// Throws `FileError` unless a legacy file has its points, cells and types once each, each keyword at the begin of a line, and as many types as cells: VTK goes by
+/// the beginnings of words wherever they stand, in either case, and would write beyond its lists. What comes before the data of points and cells is looked at.
+inline void check_legacy_grid(std::string_view bytes, std::string const& name) {
+  take_line(bytes), take_line(bytes);   // the title may say anything
+  auto const lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  auto const find = [&](std::string_view word, std::size_t from) {
+    auto const found = std::search(bytes.begin() + static_cast<std::ptrdiff_t>(std::min(from, bytes.size())), bytes.end(), word.begin(), word.end(),
+                                   [&](char a, char b) { return lower(a) == b; });
+    return static_cast<std::size_t>(found - bytes.begin());
+  };
+  bytes = bytes.substr(0, std::min(find("point_data", 0), find("cell_data", 0)));
+  std::array<long long, 3> count{};
+  std::size_t before = 0;
+  constexpr std::array<std::string_view, 3> keywords{"POINTS ", "CELLS ", "CELL_TYPES "};
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::string word(keywords[k].substr(0, keywords[k].size() - 1));
+    std::transform(word.begin(), word.end(), word.begin(), lower);
+    std::size_t const at = find(word, 0);
+    if (at == bytes.size() || bytes.substr(at, keywords[k].size()) != keywords[k] || at == 0 || bytes[at - 1] != '\n' || find(word, at + 1) != bytes.size() || at < before)
+      throw FileError(message(name, ": \"", keywords[k].substr(0, word.size()), "\" has to begin one line, and POINTS, CELLS and CELL_TYPES come in this order; the file is no unstructured grid or is damaged"));
+    before = at;
+    std::string_view rest = bytes.substr(at + keywords[k].size());
+    count[k] = to_number<long long>(take_word(rest)).value_or(-1);
+  }
+  if (count[2] < 0 || (count[2] != count[1] && count[2] + 1 != count[1]))   // from version 5 on offsets, one more
+    throw FileError(message(name, ": ", count[1], " cells and ", count[2], " types of cells are announced; the file is damaged"));
+}
 
 inline vtkSmartPointer<vtkUnstructuredGrid> read_grid(std::filesystem::path const& file, std::string const& extension) {
   std::string const name = file.string(), bytes = read_bytes(file);
@@ -38,6 +69,7 @@ inline vtkSmartPointer<vtkUnstructuredGrid> read_grid(std::filesystem::path cons
     reader->Update();
     return reader->GetOutput();
   }
+  check_legacy_grid(bytes, name);
   LegacyCheck{bytes, name}();
   vtkNew<vtkDataSetReader> reader;
   reader->SetFileName(name.c_str());
