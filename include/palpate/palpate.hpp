@@ -123,6 +123,7 @@
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/cutting/separating_cutter.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
 
 // force: what the hand feels
 #include <palpate/force/band_limited_noise.hpp>

@@ -11,6 +11,7 @@
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/mesh/topology_edit.hpp>
+#include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/tissue/concept.hpp>
 
@@ -69,6 +70,17 @@ class BodyShape {
     TriangleMesh<Scalar> mesh{Matrix3X<Scalar>(3, size()), triangles()};
     for (int i = 0; i < size(); ++i) mesh.points.col(i) = tissue_.rest_position(i);
     return mesh;
+  }
+  /// The tetrahedra of a solid, undeformed and as they are now, cuts included. Copies.
+  TetrahedralMesh<Scalar> rest_solid() const
+    requires CuttableSolid<Tissue>
+  {
+    return {rest_mesh().points, tissue_.topology().tetrahedra()};
+  }
+  TetrahedralMesh<Scalar> solid() const
+    requires CuttableSolid<Tissue>
+  {
+    return {positions(), tissue_.topology().tetrahedra()};
   }
   /// Where a particle is in the undisturbed body: undeformed, or in equilibrium after settle(). Depth is counted from there.
   Vector reference_position(int i) const {
@@ -226,6 +238,54 @@ class BodyShape {
     fit_tree_at(p);
     ++topology_revision_;
     disturbed_.push_back(p);
+  }
+
+  // --- the same of a solid ------------------------------------------------------------------------------------------
+  /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and the tetrahedra round it. Returns the new particle. After all edits of a tick:
+  /// finish_edits().
+  int insert_on_edge(int a, int b, Scalar s)
+    requires CuttableSolid<Tissue>
+  {
+    TopologyEdit const made = tissue_.insert_on_edge(a, b, s);
+    apply(made, std::array{1 - s, s});
+    return made.vertex;
+  }
+  /// Gives some of the tetrahedra at a particle a copy of it; faces between those and the others open. Returns the copy.
+  int split_vertex(int p, std::span<int const> tetrahedra)
+    requires CuttableSolid<Tissue>
+  {
+    TopologyEdit const made = tissue_.split_vertex(p, tetrahedra);
+    disturbed_.push_back(p);
+    apply(made, std::array{Scalar(1)});
+    return made.vertex;
+  }
+  /// Marks an inner face of a tetrahedron as cut, though not open yet.
+  void mark_cut(int tetrahedron, int face)
+    requires CuttableSolid<Tissue>
+  {
+    tissue_.mark_cut(tetrahedron, face);
+  }
+  /// Once after the edits of a tick: what is near what, and the normals at what they have opened.
+  void finish_edits()
+    requires CuttableSolid<Tissue>
+  {
+    tissue_.finish_edits();
+    auto const find_normal = [&](int p) {
+      auto const of = [&](int t) {
+        Corners const c = tissue_.surface().corners(t);
+        return Vector((state_.home[c[1]] - state_.home[c[0]]).cross(state_.home[c[2]] - state_.home[c[0]]));
+      };
+      Vector sum = Vector::Zero();
+      Scalar largest = 0;
+      for (int const t : tissue_.surface().triangles_at(p)) sum += of(t), largest = std::max(largest, of(t).norm());
+      auto const around = tissue_.surface().triangles_at(p);
+      if (around.empty()) return;
+      // At the end of a cut both walls face each other, and their normals sum up to nothing: then that of one of them.
+      if (!(sum.norm() > Scalar(1e-3) * largest)) sum = of(around.front());
+      state_.normal[p] = sum.normalized();
+    };
+    for (std::size_t k = std::min(evened_, disturbed_.size()); k < disturbed_.size(); ++k) find_normal(disturbed_[k]);
+    evened_ = disturbed_.size();
   }
 
   // --- what is there for the eye only -------------------------------------------------------------------------------
@@ -469,14 +529,23 @@ class BodyShape {
     disturbed_.push_back(edit.vertex);
     auto const& surface = tissue_.surface();
     auto const points = state_.position.view();
-    auto const around = surface.triangles_at(edit.vertex);
     for (int t = edit.first_triangle; t < edit.end_triangle; ++t) {
-      auto const shares_edge = [&](int other) {   // with one that was there, whose leaf it is to share
-        return other < edit.first_triangle && std::ranges::any_of(surface.corners(t), [&](int p) { return p != edit.vertex && surface.corner_of(other, p) >= 0; });
+      auto const beside = [&] {   // one that was there, whose leaf it is to share: across an edge, or at a corner; −1: the tree finds one
+        int at_corner = -1;
+        for (int const p : surface.corners(t))
+          for (int const other : surface.triangles_at(p)) {
+            if (other >= t) continue;
+            auto const shared = std::ranges::count_if(surface.corners(t), [&](int q) { return surface.corner_of(other, q) >= 0; });
+            if (shared == 2) return other;
+            if (at_corner < 0) at_corner = other;
+          }
+        return at_corner;
       };
-      tree_.add(points, surface.corners(t), *std::ranges::find_if(around, shares_edge));
+      tree_.add(points, surface.corners(t), beside());
+      if (edit.end_tetrahedron > 0)   // of a solid: what was inside
+        for (int const p : surface.corners(t)) disturbed_.push_back(p);
     }
-    for (int const t : around) {
+    for (int const t : surface.triangles_at(edit.vertex)) {
       if (t >= edit.first_triangle) continue;
       if (edit.is_copy())
         tree_.relabel(points, t, surface.corners(t));   // where it was

@@ -290,6 +290,20 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, T const& seen, in
   tissue.balance_copies(i, i);
 };
 
+/// Refinement: a solid whose tetrahedra are divided and parted; see FiniteElements. finish_edits() follows the edits of a tick.
+///   topology()             a TetrahedralAdjacency
+///   is_wound(triangle), is_cut(tetrahedron, face)
+template <class T>
+concept CuttableSolid = TissueModel<T> && requires(T& tissue, T const& seen, int i, typename T::Scalar s, std::span<int const> tetrahedra) {
+  seen.topology();
+  { seen.is_wound(i) } -> std::same_as<bool>;
+  { seen.is_cut(i, i) } -> std::same_as<bool>;
+  tissue.insert_on_edge(i, i, s).vertex;
+  tissue.split_vertex(i, tetrahedra).vertex;
+  tissue.mark_cut(i, i);
+  tissue.finish_edits();
+};
+
 /// Refinement: evens out the masses around a particle that a cut has left too light, and says where there is too little to divide an edge or a
 /// triangle; see MassSpring::even_mass and has_mass_to_divide.
 template <class T>

@@ -3,6 +3,7 @@
 
 #include <palpate/core/columns.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/index_lists.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
@@ -229,9 +230,52 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     rest_ = std::move(rest);
     take(mass_), take(nailed_), take(stiffness_at_rest_), take(damping_at_rest_);
     (keep_elements(std::get<Kind<Elements>>(kinds_), part), ...);
-    surface_ = SurfaceTopology(size(), part.inside(surface_.triangles()));
+    if (surface_.vertex_count() > 0) surface_ = SurfaceTopology(size(), part.inside(surface_.triangles()));
     find_neighbours();
   }
+
+  // --- edits: whoever makes them calls find_neighbours_of(i) for each particle that has got or lost one, and counts the revision --------------
+  void add_particle(Vector3<S> const& rest, S mass, bool nailed) {
+    rest_.push_back(rest), mass_.push_back(mass), nailed_.push_back(nailed ? 1 : 0);
+    stiffness_at_rest_.push_back(0), damping_at_rest_.push_back(0);
+    neighbours_.add_list();
+    (std::get<Kind<Elements>>(kinds_).at.add_list(), ...);
+  }
+  void move_mass(int from, int to, S amount) noexcept { mass_[at(from)] -= amount, mass_[at(to)] += amount; }
+  template <class E>
+  void add_element(std::array<int, static_cast<std::size_t>(E::nodes)> const& nodes, E const& element) {
+    auto& kind = std::get<Kind<E>>(kinds_);
+    kind.list.nodes.push_back(nodes), kind.list.elements.push_back(element);
+    for (int const i : nodes) kind.at.add(i, kind.list.size() - 1, 0);
+    add_bounds(nodes, element, S(1));
+  }
+  template <class E>
+  void replace_element(int e, std::array<int, static_cast<std::size_t>(E::nodes)> const& nodes, E const& element) {
+    auto& kind = std::get<Kind<E>>(kinds_);
+    auto& own = kind.list.nodes[at(e)];
+    add_bounds(own, kind.list.elements[at(e)], S(-1));
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+      if (own[k] == nodes[k]) continue;
+      kind.at.remove(own[k], e), kind.at.add(nodes[k], e, 0);
+    }
+    own = nodes, kind.list.elements[at(e)] = element;
+    add_bounds(nodes, element, S(1));
+  }
+  void find_neighbours_of(int i) {
+    std::vector<int>& found = found_neighbours_;
+    found.clear();
+    for_each_element_at(i, [&](auto const& nodes, auto const&) { found.insert(found.end(), nodes.begin(), nodes.end()); });
+    for (int const t : i < surface_.vertex_count() ? surface_.triangles_at(i) : std::span<int const>())
+      for (int const j : surface_.corners(t)) found.push_back(j);
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    while (!neighbours_[i].empty()) neighbours_.remove(i, neighbours_[i].back());
+    for (int const j : found)
+      if (j != i) neighbours_.add(i, j, 0);
+  }
+  void count_edit() noexcept { ++revision_; }
+  /// For a tissue that keeps its surface itself.
+  void drop_surface() { surface_ = SurfaceTopology(); }
 
   /// Each element of a kind, for what it remembers.
   template <class E, class Visit>
@@ -257,7 +301,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   template <class E>
   struct Kind {
     ElementList<E> list;
-    Lists at;   // elements at each particle
+    IndexLists at;   // elements at each particle
   };
 
   template <class Visit>
@@ -301,12 +345,17 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   /// Row bounds at rest, element by element: its matrices are found once for all of its nodes.
   void take_bounds() {
     stiffness_at_rest_.assign(at(size()), S(0)), damping_at_rest_ = stiffness_at_rest_;
-    for_each_element([&]<class E>(auto const& nodes, E const& element) {
-      NodeColumns<S, E::nodes> rest;
-      for (int k = 0; k < E::nodes; ++k) rest.col(k) = rest_[nodes[at(k)]];
-      detail::add_bounds_at_rest<E, S>(element, rest, [&](int k, S stiffness, S damping) {
-        stiffness_at_rest_[at(nodes[at(k)])] += stiffness, damping_at_rest_[at(nodes[at(k)])] += damping;
-      });
+    for_each_element([&](auto const& nodes, auto const& element) { add_bounds(nodes, element, S(1)); });
+  }
+  /// Those of one element, or with −1 takes them off again.
+  template <class E>
+  void add_bounds(std::array<int, static_cast<std::size_t>(E::nodes)> const& nodes, E const& element, S sign) {
+    NodeColumns<S, E::nodes> rest;
+    for (int k = 0; k < E::nodes; ++k) rest.col(k) = rest_[nodes[at(k)]];
+    detail::add_bounds_at_rest<E, S>(element, rest, [&](int k, S stiffness, S damping) {
+      std::size_t const i = at(nodes[at(k)]);
+      stiffness_at_rest_[i] = std::max(S(0), stiffness_at_rest_[i] + sign * stiffness);
+      damping_at_rest_[i] = std::max(S(0), damping_at_rest_[i] + sign * damping);
     });
   }
 
@@ -323,25 +372,19 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   void find_elements_at(Kind<E>& kind) {
     if (kind.list.nodes.size() != kind.list.elements.size())
       throw InvalidArgument(detail::message("a list of ", kind.list.elements.size(), " elements says for ", kind.list.nodes.size(), " what they join"));
-    std::vector<std::vector<int>> lists(at(size()));
+    kind.at = {};
+    for (int i = 0; i < size(); ++i) kind.at.add_list();
     for (int e = 0; e < kind.list.size(); ++e) {
       auto nodes = kind.list.nodes[at(e)];
-      for (int const i : nodes) detail::check_index("particle", i, size()), lists[at(i)].push_back(e);
+      for (int const i : nodes) detail::check_index("particle", i, size()), kind.at.add(i, e, 0);
       std::sort(nodes.begin(), nodes.end());
       if (std::adjacent_find(nodes.begin(), nodes.end()) != nodes.end()) throw InvalidArgument(detail::message("element ", e, " joins a particle with itself"));
     }
-    kind.at = Lists(lists);
   }
   void find_neighbours() {
-    std::vector<std::vector<int>> lists(at(size()));
-    auto const join = [&](auto const& nodes) {
-      for (int const a : nodes)
-        for (int const b : nodes)
-          if (a != b) lists[at(a)].push_back(b);
-    };
-    for_each_element([&](auto const& nodes, auto const&) { join(nodes); });
-    for (int t = 0; t < surface_.triangle_count(); ++t) join(surface_.corners(t));
-    neighbours_ = Lists::of_sets(lists);
+    neighbours_ = {};
+    for (int i = 0; i < size(); ++i) neighbours_.add_list();
+    for (int i = 0; i < size(); ++i) find_neighbours_of(i);
   }
 
   void set_nailed(int i, bool nailed) {
@@ -355,7 +398,8 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   std::vector<char> nailed_;
   SurfaceTopology surface_;
   std::tuple<Kind<Elements>...> kinds_;
-  Lists neighbours_;
+  IndexLists neighbours_;
+  std::vector<int> found_neighbours_;   // while they are found
   std::vector<S> stiffness_at_rest_, damping_at_rest_;   // row bounds, of each particle
   std::size_t revision_ = 0;
 };

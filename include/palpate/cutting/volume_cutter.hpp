@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/cutting/detail/blade_sweep.hpp>
+#include <palpate/cutting/detail/material_blade.hpp>
+#include <palpate/mesh/tetrahedral_adjacency.hpp>
+#include <palpate/tissue/concept.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+/// The straight cutting edge of a blade, from one end to the other [m, world].
+template <RealScalar Scalar>
+struct BladeSegment {
+  Vector3<Scalar> from = Vector3<Scalar>::Zero(), to = Vector3<Scalar>::Zero();
+};
+
+/// How a VolumeCutter cuts.
+template <RealScalar Scalar>
+struct VolumeCutOptions {
+  Scalar puncture_depth = 0;     ///< m: how deep below the skin the blade has to be before it cuts
+  Scalar snap = Scalar(0.15);    ///< a crossing of an edge goes to the edge's end where that is nearer than this share of it,
+  Scalar least_snap = Scalar(0.05);      ///< or than this share of the mesh's mean edge
+  Scalar least_height = Scalar(0.02);    ///< of a tetrahedron that a cut makes, in mean edges; a crossing that would make a lower one goes to an end
+  int most_tetrahedra = 1000;            ///< that a tick may make, about; the blade follows in the next ones
+
+  void validate() const {
+    if (!(puncture_depth >= 0) || !std::isfinite(puncture_depth))
+      throw InvalidArgument(detail::message("VolumeCutter: the puncture depth is ", puncture_depth, " m; it must be finite and not negative"));
+    if (!(snap >= 0 && snap < Scalar(0.5))) throw InvalidArgument(detail::message("VolumeCutter: snap is ", snap, "; it must be from 0 to below 0.5 of an edge"));
+    if (!(least_snap >= 0 && least_snap < Scalar(0.5)))
+      throw InvalidArgument(detail::message("VolumeCutter: least_snap is ", least_snap, "; it must be from 0 to below 0.5 mean edges"));
+    if (!(least_height >= 0 && least_height < Scalar(0.5)))
+      throw InvalidArgument(detail::message("VolumeCutter: least_height is ", least_height, "; it must be from 0 to below 0.5 mean edges"));
+    if (most_tetrahedra < 1) throw InvalidArgument(detail::message("VolumeCutter: most_tetrahedra is ", most_tetrahedra, "; it must be at least 1"));
+  }
+};
+
+/// What a stroke has cut so far: from where the blade came into the tissue until it has left it. The next stroke begins at zero.
+struct VolumeCutReport {
+  double area = 0;              ///< m², of the faces that are cut, undeformed
+  double lip_area = 0;          ///< m², of both walls of what has opened
+  int particles_added = 0;
+  int tetrahedra_added = 0;
+  int edges_divided = 0;
+  int snapped = 0;              ///< crossings that went to an end of their edge
+  int too_thin = 0;             ///< of those, because a tetrahedron would have become too low
+  int closed_faces = 0;         ///< cut, and not open: no vertex of them has split
+};
+
+/// Cuts a solid with the straight edge of a blade, as far as the blade has come.
+///
+///   VolumeCutter<double> knife;
+///   knife.advance(body, {{x, y, -0.01}, {x, y, 0.05}});   // once a tick, then step
+///
+/// The blade is followed in the undeformed solid: what it sweeps there is the cut, so that the same tetrahedra are cut however the tissue moves. Each edge that it
+/// goes through gets a vertex there, and the tetrahedra round the edge are divided in two; all are whole tetrahedra with common faces at any time. Where all
+/// corners of a face are on the cut, and it lies between its two sides, it is cut; a vertex splits where the faces cut round it part its tetrahedra. The cut
+/// ends, meanwhile, at the last edges that the blade has crossed: beyond them nothing is open.
+///   case                         tetrahedra after
+///   three edges at a corner      4
+///   four edges                   6
+///   a vertex and two edges       3
+///   two vertices and an edge     2
+///   three vertices               1, a face opens
+///   one edge, so far             2
+/// Snapping   a crossing near an end of its edge goes to that end, which stays where it is; nothing else does.
+/// Diagonals  edges are divided in the order that the blade comes to them, so it does not matter how finely a way is divided into ticks; at one time, those of
+///            larger vertex numbers first, so that a face's diagonal goes to the smaller of the old vertices.
+/// Blade      moves straight between two ticks; in a deformed solid it is followed at points half a mean edge apart.
+/// Cost       O(tetrahedra near the way of the blade); and for the step after it O(moving tetrahedra), whose assembly is made anew. Memory grows as the body does.
+/// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges; the body stays as it was.
+/// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. A gap between two blades is not bridged.
+/// Source     the sweep in material coordinates is \cite zheng2006's for surfaces; cases as in \cite mor2000.
+template <RealScalar Scalar>
+class VolumeCutter {
+  using Vector = Vector3<Scalar>;
+
+ public:
+  using Options = VolumeCutOptions<Scalar>;
+  using Segment = BladeSegment<Scalar>;
+  using Report = VolumeCutReport;
+
+  VolumeCutter() = default;
+  explicit VolumeCutter(Options const& options) : options_(options) { options_.validate(); }
+
+  /// One tick: the blade is here now, and the tissue as it is.
+  template <class Body>
+  void advance(Body& body, Segment const& blade) {
+    static_assert(CuttableSolid<typename Body::Tissue>, "VolumeCutter: this tissue is no solid that can be cut; FiniteElements is. ProgressiveCutter cuts surfaces.");
+    if (!is_finite(blade.from) || !is_finite(blade.to)) throw InvalidArgument("VolumeCutter: the blade is not finite; the tick was not taken");
+    Scalar const edge = body.mean_edge(), length = (blade.to - blade.from).norm();
+    if (!(length <= 4000 * edge))
+      throw InvalidArgument(detail::message("VolumeCutter: the blade is ", length, " m long, more than 4000 edges of ", edge, " m; is it in m?"));
+    if (restorations_ != body.restorations() || body.size() < size_) forget();
+    restorations_ = body.restorations();
+    if (!follows_) at_ = blade;
+    int const made = body.tissue().topology().tetrahedron_count();
+    for (bool arrived = false; !arrived && body.tissue().topology().tetrahedron_count() - made < options_.most_tetrahedra;) {
+      Scalar const way = std::max((blade.from - at_.from).norm(), (blade.to - at_.to).norm());
+      arrived = !(way > edge / 2);
+      Scalar const share = arrived ? Scalar(1) : edge / (2 * way);
+      at_ = arrived ? blade : Segment{at_.from + share * (blade.from - at_.from), at_.to + share * (blade.to - at_.to)};
+      move(body);
+    }
+    size_ = body.size();
+  }
+
+  /// The blade is taken away: what it has cut is opened as far as that goes, and it may come back anywhere.
+  template <class Body>
+  void lift(Body& body) {
+    if (cuts_) end_stroke(body);
+    forget();
+  }
+
+  /// Whether it is in the tissue, and has cut it.
+  bool is_cutting() const noexcept { return cuts_; }
+  Report const& report() const noexcept { return report_; }
+  Options const& options() const noexcept { return options_; }
+
+ private:
+  using Corners = TetrahedralAdjacency::Corners;
+
+  /// That an edge of two vertices is crossed, in the order in which crossings are dealt with.
+  struct Crossing {
+    double time;
+    int low, high;   // a < b
+    double s;        // from low to high
+    Vector3<double> normal;
+    bool operator<(Crossing const& other) const noexcept {
+      return std::tuple(time, -low, -high, s) < std::tuple(other.time, -other.low, -other.high, other.s);
+    }
+  };
+
+  void forget() noexcept {
+    follows_ = cuts_ = punctured_ = false;
+    before_.clear(), on_.clear(), cut_.clear();
+  }
+
+  // --- the blade in the undeformed solid ------------------------------------------------------------------------------
+  template <class Body>
+  void move(Body& body) {
+    Scalar const edge = body.mean_edge();
+    if (!follows_) points_ = 1 + static_cast<std::size_t>(std::ceil((at_.to - at_.from).norm() / (edge / 2)));
+    Scalar const reach = (at_.to - at_.from).norm() / 2;
+    if (auto const near = body.nearest_point((at_.from + at_.to) / 2); !near.found() || near.distance > reach + edge) {
+      if (!is_inside(body, (at_.from + at_.to) / 2)) {
+        if (cuts_) end_stroke(body);
+        forget();
+        return;
+      }
+    }
+    detail::MaterialFrame<Body> const frame(body);
+    now_.resize(std::max<std::size_t>(points_, 2));
+    bool any = false;
+    Scalar depth = 0;
+    for (std::size_t i = 0; i < now_.size(); ++i) {
+      Scalar const u = static_cast<Scalar>(i) / static_cast<Scalar>(now_.size() - 1);
+      Vector const x = (1 - u) * at_.from + u * at_.to;
+      int const near = i < before_.size() && before_[i].inside ? before_[i].tetrahedron : i > 0 && now_[i - 1].inside ? now_[i - 1].tetrahedron : -1;
+      now_[i] = frame.find(x, near);
+      any = any || now_[i].inside || now_[i].in_wound;
+      if (!punctured_ && options_.puncture_depth > 0 && now_[i].inside) depth = std::max(depth, body.nearest_point(x).distance);
+    }
+    bool const was_punctured = std::exchange(punctured_, punctured_ || !(depth < options_.puncture_depth) || !(options_.puncture_depth > 0));
+    if (follows_ && was_punctured && before_.size() == now_.size()) sweep(body);
+    before_.swap(now_);
+    follows_ = true;
+    if (!any) {
+      if (cuts_) end_stroke(body);
+      punctured_ = !(options_.puncture_depth > 0);
+    }
+  }
+  template <class Body>
+  static bool is_inside(Body& body, Vector const& x) {
+    return detail::MaterialFrame<Body>(body).find(x, -1).inside;
+  }
+
+  // --- a sweep ----------------------------------------------------------------------------------------------------------
+  template <class Body>
+  void sweep(Body& body) {
+    detail::BladeSweep const swept(before_, now_);
+    gather(body, swept);
+    crossings_.clear();
+    for (auto const& [a, b] : edges_) find_crossings(body, swept, a, b, 0);
+    new_on_.clear();
+    while (!crossings_.empty()) {
+      std::pop_heap(crossings_.begin(), crossings_.end(), later);
+      Crossing const crossing = crossings_.back();
+      crossings_.pop_back();
+      cross(body, swept, crossing);
+    }
+    if (new_on_.empty()) return;
+    mark(body);
+    open(body);
+    body.finish_edits();
+  }
+
+  static bool later(Crossing const& a, Crossing const& b) noexcept { return b < a; }
+
+  /// The edges of all tetrahedra that the sweep may meet, from those that the blade's points are in or near.
+  template <class Body>
+  void gather(Body const& body, detail::BladeSweep const& swept) {
+    auto const& solid = body.tissue().topology();
+    double const margin = 1e-6 * static_cast<double>(body.mean_edge());
+    seen_.resize(static_cast<std::size_t>(solid.tetrahedron_count()), 0);
+    ++look_;
+    queue_.clear(), edges_.clear();
+    auto const consider = [&](int t) {
+      if (t < 0 || t >= solid.tetrahedron_count() || std::exchange(seen_[static_cast<std::size_t>(t)], look_) == look_) return;
+      Corners const c = solid.corners(t);
+      if (swept.may_meet({rest(body, c[0]), rest(body, c[1]), rest(body, c[2]), rest(body, c[3])}, margin)) queue_.push_back(t);
+    };
+    for (auto const* points : {&before_, &now_})
+      for (auto const& point : *points)
+        if (point.tetrahedron >= 0 && point.tetrahedron < solid.tetrahedron_count())
+          for (int const i : solid.corners(point.tetrahedron))
+            for (int const t : solid.tetrahedra_at(i)) consider(t);
+    for (std::size_t k = 0; k < queue_.size(); ++k)
+      for (int const i : solid.corners(queue_[k]))
+        for (int const t : solid.tetrahedra_at(i)) consider(t);
+    for (int const t : queue_) {
+      Corners c = solid.corners(t);
+      std::sort(c.begin(), c.end());
+      for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = i + 1; j < 4; ++j) edges_.emplace_back(c[i], c[j]);
+    }
+    std::sort(edges_.begin(), edges_.end());
+    edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+  }
+  template <class Body>
+  static Vector3<double> rest(Body const& body, int i) {
+    return body.tissue().rest_position(i).template cast<double>();
+  }
+
+  template <class Body>
+  void find_crossings(Body const& body, detail::BladeSweep const& swept, int a, int b, double earliest) {
+    if (a > b) std::swap(a, b);
+    swept.for_each_crossing(rest(body, a), rest(body, b), [&](detail::SweepCrossing const& found) {
+      double const digits = 1e6;   // what differs by rounding alone is at one time
+      crossings_.push_back({std::max(earliest, std::round(found.time * digits) / digits), a, b, found.s, found.normal});
+      std::push_heap(crossings_.begin(), crossings_.end(), later);
+    });
+  }
+
+  template <class Body>
+  void cross(Body& body, detail::BladeSweep const& swept, Crossing const& at) {
+    auto const& solid = body.tissue().topology();
+    auto const around = solid.tetrahedra_at(at.low);
+    if (std::none_of(around.begin(), around.end(), [&](int t) { return solid.corner_of(t, at.high) >= 0; })) return;   // divided meanwhile
+    if (!cuts_) report_ = {}, cuts_ = true;
+    double const length = (rest(body, at.high) - rest(body, at.low)).norm(), edge = static_cast<double>(body.mean_edge());
+    double const tolerance = std::min(0.5, std::max(static_cast<double>(options_.snap), static_cast<double>(options_.least_snap) * edge / length));
+    int const nearer = at.s < 0.5 ? at.low : at.high;
+    if (std::min(at.s, 1 - at.s) < tolerance || !(at.s > 0 && at.s < 1)) {
+      if (put_on(nearer, at.normal)) ++report_.snapped;
+      return;
+    }
+    if (lowest_height(body, at) < static_cast<double>(options_.least_height) * edge) {
+      if (put_on(nearer, at.normal)) ++report_.snapped, ++report_.too_thin;
+      return;
+    }
+    int const before = solid.tetrahedron_count();
+    int const n = body.insert_on_edge(at.low, at.high, static_cast<Scalar>(at.s));
+    put_on(n, at.normal);
+    ++report_.edges_divided, ++report_.particles_added, report_.tetrahedra_added += solid.tetrahedron_count() - before;
+    neighbours_.clear();
+    solid.for_each_neighbour(n, [&](int v) { neighbours_.push_back(v); });
+    for (int const v : neighbours_) find_crossings(body, swept, n, v, at.time);
+  }
+
+  /// What the lowest height of a tetrahedron would be with a new vertex on the edge.
+  template <class Body>
+  static double lowest_height(Body const& body, Crossing const& at) {
+    auto const& solid = body.tissue().topology();
+    Vector3<double> const n = (1 - at.s) * rest(body, at.low) + at.s * rest(body, at.high);
+    double lowest = std::numeric_limits<double>::infinity();
+    for (int const t : solid.tetrahedra_at(at.low)) {
+      if (solid.corner_of(t, at.high) < 0) continue;
+      Corners const c = solid.corners(t);
+      for (int const end : {at.low, at.high}) {
+        std::array<Vector3<double>, 4> x;
+        for (std::size_t k = 0; k < 4; ++k) x[k] = c[k] == end ? n : rest(body, c[k]);
+        double const volume = (x[1] - x[0]).cross(x[2] - x[0]).dot(x[3] - x[0]);
+        double widest = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+          auto const &p = x[(k + 1) % 4], &q = x[(k + 2) % 4], &r = x[(k + 3) % 4];
+          widest = std::max(widest, (q - p).cross(r - p).norm());
+        }
+        lowest = std::min(lowest, volume / widest);
+      }
+    }
+    return lowest;
+  }
+
+  bool is_on(int v) const noexcept { return static_cast<std::size_t>(v) < on_.size() && on_[static_cast<std::size_t>(v)].squaredNorm() > 0; }
+  bool put_on(int v, Vector3<double> const& normal) {
+    if (is_on(v)) return false;
+    if (on_.size() <= static_cast<std::size_t>(v)) on_.resize(static_cast<std::size_t>(v) + 1, Vector3<double>::Zero());
+    on_[static_cast<std::size_t>(v)] = normal;
+    new_on_.push_back(v);
+    return true;
+  }
+
+  // --- faces ------------------------------------------------------------------------------------------------------------
+  /// Marks the faces that lie on the cut and between its two sides, of those at vertices that have come to it.
+  template <class Body>
+  void mark(Body& body) {
+    auto const& solid = body.tissue().topology();
+    to_open_.assign(new_on_.begin(), new_on_.end());   // also those on faces that are cut already, and closed
+    for (int const v : new_on_)
+      for (int const t : solid.tetrahedra_at(v))
+        for (int k = 0; k < 4; ++k) {
+          int const u = solid.neighbour(t, k);
+          if (u < 0 || solid.corners(t)[static_cast<std::size_t>(k)] == v || body.tissue().is_cut(t, k)) continue;
+          auto const f = solid.face(t, k);
+          if (!std::all_of(f.begin(), f.end(), [&](int i) { return is_on(i); })) continue;
+          if (is_ahead(body, t, f) == is_ahead(body, u, f)) continue;
+          body.mark_cut(t, k);
+          report_.area += (rest(body, f[1]) - rest(body, f[0])).cross(rest(body, f[2]) - rest(body, f[0])).norm() / 2;
+          for (int const i : f) to_open_.push_back(i);
+          cut_.push_back(f);
+        }
+  }
+
+  /// On which side of the cut a tetrahedron is: that of its corner off the cut; with all four on it that of a face that is cut already, or ahead.
+  template <class Body>
+  bool is_ahead(Body const& body, int t, TetrahedralAdjacency::Triangle const& face) const {
+    auto const& solid = body.tissue().topology();
+    Corners const c = solid.corners(t);
+    for (int const i : c)
+      if (!is_on(i)) return is_beyond(body, i, face);
+    for (int k = 0; k < 4; ++k)
+      if (body.tissue().is_cut(t, k)) return is_beyond(body, c[static_cast<std::size_t>(k)], solid.face(t, k));
+    return true;
+  }
+  template <class Body>
+  bool is_beyond(Body const& body, int vertex, TetrahedralAdjacency::Triangle const& face) const {
+    Vector3<double> const &first = on_[static_cast<std::size_t>(face[0])], &second = on_[static_cast<std::size_t>(face[1])], &third = on_[static_cast<std::size_t>(face[2])];
+    Vector3<double> const normal = first + (first.dot(second) < 0 ? -1 : 1) * second + (first.dot(third) < 0 ? -1 : 1) * third;
+    return normal.dot(rest(body, vertex) - (rest(body, face[0]) + rest(body, face[1]) + rest(body, face[2])) / 3) >= 0;
+  }
+
+  /// Splits the vertices of faces that were marked, where those part the tetrahedra round them.
+  template <class Body>
+  void open(Body& body) {
+    std::sort(to_open_.begin(), to_open_.end());
+    to_open_.erase(std::unique(to_open_.begin(), to_open_.end()), to_open_.end());
+    for (int const v : to_open_) split(body, v);
+  }
+  template <class Body>
+  bool split(Body& body, int v) {
+    auto const& solid = body.tissue().topology();
+    solid.fans_at(v, fans_, [&](int t, int k) { return body.tissue().is_cut(t, k); });
+    for (int fan = 1; fan < fans_.size(); ++fan) {
+      int const opened = solid.border().triangle_count();
+      int const copy = body.split_vertex(v, fans_[fan]);
+      put_on(copy, on_[static_cast<std::size_t>(v)]);
+      ++report_.particles_added;
+      for (int t = opened; t < solid.border().triangle_count(); ++t) {
+        auto const c = solid.border().corners(t);
+        report_.lip_area += (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0])).norm() / 2;
+      }
+    }
+    return fans_.size() > 1;
+  }
+
+  /// The blade has left: an edge within the cut whose ends have not split is divided, so that its middle does.
+  template <class Body>
+  void end_stroke(Body& body) {
+    report_.closed_faces = 0;
+    cuts_ = false;
+    on_.clear(), cut_.clear();
+    static_cast<void>(body);
+  }
+
+  Options options_;
+  Report report_;
+  Segment at_;                    // where the blade is
+  std::size_t points_ = 2, restorations_ = 0;
+  int size_ = 0;                  // of the body, after the last tick
+  bool follows_ = false;          // `before_` is known
+  bool punctured_ = false, cuts_ = false;
+  std::vector<detail::MaterialPoint> before_, now_;
+  std::vector<Vector3<double>> on_;   // of each vertex that is on the cut the normal there; zero of others
+  std::vector<int> new_on_, to_open_, neighbours_, queue_;
+  std::vector<TetrahedralAdjacency::Triangle> cut_;   // faces that this stroke has cut
+  std::vector<std::pair<int, int>> edges_;
+  std::vector<Crossing> crossings_;   // a heap: the earliest first
+  std::vector<unsigned> seen_;        // which look at the sweep saw each tetrahedron last
+  unsigned look_ = 0;
+  TetrahedronFans fans_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/collision/closest_point.hpp>
+#include <palpate/core/random.hpp>
+#include <palpate/mesh/components.hpp>
+#include <palpate/mesh/tetrahedral_mesh.hpp>
+#include <palpate/mesh/tetrahedral_topology.hpp>
+#include <palpate/testing/tetrahedral_topology.hpp>
+#include <palpate/testing/violations.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace palpate::testing {
+
+struct SolidCutChecks {
+  double least_height = 0;   ///< m, of a tetrahedron that a cut has made
+  int queries = 3;           ///< how many random points the search tree is asked for, against a search of all triangles
+  int most = 20;             ///< stop after so many violations
+  Seed seed{1};
+};
+
+/// What no cut through a solid may change, however the blade goes: taken from a body before the cut, checked after every tick.
+///
+///   testing::SolidCutInvariants before(body);
+///   knife.advance(body, blade);
+///   CHECK(testing::to_text(before.check(body)) == "");
+///
+/// Topology   what check_tetrahedral_topology checks: each face has one or two tetrahedra, the border is closed.
+/// Shape      at rest each tetrahedron has a positive volume, all together what there was; those that are new are no lower than least_height, or than the lowest
+///            there was.
+/// Border     the area of the skin is what it was; wounds face each other: the sum of their areas as vectors is zero.
+/// Pieces     tetrahedra that hang together at all do so over faces: nothing dangles on a vertex that a cut has made.
+/// Particles  Σ m and Σ m X are as they were; each mass is positive, and what its tetrahedra weigh; a particle between nailed ones alone is nailed.
+/// Tissue     its elements are the tetrahedra, with their volume; neighbours are those of a search of all; row bounds those of a sum over all.
+/// Search     nearest point and nearest vertex are those of a search of all.
+/// Tolerances 1e-12 (double) or 1e-5 (float) of the total; row bounds 1e-6 or 1e-3.
+template <class Body>
+class SolidCutInvariants {
+ public:
+  using Scalar = typename Body::Scalar;
+  using Vector = Vector3<Scalar>;
+
+  explicit SolidCutInvariants(Body const& body, SolidCutChecks const& checks = {}) : checks_(checks), rest_(body.rest_solid()), sums_(sums(body)) {
+    size_ = (rest_.points.rowwise().maxCoeff() - rest_.points.rowwise().minCoeff()).template cast<double>().norm();
+    for (Eigen::Index t = 0; t < rest_.tetrahedra.cols(); ++t) lowest_ = std::min(lowest_, height(rest_, t));
+    dangling_ = fans_too_many(body);
+  }
+
+  /// All that is not as it must be. The body is only asked; asking fits its search tree to where it is.
+  Violations check(Body& body) const {
+    auto const& solid = body.tissue().topology();
+    if (body.positions().cols() != body.size() || body.tissue().size() != body.size() || solid.vertex_count() != body.size())
+      return {"the body, its tissue and its tetrahedra do not count the same particles"};
+    auto const mesh = body.rest_solid();
+    Violations found = check_tetrahedral_topology(solid);
+    if (!found.empty()) return found;   // the rest would only repeat it
+    check_shape(body, mesh, found);
+    check_particles(body, found);
+    check_tissue(body, mesh, found);
+    check_search(body, found);
+    return found;
+  }
+
+ private:
+  static constexpr double exact = sizeof(Scalar) == sizeof(float) ? 1e-5 : 1e-12, bound_tolerance = sizeof(Scalar) == sizeof(float) ? 1e-3 : 1e-6;
+  using Mesh = TetrahedralMesh<Scalar>;
+
+  struct Sums {
+    double volume = 0, skin = 0, mass = 0;
+    Vector3<double> moment = Vector3<double>::Zero(), wounds = Vector3<double>::Zero();
+  };
+
+  template <class... Parts>
+  void report(Violations& found, Parts const&... parts) const {
+    if (static_cast<int>(found.size()) < checks_.most) found.push_back(palpate::detail::message(parts...));
+  }
+  static Vector3<double> at(Mesh const& mesh, Eigen::Index t, int k) { return mesh.points.col(mesh.tetrahedra(k, t)).template cast<double>(); }
+  static double volume(Mesh const& mesh, Eigen::Index t) {
+    Vector3<double> const o = at(mesh, t, 0);
+    return (at(mesh, t, 1) - o).cross(at(mesh, t, 2) - o).dot(at(mesh, t, 3) - o) / 6;
+  }
+  static double height(Mesh const& mesh, Eigen::Index t) {
+    double widest = 0;
+    for (int k = 0; k < 4; ++k) {
+      Vector3<double> const p = at(mesh, t, (k + 1) % 4);
+      widest = std::max(widest, (at(mesh, t, (k + 2) % 4) - p).cross(at(mesh, t, (k + 3) % 4) - p).norm());
+    }
+    return 6 * volume(mesh, t) / widest;
+  }
+
+  static Sums sums(Body const& body) {
+    Sums s;
+    auto const mesh = body.rest_solid();
+    for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) s.volume += volume(mesh, t);
+    auto const& surface = body.tissue().surface();
+    for (int t = 0; t < surface.triangle_count(); ++t) {
+      auto const c = surface.corners(t);
+      Vector3<double> const o = mesh.points.col(c[0]).template cast<double>();
+      Vector3<double> const area = (mesh.points.col(c[1]).template cast<double>() - o).cross(mesh.points.col(c[2]).template cast<double>() - o) / 2;
+      if (body.tissue().is_wound(t))
+        s.wounds += area;
+      else
+        s.skin += area.norm();
+    }
+    for (int i = 0; i < body.size(); ++i) {
+      double const m = static_cast<double>(body.tissue().mass(i));
+      s.mass += m, s.moment += m * mesh.points.col(i).template cast<double>();
+    }
+    return s;
+  }
+  static int fans_too_many(Body const& body) {
+    TetrahedronFans fans;
+    int more = 0;
+    for (int i = 0; i < body.size(); ++i) body.tissue().topology().fans_at(i, fans), more += std::max(0, fans.size() - 1);
+    return more;
+  }
+
+  void compare(Violations& found, char const* what, double now, double before, double scale) const {
+    if (!(std::abs(now - before) <= exact * scale)) report(found, what, " is ", now, ", before the cut it was ", before);
+  }
+
+  void check_shape(Body const& body, Mesh const& mesh, Violations& found) const {
+    double const least = std::min(checks_.least_height, lowest_) * (1 - 1e-6);
+    for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+      if (!(volume(mesh, t) > 0)) report(found, "tetrahedron ", static_cast<int>(t), " has a volume of ", volume(mesh, t), " m3 at rest");
+      if (!(height(mesh, t) >= least)) report(found, "tetrahedron ", static_cast<int>(t), " is ", height(mesh, t), " m high, below ", least);
+    }
+    Sums const now = sums(body);
+    compare(found, "the volume", now.volume, sums_.volume, sums_.volume);
+    compare(found, "the area of the skin", now.skin, sums_.skin, sums_.skin);
+    compare(found, "the mass", now.mass, sums_.mass, sums_.mass);
+    for (int k = 0; k < 3; ++k) {
+      compare(found, "the first moment of the mass", now.moment[k], sums_.moment[k], sums_.mass * size_);
+      compare(found, "the sum of the wounds' areas", now.wounds[k], 0, sums_.skin);
+    }
+    if (int const dangling = fans_too_many(body); dangling > dangling_) report(found, dangling - dangling_, " vertices hold together what no face does");
+  }
+
+  void check_particles(Body const& body, Violations& found) const {
+    std::vector<double> weighs(static_cast<std::size_t>(body.size()), 0.0);
+    auto const& list = body.tissue().list();
+    for (int e = 0; e < list.size(); ++e)
+      for (int const i : list.nodes[static_cast<std::size_t>(e)])
+        weighs[static_cast<std::size_t>(i)] += static_cast<double>(list.elements[static_cast<std::size_t>(e)].mass()) / 4;
+    for (int i = 0; i < body.size(); ++i) {
+      double const mass = static_cast<double>(body.tissue().mass(i)), expected = weighs[static_cast<std::size_t>(i)];
+      if (!(mass > 0)) report(found, "particle ", i, " weighs ", mass, " kg");
+      if (!(std::abs(mass - expected) <= 1e3 * exact * expected)) report(found, "particle ", i, " weighs ", mass, " kg, its tetrahedra ", expected);
+      if (!is_finite(body.positions().col(i)) || !is_finite(body.velocities().col(i))) report(found, "particle ", i, " has no finite state");
+      bool const on_border = !body.tissue().surface().triangles_at(i).empty();
+      if (on_border && !(std::abs(body.reference_normal(i).norm() - 1) < Scalar(1e-3))) report(found, "particle ", i, " has no unit normal");
+    }
+  }
+
+  void check_tissue(Body const& body, Mesh const& mesh, Violations& found) const {
+    auto const& tissue = body.tissue();
+    auto const& list = tissue.list();
+    if (list.size() != mesh.tetrahedra.cols()) return report(found, "there are ", list.size(), " elements of ", mesh.tetrahedra.cols(), " tetrahedra");
+    double const length = 1 - static_cast<double>(tissue.link_prestrain());
+    std::vector<std::vector<int>> near(static_cast<std::size_t>(body.size())), here(near);
+    std::vector<double> bounds(near.size(), 0.0);
+    for (int e = 0; e < list.size(); ++e) {
+      auto const& nodes = list.nodes[static_cast<std::size_t>(e)];
+      auto const& element = list.elements[static_cast<std::size_t>(e)];
+      if (nodes != tissue.topology().corners(e)) report(found, "element ", e, " does not join the corners of its tetrahedron");
+      double const is = static_cast<double>(element.volume()), must = volume(mesh, e) * length * length * length;
+      if (!(std::abs(is - must) <= 1e4 * exact * must)) report(found, "element ", e, " has a volume of ", is, " m3, its tetrahedron ", must);
+      NodeColumns<Scalar, 4> rest;
+      for (int k = 0; k < 4; ++k) rest.col(k) = mesh.points.col(nodes[static_cast<std::size_t>(k)]);
+      palpate::detail::add_bounds_at_rest<std::remove_cvref_t<decltype(element)>, Scalar>(
+          element, rest, [&](int k, Scalar stiffness, Scalar) { bounds[static_cast<std::size_t>(nodes[static_cast<std::size_t>(k)])] += static_cast<double>(stiffness); });
+      for (int const i : nodes) {
+        here[static_cast<std::size_t>(i)].push_back(e);
+        for (int const j : nodes)
+          if (i != j) near[static_cast<std::size_t>(i)].push_back(j);
+      }
+    }
+    for (int i = 0; i < body.size(); ++i) {
+      auto const k = static_cast<std::size_t>(i);
+      auto sorted = [](auto values) {
+        std::vector<int> all(values.begin(), values.end());
+        std::sort(all.begin(), all.end());
+        all.erase(std::unique(all.begin(), all.end()), all.end());
+        return all;
+      };
+      if (sorted(tissue.elements_at(i)) != here[k]) report(found, "the list of elements at particle ", i, " is not that of the mesh");
+      std::vector<int> listed;
+      tissue.for_each_neighbour(i, [&](int j) { listed.push_back(j); });
+      if (tissue.stars().empty() && sorted(listed) != sorted(near[k])) report(found, "the neighbours of particle ", i, " are not those of the mesh");
+      double const bound = static_cast<double>(tissue.stiffness_bound(i));
+      if (tissue.stars().empty() && !(std::abs(bound - bounds[k]) <= bound_tolerance * bounds[k]))
+        report(found, "the row bound of particle ", i, " is ", bound, " N/m, the sum over its elements ", bounds[k]);
+    }
+  }
+
+  void check_search(Body& body, Violations& found) const {
+    Random random(checks_.seed);
+    auto const x = body.positions();
+    Vector const low = x.rowwise().minCoeff(), high = x.rowwise().maxCoeff();
+    Scalar const size = static_cast<Scalar>(size_), tolerance = sizeof(Scalar) == sizeof(float) ? Scalar(2e-4) : Scalar(1e-9);
+    auto const triangles = body.triangles();
+    for (int q = 0; q < checks_.queries; ++q) {
+      Vector query = x.col(body.size() - 1);   // the last query is beside the newest particle: where edits are
+      for (int k = 0; k < 3; ++k)
+        query[k] = q + 1 < checks_.queries ? random.uniform(low[k] - size / 10, high[k] + size / 10) : query[k] + random.uniform(-size, size) / 100;
+      Scalar nearest = std::numeric_limits<Scalar>::infinity();
+      for (Eigen::Index t = 0; t < triangles.cols(); ++t)
+        nearest = std::min(nearest, (closest_point_on_triangle<Scalar>(query, x.col(triangles(0, t)), x.col(triangles(1, t)), x.col(triangles(2, t))).point - query).norm());
+      auto const on = body.nearest_point(query);
+      if (!(std::abs(on.distance - nearest) <= tolerance * size))
+        report(found, "nearest_point finds a point at ", on.distance, " m, a search of all triangles one at ", nearest, " m");
+    }
+  }
+
+  SolidCutChecks checks_;
+  Mesh rest_;
+  Sums sums_;
+  double size_ = 0, lowest_ = std::numeric_limits<double>::infinity();
+  int dangling_ = 0;
+};
+
+}  // namespace palpate::testing
