@@ -143,9 +143,15 @@ class VolumeCutter {
     }
   };
 
+  /// Where the blade went by a vertex that is on the cut, and the normal of the sheet there; zero: it is not.
+  struct On {
+    Vector3<double> at = Vector3<double>::Zero(), normal = Vector3<double>::Zero();
+    int order = 0;   // of those that came to it
+  };
+
   void forget() noexcept {
     follows_ = cuts_ = punctured_ = false;
-    before_.clear(), on_.clear(), cut_.clear();
+    before_.clear(), on_.clear(), sides_.clear(), cut_.clear();
   }
 
   // --- the blade in the undeformed solid ------------------------------------------------------------------------------
@@ -163,21 +169,21 @@ class VolumeCutter {
     }
     detail::MaterialFrame<Body> const frame(body);
     now_.resize(std::max<std::size_t>(points_, 2));
-    bool any = false;
+    bool near_any = false;
     Scalar depth = 0;
     for (std::size_t i = 0; i < now_.size(); ++i) {
       Scalar const u = static_cast<Scalar>(i) / static_cast<Scalar>(now_.size() - 1);
       Vector const x = (1 - u) * at_.from + u * at_.to;
       int const near = i < before_.size() && before_[i].inside ? before_[i].tetrahedron : i > 0 && now_[i - 1].inside ? now_[i - 1].tetrahedron : -1;
       now_[i] = frame.find(x, near);
-      any = any || now_[i].inside || now_[i].in_wound;
+      near_any = near_any || now_[i].inside || now_[i].in_wound || now_[i].distance < static_cast<double>(edge) / 2;   // between two points it may be inside
       if (!punctured_ && options_.puncture_depth > 0 && now_[i].inside) depth = std::max(depth, body.nearest_point(x).distance);
     }
     bool const was_punctured = std::exchange(punctured_, punctured_ || !(depth < options_.puncture_depth) || !(options_.puncture_depth > 0));
     if (follows_ && was_punctured && before_.size() == now_.size()) sweep(body);
     before_.swap(now_);
     follows_ = true;
-    if (!any) {
+    if (!near_any) {
       if (cuts_) end_stroke(body);
       punctured_ = !(options_.puncture_depth > 0);
     }
@@ -260,24 +266,56 @@ class VolumeCutter {
     auto const around = solid.tetrahedra_at(at.low);
     if (std::none_of(around.begin(), around.end(), [&](int t) { return solid.corner_of(t, at.high) >= 0; })) return;   // divided meanwhile
     if (!cuts_) report_ = {}, cuts_ = true;
+    if (is_cut_at(body, at.low, at) || is_cut_at(body, at.high, at)) return;
     double const length = (rest(body, at.high) - rest(body, at.low)).norm(), edge = static_cast<double>(body.mean_edge());
     double const tolerance = std::min(0.5, std::max(static_cast<double>(options_.snap), static_cast<double>(options_.least_snap) * edge / length));
     int const nearer = at.s < 0.5 ? at.low : at.high;
-    if (std::min(at.s, 1 - at.s) < tolerance || !(at.s > 0 && at.s < 1)) {
-      if (put_on(nearer, at.normal)) ++report_.snapped;
+    On const on{(1 - at.s) * rest(body, at.low) + at.s * rest(body, at.high), at.normal, 0};
+    int end = std::min(at.s, 1 - at.s) < tolerance || !(at.s > 0 && at.s < 1) ? nearer : -1;
+    for (int const v : {nearer, nearer == at.low ? at.high : at.low})
+      if (end < 0 && is_on_old_cut(body, v, at)) end = v;
+    if (end >= 0) {
+      if (put_on(end, on)) ++report_.snapped;
       return;
     }
     if (lowest_height(body, at) < static_cast<double>(options_.least_height) * edge) {
-      if (put_on(nearer, at.normal)) ++report_.snapped, ++report_.too_thin;
+      if (put_on(nearer, on)) ++report_.snapped, ++report_.too_thin;
       return;
     }
     int const before = solid.tetrahedron_count();
     int const n = body.insert_on_edge(at.low, at.high, static_cast<Scalar>(at.s));
-    put_on(n, at.normal);
+    put_on(n, on);
+    for (int const t : solid.tetrahedra_at(n))
+      if (static_cast<std::size_t>(t) < sides_.size()) sides_[static_cast<std::size_t>(t)] = 0;
     ++report_.edges_divided, ++report_.particles_added, report_.tetrahedra_added += solid.tetrahedron_count() - before;
     neighbours_.clear();
     solid.for_each_neighbour(n, [&](int v) { neighbours_.push_back(v); });
     for (int const v : neighbours_) find_crossings(body, swept, n, v, at.time);
+  }
+
+  /// Whether it is at this vertex that the sheet goes through the edge: the vertex is on the cut already, as far off the sheet as it was then.
+  template <class Body>
+  bool is_cut_at(Body const& body, int v, Crossing const& at) const {
+    if (!is_on(v)) return false;
+    On const& on = on_[static_cast<std::size_t>(v)];
+    double const own = std::abs(on.normal.dot(rest(body, v) - on.at));
+    return height_over(body, v, at) <= own + static_cast<double>(options_.least_height * body.mean_edge());
+  }
+  /// Whether a vertex is on the wall of an earlier cut, and as near to the sheet as such a wall may be to its own: the cut is there already.
+  template <class Body>
+  bool is_on_old_cut(Body const& body, int v, Crossing const& at) const {
+    auto const& surface = body.tissue().surface();
+    auto const around = surface.triangles_at(v);
+    if (std::none_of(around.begin(), around.end(), [&](int t) { return body.tissue().is_wound(t); })) return false;
+    double longest = 0;
+    for (int const t : body.tissue().topology().tetrahedra_at(v))
+      for (int const i : body.tissue().topology().corners(t)) longest = std::max(longest, (rest(body, i) - rest(body, v)).norm());
+    return height_over(body, v, at) <= static_cast<double>(options_.snap) * longest;
+  }
+  /// How far an end of a crossed edge is from the sheet.
+  template <class Body>
+  static double height_over(Body const& body, int v, Crossing const& at) {
+    return (v == at.low ? at.s : 1 - at.s) * std::abs(at.normal.dot(rest(body, at.high) - rest(body, at.low)));
   }
 
   /// What the lowest height of a tetrahedron would be with a new vertex on the edge.
@@ -304,11 +342,12 @@ class VolumeCutter {
     return lowest;
   }
 
-  bool is_on(int v) const noexcept { return static_cast<std::size_t>(v) < on_.size() && on_[static_cast<std::size_t>(v)].squaredNorm() > 0; }
-  bool put_on(int v, Vector3<double> const& normal) {
+  bool is_on(int v) const noexcept { return static_cast<std::size_t>(v) < on_.size() && on_[static_cast<std::size_t>(v)].normal.squaredNorm() > 0; }
+  bool put_on(int v, On const& on) {
     if (is_on(v)) return false;
-    if (on_.size() <= static_cast<std::size_t>(v)) on_.resize(static_cast<std::size_t>(v) + 1, Vector3<double>::Zero());
-    on_[static_cast<std::size_t>(v)] = normal;
+    if (on_.size() <= static_cast<std::size_t>(v)) on_.resize(static_cast<std::size_t>(v) + 1);
+    on_[static_cast<std::size_t>(v)] = on;
+    on_[static_cast<std::size_t>(v)].order = ++last_order_;
     new_on_.push_back(v);
     return true;
   }
@@ -323,10 +362,10 @@ class VolumeCutter {
       for (int const t : solid.tetrahedra_at(v))
         for (int k = 0; k < 4; ++k) {
           int const u = solid.neighbour(t, k);
-          if (u < 0 || solid.corners(t)[static_cast<std::size_t>(k)] == v || body.tissue().is_cut(t, k)) continue;
+          if (u < 0 || body.tissue().is_cut(t, k)) continue;
           auto const f = solid.face(t, k);
           if (!std::all_of(f.begin(), f.end(), [&](int i) { return is_on(i); })) continue;
-          if (is_ahead(body, t, f) == is_ahead(body, u, f)) continue;
+          if (is_ahead(body, t) == is_ahead(body, u)) continue;
           body.mark_cut(t, k);
           report_.area += (rest(body, f[1]) - rest(body, f[0])).cross(rest(body, f[2]) - rest(body, f[0])).norm() / 2;
           for (int const i : f) to_open_.push_back(i);
@@ -334,22 +373,38 @@ class VolumeCutter {
         }
   }
 
-  /// On which side of the cut a tetrahedron is: that of its corner off the cut; with all four on it that of a face that is cut already, or ahead.
+  /// On which side of the cut a tetrahedron is: that of its corner off the cut; with all four on it that of the one that came to it last, of those that do not
+  /// lie in the sheet itself. So it does not matter when it is asked.
   template <class Body>
-  bool is_ahead(Body const& body, int t, TetrahedralAdjacency::Triangle const& face) const {
-    auto const& solid = body.tissue().topology();
-    Corners const c = solid.corners(t);
-    for (int const i : c)
-      if (!is_on(i)) return is_beyond(body, i, face);
-    for (int k = 0; k < 4; ++k)
-      if (body.tissue().is_cut(t, k)) return is_beyond(body, c[static_cast<std::size_t>(k)], solid.face(t, k));
-    return true;
+  bool is_ahead(Body const& body, int t) {
+    if (sides_.size() <= static_cast<std::size_t>(t)) sides_.resize(static_cast<std::size_t>(body.tissue().topology().tetrahedron_count()), 0);
+    signed char& side = sides_[static_cast<std::size_t>(t)];
+    if (side != 0) return side > 0;
+    Corners c = body.tissue().topology().corners(t);
+    auto const order = [&](int i) { return is_on(i) ? on_[static_cast<std::size_t>(i)].order : std::numeric_limits<int>::max(); };
+    std::sort(c.begin(), c.end(), [&](int i, int j) { return std::pair(order(i), i) > std::pair(order(j), j); });
+    double const digits = 1e-7 * static_cast<double>(body.mean_edge());
+    double farthest = 0;
+    for (int const i : c) {
+      double const height = height_over_cut(body, c, i);
+      if (std::abs(farthest) < std::abs(height)) farthest = height;
+      if (std::abs(farthest) > digits) break;
+    }
+    side = farthest >= 0 ? 1 : -1;
+    return side > 0;
   }
+  /// Of a corner over the sheet that went by those that are on the cut, in the mean.
   template <class Body>
-  bool is_beyond(Body const& body, int vertex, TetrahedralAdjacency::Triangle const& face) const {
-    Vector3<double> const &first = on_[static_cast<std::size_t>(face[0])], &second = on_[static_cast<std::size_t>(face[1])], &third = on_[static_cast<std::size_t>(face[2])];
-    Vector3<double> const normal = first + (first.dot(second) < 0 ? -1 : 1) * second + (first.dot(third) < 0 ? -1 : 1) * third;
-    return normal.dot(rest(body, vertex) - (rest(body, face[0]) + rest(body, face[1]) + rest(body, face[2])) / 3) >= 0;
+  double height_over_cut(Body const& body, Corners const& corners, int corner) const {
+    Vector3<double> ahead = Vector3<double>::Zero();
+    double sum = 0;
+    for (int const i : corners) {
+      if (!is_on(i)) continue;
+      On const& on = on_[static_cast<std::size_t>(i)];
+      double const sign = on.normal.dot(ahead) < 0 ? -1 : 1;
+      ahead += sign * on.normal, sum += sign * on.normal.dot(rest(body, corner) - on.at);
+    }
+    return sum / 4;
   }
 
   /// Splits the vertices of faces that were marked, where those part the tetrahedra round them.
@@ -381,7 +436,7 @@ class VolumeCutter {
   void end_stroke(Body& body) {
     report_.closed_faces = 0;
     cuts_ = false;
-    on_.clear(), cut_.clear();
+    on_.clear(), sides_.clear(), cut_.clear();
     static_cast<void>(body);
   }
 
@@ -393,13 +448,15 @@ class VolumeCutter {
   bool follows_ = false;          // `before_` is known
   bool punctured_ = false, cuts_ = false;
   std::vector<detail::MaterialPoint> before_, now_;
-  std::vector<Vector3<double>> on_;   // of each vertex that is on the cut the normal there; zero of others
+  std::vector<On> on_;            // of each vertex
+  std::vector<signed char> sides_;   // of each tetrahedron at a face that is on the cut: 1 ahead, −1 behind
   std::vector<int> new_on_, to_open_, neighbours_, queue_;
   std::vector<TetrahedralAdjacency::Triangle> cut_;   // faces that this stroke has cut
   std::vector<std::pair<int, int>> edges_;
   std::vector<Crossing> crossings_;   // a heap: the earliest first
   std::vector<unsigned> seen_;        // which look at the sweep saw each tetrahedron last
   unsigned look_ = 0;
+  int last_order_ = 0;
   TetrahedronFans fans_;
 };
 

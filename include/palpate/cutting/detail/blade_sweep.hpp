@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -79,7 +80,7 @@ class BladeSweep {
     if (!(length > 1e-12 * (u.squaredNorm() + v.squaredNorm()))) return;
     normal /= length;
     double const above = normal.dot(a - p), beyond = normal.dot(b - p);
-    if ((above >= 0) == (beyond >= 0)) return;
+    if ((above >= 0) == (beyond >= 0) || std::abs(above - beyond) <= 1e-9 * (b - a).norm()) return;
     double const s = above / (above - beyond);
     Vector3<double> const hit = a + s * (b - a) - p;
     double const second = u.cross(hit).dot(normal) / length, one = hit.cross(v).dot(normal) / length;   // weights of n[2] and n[1]

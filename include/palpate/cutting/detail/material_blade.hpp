@@ -12,6 +12,7 @@ struct MaterialPoint {
   int tetrahedron = -1;                           // that it is in, or that carries it on beyond the skin
   bool inside = false;
   bool in_wound = false;                          // outside, with a wound nearest
+  double distance = 0;                            // m, outside, from the body as it is now
 };
 
 /// Where points of the world are in an undeformed solid.
@@ -37,6 +38,7 @@ class MaterialFrame {
       found.tetrahedron = walk(x, t);
       if (found.tetrahedron < 0) {
         found.tetrahedron = t;
+        found.distance = static_cast<double>(foot.distance);
         found.in_wound = body_.tissue().is_wound(foot.triangle);
         auto const c = body_.tissue().surface().corners(foot.triangle);
         Vector3<double> const w = foot.barycentric.template cast<double>();
