@@ -20,7 +20,7 @@
 
 namespace palpate {
 
-/// The straight cutting edge of a blade, from one end to the other [m, world].
+/// A straight cutting edge of a blade, from one end to the other [m, world].
 template <RealScalar Scalar>
 struct BladeSegment {
   Vector3<Scalar> from = Vector3<Scalar>::Zero(), to = Vector3<Scalar>::Zero();
@@ -59,7 +59,7 @@ struct VolumeCutReport {
   int closed_faces = 0;         ///< cut, and not open: no vertex of them has split
 };
 
-/// Cuts a solid with the straight edge of a blade, as far as the blade has come.
+/// Cuts a solid with the edge of a blade, as far as the blade has come.
 ///
 ///   VolumeCutter<double> knife;
 ///   knife.advance(body, {{x, y, -0.01}, {x, y, 0.05}});   // once a tick, then step
@@ -81,7 +81,8 @@ struct VolumeCutReport {
 /// Blade      moves straight between two ticks; in a deformed solid it is followed at points half a mean edge apart.
 /// Cost       O(tetrahedra near the way of the blade); and for the step after it O(moving tetrahedra), whose assembly is made anew. Memory grows as the body does.
 /// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges; the body stays as it was.
-/// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. A gap between two blades is not bridged.
+/// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. Two edges with a gap between them
+///            are one blade of three pieces.
 /// Source     the sweep in material coordinates is \cite zheng2006's for surfaces; cases as in \cite mor2000.
 template <RealScalar Scalar>
 class VolumeCutter {
@@ -98,22 +99,22 @@ class VolumeCutter {
   /// One tick: the blade is here now, and the tissue as it is.
   template <class Body>
   void advance(Body& body, Segment const& blade) {
+    std::array const ends{blade.from, blade.to};
+    advance(body, std::span<Vector const>(ends));
+  }
+  /// The same of a blade of several straight pieces, from point to point [m, world]; their number stays while it cuts.
+  template <class Body>
+  void advance(Body& body, std::span<Vector const> blade) {
     static_assert(CuttableSolid<typename Body::Tissue>, "VolumeCutter: this tissue is no solid that can be cut; FiniteElements is. ProgressiveCutter cuts surfaces.");
-    if (!is_finite(blade.from) || !is_finite(blade.to)) throw InvalidArgument("VolumeCutter: the blade is not finite; the tick was not taken");
-    Scalar const edge = body.mean_edge(), length = (blade.to - blade.from).norm();
+    if (blade.size() < 2) throw InvalidArgument(detail::message("VolumeCutter: a blade of ", blade.size(), " points; it takes at least two"));
+    for (Vector const& point : blade)
+      if (!is_finite(point)) throw InvalidArgument("VolumeCutter: the blade is not finite; the tick was not taken");
+    Scalar const edge = body.mean_edge(), length = length_of(blade);
     if (!(length <= 4000 * edge))
       throw InvalidArgument(detail::message("VolumeCutter: the blade is ", length, " m long, more than 4000 edges of ", edge, " m; is it in m?"));
-    if (restorations_ != body.restorations() || body.size() < size_) forget();
-    restorations_ = body.restorations();
-    if (!follows_) at_ = blade;
-    int const made = body.tissue().topology().tetrahedron_count();
-    for (bool arrived = false; !arrived && body.tissue().topology().tetrahedron_count() - made < options_.most_tetrahedra;) {
-      Scalar const way = std::max((blade.from - at_.from).norm(), (blade.to - at_.to).norm());
-      arrived = !(way > edge / 2);
-      Scalar const share = arrived ? Scalar(1) : edge / (2 * way);
-      at_ = arrived ? blade : Segment{at_.from + share * (blade.from - at_.from), at_.to + share * (blade.to - at_.to)};
-      move(body);
-    }
+    if (restorations_ != body.restorations() || body.size() < size_ || pieces_ != blade.size()) forget();
+    restorations_ = body.restorations(), pieces_ = blade.size();
+    follow(body, blade, length);
     size_ = body.size();
   }
 
@@ -150,53 +151,78 @@ class VolumeCutter {
   };
 
   void forget() noexcept {
-    follows_ = cuts_ = punctured_ = false;
-    before_.clear(), on_.clear(), sides_.clear(), cut_.clear();
+    cuts_ = punctured_ = false;
+    before_.clear(), on_.clear(), sides_.clear();
+  }
+
+  static Scalar length_of(std::span<Vector const> blade) noexcept {
+    Scalar length = 0;
+    for (std::size_t k = 1; k < blade.size(); ++k) length += (blade[k] - blade[k - 1]).norm();
+    return length;
+  }
+  /// At a share of its pieces: each counts the same.
+  static Vector point_of(std::span<Vector const> blade, Scalar share) noexcept {
+    Scalar const pieces = static_cast<Scalar>(blade.size() - 1);
+    std::size_t const k = std::min(static_cast<std::size_t>(share * pieces), blade.size() - 2);
+    Scalar const u = share * pieces - static_cast<Scalar>(k);
+    return (1 - u) * blade[k] + u * blade[k + 1];
   }
 
   // --- the blade in the undeformed solid ------------------------------------------------------------------------------
+  /// From where it is in the tissue to where it is now, in ways of half an edge: the tissue may have moved meanwhile.
   template <class Body>
-  void move(Body& body) {
+  void follow(Body& body, std::span<Vector const> blade, Scalar length) {
     Scalar const edge = body.mean_edge();
-    if (!follows_) points_ = 1 + static_cast<std::size_t>(std::ceil((at_.to - at_.from).norm() / (edge / 2)));
-    Scalar const reach = (at_.to - at_.from).norm() / 2;
-    if (auto const near = body.nearest_point((at_.from + at_.to) / 2); !near.found() || near.distance > reach + edge) {
-      if (!is_inside(body, (at_.from + at_.to) / 2)) {
-        if (cuts_) end_stroke(body);
-        forget();
-        return;
-      }
-    }
+    Vector low = blade[0], high = blade[0];
+    for (Vector const& point : blade) low = low.cwiseMin(point), high = high.cwiseMax(point);
+    Vector const middle = (low + high) / 2;
     detail::MaterialFrame<Body> const frame(body);
-    now_.resize(std::max<std::size_t>(points_, 2));
+    bool const is_far = [&] {
+      auto const near = body.nearest_point(middle);
+      return !near.found() || (near.distance > (high - low).norm() / 2 + edge && !frame.find(middle, -1).inside);
+    }();
+    if (is_far && before_.empty()) return;
+    if (before_.empty()) points_ = 2 + static_cast<std::size_t>(2 * length / edge);
+    from_.clear(), to_.clear();
+    Scalar way = 0;
+    for (std::size_t i = 0; i < points_; ++i) {
+      to_.push_back(point_of(blade, static_cast<Scalar>(i) / static_cast<Scalar>(points_ - 1)));
+      from_.push_back(before_.empty() ? to_.back() : frame.now(before_[i]));
+      way = std::max(way, (to_.back() - from_.back()).norm());
+    }
+    int const parts = way < 1000 * edge ? 1 + static_cast<int>(2 * way / edge) : 1, made = body.tissue().topology().tetrahedron_count();
+    for (int k = 1; k <= parts && body.tissue().topology().tetrahedron_count() - made < options_.most_tetrahedra; ++k) {
+      Scalar const share = static_cast<Scalar>(k) / static_cast<Scalar>(parts);
+      move(body, share);
+    }
+    if (is_far) forget();
+  }
+  template <class Body>
+  void move(Body& body, Scalar share) {
+    detail::MaterialFrame<Body> const frame(body);
+    double const edge = static_cast<double>(body.mean_edge());
+    now_.resize(points_);
     bool near_any = false;
     Scalar depth = 0;
     for (std::size_t i = 0; i < now_.size(); ++i) {
-      Scalar const u = static_cast<Scalar>(i) / static_cast<Scalar>(now_.size() - 1);
-      Vector const x = (1 - u) * at_.from + u * at_.to;
+      Vector const x = share < 1 ? Vector((1 - share) * from_[i] + share * to_[i]) : to_[i];
       int const near = i < before_.size() && before_[i].inside ? before_[i].tetrahedron : i > 0 && now_[i - 1].inside ? now_[i - 1].tetrahedron : -1;
       now_[i] = frame.find(x, near);
-      near_any = near_any || now_[i].inside || now_[i].in_wound || now_[i].distance < static_cast<double>(edge) / 2;   // between two points it may be inside
+      near_any = near_any || now_[i].inside || now_[i].in_wound || now_[i].distance < edge / 2;   // between two points it may be inside
       if (!punctured_ && options_.puncture_depth > 0 && now_[i].inside) depth = std::max(depth, body.nearest_point(x).distance);
     }
     bool const was_punctured = std::exchange(punctured_, punctured_ || !(depth < options_.puncture_depth) || !(options_.puncture_depth > 0));
-    if (follows_ && was_punctured && before_.size() == now_.size()) sweep(body);
+    if (was_punctured && before_.size() == now_.size()) sweep(body);
     before_.swap(now_);
-    follows_ = true;
-    if (!near_any) {
-      if (cuts_) end_stroke(body);
-      punctured_ = !(options_.puncture_depth > 0);
-    }
-  }
-  template <class Body>
-  static bool is_inside(Body& body, Vector const& x) {
-    return detail::MaterialFrame<Body>(body).find(x, -1).inside;
+    if (near_any) return;
+    if (cuts_) end_stroke(body);
+    punctured_ = !(options_.puncture_depth > 0);
   }
 
   // --- a sweep ----------------------------------------------------------------------------------------------------------
   template <class Body>
   void sweep(Body& body) {
-    detail::BladeSweep const swept(before_, now_);
+    detail::BladeSweep const swept(before_, now_, reaches_);
     gather(body, swept);
     crossings_.clear();
     for (auto const& [a, b] : edges_) find_crossings(body, swept, a, b, 0);
@@ -234,8 +260,7 @@ class VolumeCutter {
           for (int const i : solid.corners(point.tetrahedron))
             for (int const t : solid.tetrahedra_at(i)) consider(t);
     for (std::size_t k = 0; k < queue_.size(); ++k)
-      for (int const i : solid.corners(queue_[k]))
-        for (int const t : solid.tetrahedra_at(i)) consider(t);
+      for (int face = 0; face < 4; ++face) consider(solid.neighbour(queue_[k], face));
     for (int const t : queue_) {
       Corners c = solid.corners(t);
       std::sort(c.begin(), c.end());
@@ -369,7 +394,6 @@ class VolumeCutter {
           body.mark_cut(t, k);
           report_.area += (rest(body, f[1]) - rest(body, f[0])).cross(rest(body, f[2]) - rest(body, f[0])).norm() / 2;
           for (int const i : f) to_open_.push_back(i);
-          cut_.push_back(f);
         }
   }
 
@@ -431,27 +455,63 @@ class VolumeCutter {
     return fans_.size() > 1;
   }
 
-  /// The blade has left: an edge within the cut whose ends have not split is divided, so that its middle does.
+  /// The blade has left: an edge within what is cut and closed is divided, so that its middle splits.
   template <class Body>
   void end_stroke(Body& body) {
-    report_.closed_faces = 0;
+    auto const& solid = body.tissue().topology();
+    new_on_.clear();
+    for (int v = 0; v < std::min(body.size(), static_cast<int>(on_.size())); ++v)
+      for (bool divided = is_on(v); divided;) {
+        divided = false;
+        for (int const i : solid.tetrahedra_at(v)) {
+          int const w = end_within_cut(body, i, v);
+          if (w < 0) continue;
+          Crossing const middle{0, std::min(v, w), std::max(v, w), 0.5, on_[static_cast<std::size_t>(v)].normal};
+          if (lowest_height(body, middle) < static_cast<double>(options_.least_height * body.mean_edge())) continue;
+          int const before = solid.tetrahedron_count();
+          int const n = body.insert_on_edge(middle.low, middle.high, Scalar(0.5));
+          put_on(n, {rest(body, n), middle.normal, 0});
+          ++report_.edges_divided, ++report_.particles_added, report_.tetrahedra_added += solid.tetrahedron_count() - before;
+          split(body, n);
+          divided = true;
+          break;
+        }
+      }
+    body.finish_edits();
+    int faces = 0;
+    for (int v = 0; v < std::min(body.size(), static_cast<int>(on_.size())); ++v)
+      for (int const t : is_on(v) ? solid.tetrahedra_at(v) : std::span<int const>())
+        for (int k = 0; k < 4; ++k) faces += body.tissue().is_cut(t, k) && solid.corner_of(t, v) != k ? 1 : 0;
+    report_.closed_faces = faces / 6;   // seen from three corners and two sides
     cuts_ = false;
-    on_.clear(), sides_.clear(), cut_.clear();
-    static_cast<void>(body);
+    on_.clear(), sides_.clear();
+  }
+  /// A vertex w of a tetrahedron at v so that the edge between them is one of two faces that are cut and closed, or −1.
+  template <class Body>
+  static int end_within_cut(Body const& body, int t, int v) {
+    auto const& solid = body.tissue().topology();
+    for (int const w : solid.corners(t)) {
+      if (w == v) continue;
+      int faces = 0;
+      solid.for_each_round(v, w, [&](int u) {
+        for (int k = 0; k < 4; ++k) faces += body.tissue().is_cut(u, k) && solid.corner_of(u, v) != k && solid.corner_of(u, w) != k ? 1 : 0;
+      });
+      if (faces >= 4) return w;   // each from two sides
+    }
+    return -1;
   }
 
   Options options_;
   Report report_;
-  Segment at_;                    // where the blade is
-  std::size_t points_ = 2, restorations_ = 0;
+  std::vector<Vector> from_, to_;   // the points of the blade, where they were in the tissue as it is now, and where they are
+  std::size_t points_ = 2, pieces_ = 0, restorations_ = 0;
   int size_ = 0;                  // of the body, after the last tick
-  bool follows_ = false;          // `before_` is known
   bool punctured_ = false, cuts_ = false;
   std::vector<detail::MaterialPoint> before_, now_;
+  std::vector<std::array<double, 2>> reaches_;
   std::vector<On> on_;            // of each vertex
   std::vector<signed char> sides_;   // of each tetrahedron at a face that is on the cut: 1 ahead, −1 behind
   std::vector<int> new_on_, to_open_, neighbours_, queue_;
-  std::vector<TetrahedralAdjacency::Triangle> cut_;   // faces that this stroke has cut
   std::vector<std::pair<int, int>> edges_;
   std::vector<Crossing> crossings_;   // a heap: the earliest first
   std::vector<unsigned> seen_;        // which look at the sweep saw each tetrahedron last

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <vector>
 
 namespace palpate::detail {
 
@@ -24,14 +25,25 @@ struct SweepCrossing {
 /// goes through the seam of two is seen by exactly one: both ask for the same sign of the same number.
 class BladeSweep {
  public:
-  BladeSweep(std::span<MaterialPoint const> before, std::span<MaterialPoint const> now) : before_(before), now_(now) {}
+  /// `reaches` is memory for it, kept from tick to tick.
+  BladeSweep(std::span<MaterialPoint const> before, std::span<MaterialPoint const> now, std::vector<std::array<double, 2>>& reaches)
+      : before_(before), now_(now), reaches_(reaches), along_(now.back().at - now.front().at) {
+    reaches_.clear();
+    for (std::size_t i = 0; i + 1 < now_.size(); ++i) {
+      auto const [low, high] = std::minmax({along_.dot(point(2 * i)), along_.dot(point(2 * i + 1)), along_.dot(point(2 * i + 2)), along_.dot(point(2 * i + 3))});
+      reaches_.push_back({low, high});
+    }
+  }
 
   /// Whether a tetrahedron may meet it, by box and by side.
   bool may_meet(std::array<Vector3<double>, 4> const& corners, double margin) const noexcept {
     Vector3<double> low = corners[0], high = corners[0];
     for (auto const& corner : corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
     low.array() -= margin, high.array() += margin;
+    auto const [first, last] = std::minmax({along_.dot(corners[0]), along_.dot(corners[1]), along_.dot(corners[2]), along_.dot(corners[3])});
+    double const more = margin * along_.norm();
     for (std::size_t i = 0; i + 1 < now_.size(); ++i) {
+      if (!(reaches_[i][0] <= last + more && first - more <= reaches_[i][1])) continue;
       std::array const own{point(2 * i), point(2 * i + 1), point(2 * i + 2), point(2 * i + 3)};
       Vector3<double> own_low = own[0], own_high = own[0];
       for (auto const& p : own) own_low = own_low.cwiseMin(p), own_high = own_high.cwiseMax(p);
@@ -43,7 +55,10 @@ class BladeSweep {
   /// Calls visit(crossing) for each place where the edge from a to b goes through.
   template <class Visit>
   void for_each_crossing(Vector3<double> const& a, Vector3<double> const& b, Visit const& visit) const {
+    auto const [first, last] = std::minmax({along_.dot(a), along_.dot(b)});
+    double const more = 1e-9 * (std::abs(first) + std::abs(last));
     for (std::size_t i = 0; i + 1 < now_.size(); ++i) {
+      if (!(reaches_[i][0] <= last + more && first - more <= reaches_[i][1])) continue;
       // before: 2 i, 2 i + 2; now: 2 i + 1, 2 i + 3
       cross({2 * i, 2 * i + 2, 2 * i + 3}, a, b, visit);
       cross({2 * i, 2 * i + 3, 2 * i + 1}, a, b, visit);
@@ -89,6 +104,8 @@ class BladeSweep {
   }
 
   std::span<MaterialPoint const> before_, now_;
+  std::vector<std::array<double, 2>>& reaches_;   // of each quadrilateral along the blade, from and to
+  Vector3<double> along_;
 };
 
 }  // namespace palpate::detail

@@ -53,6 +53,14 @@ class MaterialFrame {
     return found;
   }
 
+  /// Where a point of the undeformed solid is now, by the tetrahedron that it was found with.
+  Vector now(MaterialPoint const& point) const noexcept {
+    if (point.tetrahedron < 0 || point.tetrahedron >= count()) return point.at.cast<typename Body::Scalar>();
+    auto const c = body_.tissue().topology().corners(point.tetrahedron);
+    Weights const w = weights(point.at, rest(c[0]), rest(c[1]), rest(c[2]), rest(c[3]));
+    return (w[0] * now(c[0]) + w[1] * now(c[1]) + w[2] * now(c[2]) + w[3] * now(c[3])).template cast<typename Body::Scalar>();
+  }
+
  private:
   using Weights = Matrix<double, 4, 1>;
 
@@ -63,7 +71,11 @@ class MaterialFrame {
   /// Barycentric, of a tetrahedron as it is now; not finite where it is flat.
   Weights weights(Vector const& x, int t) const noexcept {
     auto const c = body_.tissue().topology().corners(t);
-    Vector3<double> const o = now(c[0]), a = now(c[1]) - o, b = now(c[2]) - o, d = now(c[3]) - o, p = x.template cast<double>() - o;
+    return weights(x.template cast<double>(), now(c[0]), now(c[1]), now(c[2]), now(c[3]));
+  }
+  static Weights weights(Vector3<double> const& x, Vector3<double> const& o, Vector3<double> const& second, Vector3<double> const& third,
+                         Vector3<double> const& fourth) noexcept {
+    Vector3<double> const a = second - o, b = third - o, d = fourth - o, p = x - o;
     double const volume = a.cross(b).dot(d);
     Weights w;
     w[1] = p.cross(b).dot(d) / volume, w[2] = a.cross(p).dot(d) / volume, w[3] = a.cross(b).dot(p) / volume;
