@@ -234,7 +234,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     find_neighbours();
   }
 
-  // --- edits: whoever makes them calls find_neighbours_of(i) for each particle that has got or lost one, and counts the revision --------------
+  // --- edits: whoever makes them calls follow_edits_at(i) for each particle of what was edited, and counts the revision ------------------------
   void add_particle(Vector3<S> const& rest, S mass, bool nailed) {
     rest_.push_back(rest), mass_.push_back(mass), nailed_.push_back(nailed ? 1 : 0);
     stiffness_at_rest_.push_back(0), damping_at_rest_.push_back(0);
@@ -247,19 +247,29 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     auto& kind = std::get<Kind<E>>(kinds_);
     kind.list.nodes.push_back(nodes), kind.list.elements.push_back(element);
     for (int const i : nodes) kind.at.add(i, kind.list.size() - 1, 0);
-    add_bounds(nodes, element, S(1));
+    kind.bounds.emplace_back();
   }
   template <class E>
   void replace_element(int e, std::array<int, static_cast<std::size_t>(E::nodes)> const& nodes, E const& element) {
     auto& kind = std::get<Kind<E>>(kinds_);
     auto& own = kind.list.nodes[at(e)];
-    add_bounds(own, kind.list.elements[at(e)], S(-1));
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       if (own[k] == nodes[k]) continue;
       kind.at.remove(own[k], e), kind.at.add(nodes[k], e, 0);
     }
     own = nodes, kind.list.elements[at(e)] = element;
-    add_bounds(nodes, element, S(1));
+    kind.bounds[at(e)] = {};
+  }
+  /// The same element, of which a particle is another one at the same place.
+  template <class E>
+  void rename_node(int e, int before, int now) {
+    auto& kind = std::get<Kind<E>>(kinds_);
+    std::replace(kind.list.nodes[at(e)].begin(), kind.list.nodes[at(e)].end(), before, now);
+    kind.at.remove(before, e), kind.at.add(now, e, 0);
+  }
+  void follow_edits_at(int i) {
+    find_neighbours_of(i);
+    take_bounds_of(i);
   }
   void find_neighbours_of(int i) {
     std::vector<int>& found = found_neighbours_;
@@ -298,10 +308,18 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   }
 
  private:
+  /// Row bounds at rest of each node of an element.
+  template <class E>
+  struct BoundsOf {
+    std::array<S, static_cast<std::size_t>(E::nodes)> stiffness, damping;
+    bool known = false;
+  };
+
   template <class E>
   struct Kind {
     ElementList<E> list;
     IndexLists at;   // elements at each particle
+    std::vector<BoundsOf<E>> bounds;
   };
 
   template <class Visit>
@@ -320,11 +338,12 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
       kind.list.nodes.push_back(nodes), kind.list.elements.push_back(whole.elements[e]);
     }
     find_elements_at(kind);
+    kind.bounds.assign(kind.list.elements.size(), {});
   }
 
   struct Start {};
   template <class Mesh>
-  ElementTissue(Start, Mesh const& mesh, MassOptions<S> const* mass, ElementList<Elements>... lists) : kinds_{Kind<Elements>{std::move(lists), {}}...} {
+  ElementTissue(Start, Mesh const& mesh, MassOptions<S> const* mass, ElementList<Elements>... lists) : kinds_{Kind<Elements>{std::move(lists), {}, {}}...} {
     require_valid(mesh);
     rest_ = Columns<S, 3>(mesh.points);
     nailed_.assign(at(size()), 0);
@@ -342,21 +361,30 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     take_bounds();
   }
 
-  /// Row bounds at rest, element by element: its matrices are found once for all of its nodes.
+  /// Row bounds at rest; of an element its matrices are found once for all of its nodes.
   void take_bounds() {
+    (std::get<Kind<Elements>>(kinds_).bounds.assign(std::get<Kind<Elements>>(kinds_).list.elements.size(), {}), ...);
     stiffness_at_rest_.assign(at(size()), S(0)), damping_at_rest_ = stiffness_at_rest_;
-    for_each_element([&](auto const& nodes, auto const& element) { add_bounds(nodes, element, S(1)); });
+    for (int i = 0; i < size(); ++i) take_bounds_of(i);
   }
-  /// Those of one element, or with −1 takes them off again.
+  void take_bounds_of(int i) {
+    stiffness_at_rest_[at(i)] = damping_at_rest_[at(i)] = 0;
+    (take_bounds_of(i, std::get<Kind<Elements>>(kinds_)), ...);
+  }
   template <class E>
-  void add_bounds(std::array<int, static_cast<std::size_t>(E::nodes)> const& nodes, E const& element, S sign) {
-    NodeColumns<S, E::nodes> rest;
-    for (int k = 0; k < E::nodes; ++k) rest.col(k) = rest_[nodes[at(k)]];
-    detail::add_bounds_at_rest<E, S>(element, rest, [&](int k, S stiffness, S damping) {
-      std::size_t const i = at(nodes[at(k)]);
-      stiffness_at_rest_[i] = std::max(S(0), stiffness_at_rest_[i] + sign * stiffness);
-      damping_at_rest_[i] = std::max(S(0), damping_at_rest_[i] + sign * damping);
-    });
+  void take_bounds_of(int i, Kind<E>& kind) {
+    for (int const e : kind.at[i]) {
+      auto const& nodes = kind.list.nodes[at(e)];
+      BoundsOf<E>& bounds = kind.bounds[at(e)];
+      if (!std::exchange(bounds.known, true)) {
+        NodeColumns<S, E::nodes> rest;
+        for (int k = 0; k < E::nodes; ++k) rest.col(k) = rest_[nodes[at(k)]];
+        detail::add_bounds_at_rest<E, S>(kind.list.elements[at(e)], rest,
+                                         [&](int k, S stiffness, S damping) { bounds.stiffness[at(k)] = stiffness, bounds.damping[at(k)] = damping; });
+      }
+      std::size_t const k = at(static_cast<int>(std::find(nodes.begin(), nodes.end(), i) - nodes.begin()));
+      stiffness_at_rest_[at(i)] += bounds.stiffness[k], damping_at_rest_[at(i)] += bounds.damping[k];
+    }
   }
 
   std::vector<S> mass_of_elements() const {

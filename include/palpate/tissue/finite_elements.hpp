@@ -200,7 +200,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     for (int const t : some) share += list().elements[at(t)].mass() / 4;
     this->add_particle(this->rest_position(p), Scalar(0), this->nailed(p));
     this->move_mass(p, edit.vertex, share / all * this->mass(p));
-    for (int const t : topology_.tetrahedra_at(edit.vertex)) this->replace_element(t, topology_.corners(t), Element(list().elements[at(t)]));
+    for (int const t : topology_.tetrahedra_at(edit.vertex)) this->template rename_node<Element>(t, p, edit.vertex);
     for (int triangle = edit.first_triangle; triangle < edit.end_triangle; ++triangle) {
       auto const [t, k] = topology_.border_face(triangle);
       cut_[at(t)] = static_cast<unsigned char>(cut_[at(t)] & ~(1 << k));
@@ -216,7 +216,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     if (edited_.empty()) return;
     std::sort(edited_.begin(), edited_.end());
     edited_.erase(std::unique(edited_.begin(), edited_.end()), edited_.end());
-    for (int const i : edited_) this->find_neighbours_of(i);
+    for (int const i : edited_) this->follow_edits_at(i);
     edited_.clear();
     if (!stars_.empty()) find_stars();
   }
