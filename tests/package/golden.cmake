@@ -67,6 +67,10 @@ macro(check_07_organ)
   expect_lines(07_organ "smallest dihedral angle above 10 degrees: yes\nharder above the nodule: yes\n")
 endmacro()
 
+macro(check_08_cut_volume)
+  expect_lines(08_cut_volume "pieces 2 cut area 0.001600 m2 lips 0.003200 m2\nvolume 0.000064000000 m3 mass 0.064000000000 kg\n")
+endmacro()
+
 macro(check_05_simulator)
   run(05_simulator)
   if(output MATCHES "^ticks 3600 cut 1 largest force ([0-9.]+) N\n$")

@@ -8,6 +8,7 @@
 #include <palpate/mesh/tetrahedral_topology.hpp>
 #include <palpate/testing/tetrahedral_topology.hpp>
 #include <palpate/testing/violations.hpp>
+#include <palpate/tissue/element.hpp>
 
 #include <algorithm>
 #include <array>
@@ -15,6 +16,7 @@
 #include <cstddef>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace palpate::testing {

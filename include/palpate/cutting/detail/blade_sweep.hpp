@@ -95,8 +95,10 @@ class BladeSweep {
     if (!(length > 1e-12 * (u.squaredNorm() + v.squaredNorm()))) return;
     normal /= length;
     double const above = normal.dot(a - p), beyond = normal.dot(b - p);
-    if ((above >= 0) == (beyond >= 0) || std::abs(above - beyond) <= 1e-9 * (b - a).norm()) return;
-    double const s = above / (above - beyond);
+    double const digits = 1e-10 * (b - a).norm();
+    bool const from_sheet = std::abs(above) <= digits, to_sheet = std::abs(beyond) <= digits;   // where a vertex lies in it, rounding says on which side
+    if (from_sheet == to_sheet && (from_sheet || (above >= 0) == (beyond >= 0))) return;
+    double const s = from_sheet ? 0 : to_sheet ? 1 : above / (above - beyond);
     Vector3<double> const hit = a + s * (b - a) - p;
     double const second = u.cross(hit).dot(normal) / length, one = hit.cross(v).dot(normal) / length;   // weights of n[2] and n[1]
     double const time = (n[2] % 2 == 1 ? second : 0) + (n[1] % 2 == 1 ? one : 0);

@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: MIT
+// Cuts through solids. Yardsticks: cases of a plane through a tetrahedron, counted by hand; areas and volumes in closed form; what no cut may change
+// (testing/solid_cut_invariants.hpp), over random strokes; the same stroke on a body at rest; leapfrog written out here, on the cut tetrahedra.
+// PALPATE_SOLID_STROKES sets how many random strokes (90 if not set), PALPATE_SEED with which seed they begin.
+#include "catch.hpp"
+
+#include <palpate/body/pieces.hpp>
+#include <palpate/body/soft_body.hpp>
+#include <palpate/core/random.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/components.hpp>
+#include <palpate/mesh/measures.hpp>
+#include <palpate/testing/solid_cut_invariants.hpp>
+#include <palpate/tissue/finite_elements.hpp>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+using Vector = Vector3<double>;
+
+template <class S>
+auto solid_body(TetrahedralMesh<S> const& mesh, SolidOptions<S, StableNeoHookean<S>> options = {}) {
+  options.density = 1000, options.material = {.young = S(1e4), .poisson = S(0.4)};
+  return SoftBody(FiniteElements<S, StableNeoHookean<S>>(mesh, options), BackwardEuler{});
+}
+auto block_body(int n, BlockPattern pattern = BlockPattern::alternating) { return solid_body(make_block<double>(n, n, n, 0.005, pattern)); }
+
+int pieces(auto const& body) { return static_cast<int>(connected_components(body.rest_solid()).size()); }
+
+/// Each tetrahedron by where its corners rest, in order: the same for two bodies whatever their numbers are.
+auto shape(auto const& body) {
+  auto const mesh = body.rest_solid();
+  std::vector<std::array<std::array<long, 3>, 4>> all;
+  for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+    auto& corners = all.emplace_back();
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t d = 0; d < 3; ++d)
+        corners[k][d] = std::lround(1e9 * mesh.points(static_cast<int>(d), mesh.tetrahedra(static_cast<int>(k), t)));
+    std::sort(corners.begin(), corners.end());
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+/// Sweeps a blade of these ends along a way, in so many ticks.
+template <class Body>
+void stroke(VolumeCutter<double>& knife, Body& body, Vector const& from, Vector const& to, Vector const& way, int ticks) {
+  for (int tick = 0; tick <= ticks; ++tick) {
+    Vector const off = way * (static_cast<double>(tick) / ticks);
+    knife.advance(body, {from + off, to + off});
+  }
+}
+
+/// A plane stroke of any direction through a block of 15 mm: the blade and its way.
+struct Drawn {
+  Vector middle, blade, way;
+  explicit Drawn(std::uint64_t seed) {
+    Random random(Seed{seed});
+    auto const any = [&] { return Vector(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
+    middle = Vector::Constant(0.0075) + 0.004 * any();
+    blade = any().normalized(), way = any().normalized();
+  }
+  template <class Body>
+  void cut(VolumeCutter<double>& knife, Body& body, int ticks) const {
+    stroke(knife, body, middle - 0.01 * way - 0.007 * blade, middle - 0.01 * way + 0.006 * blade, 0.02 * way, ticks);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a plane through one tetrahedron makes the parts that are counted by hand", "[volume_cutter]") {
+  TetrahedralMesh<double> mesh{Matrix3X<double>(3, 4), Matrix<int, 4, Dynamic>(4, 1)};
+  mesh.points << 0, 0.01, 0, 0, 0, 0, 0.01, 0, 0, 0, 0, 0.01;
+  mesh.tetrahedra << 0, 1, 2, 3;
+  struct Case {
+    char const* name;
+    Vector at, normal;
+    int tetrahedra, particles, triangles;
+  };
+  // A corner is cut off: 3 vertices on edges, each twice; four edges: 4; X, Y: the vertices of the plane split too. Triangles of both pieces' borders.
+  for (Case const& c : {Case{"A: three edges", Vector(0.004, 0, 0), Vector::UnitX(), 4, 10, 12}, Case{"B: four edges", Vector(0, 0.0042, 0), Vector(0, 1, 1), 6, 12, 16},
+                        Case{"X: a vertex and two edges", Vector(0, 0, 0.01), Vector(1, 1, 0.4), 3, 9, 10},
+                        Case{"Y: two vertices and an edge", Vector(0, 0, 0), Vector(0.6, -0.4, 0), 2, 8, 8},
+                        Case{"Y: another", Vector(0.0041, 0, 0), Vector(1 / 0.0041, 100, 100), 2, 8, 8}}) {
+    INFO(c.name);
+    auto body = solid_body(mesh);
+    testing::SolidCutInvariants before(body);
+    Vector const blade = c.normal.unitOrthogonal(), way = c.normal.normalized().cross(blade);
+    VolumeCutter<double> knife;
+    stroke(knife, body, c.at - 0.03 * blade - 0.0301 * way, c.at + 0.03 * blade - 0.0301 * way, 0.06 * way, 40);
+    CHECK(testing::to_text(before.check(body)) == "");
+    CHECK(body.tissue().tetrahedra() == c.tetrahedra);
+    CHECK(body.size() == c.particles);
+    CHECK(body.triangles().cols() == c.triangles);
+    CHECK(pieces(body) == 2);
+    CHECK(knife.report().lip_area == Approx(2 * knife.report().area).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("a plane along the face between two tetrahedra opens it, and a blade that goes half way through an edge opens nothing", "[volume_cutter]") {
+  TetrahedralMesh<double> mesh{Matrix3X<double>(3, 5), Matrix<int, 4, Dynamic>(4, 2)};
+  mesh.points << 0, 0, 0, 0.01, -0.01, 0, 0.01, 0, 0, 0, 0, 0, 0.01, 0, 0;
+  mesh.tetrahedra << 0, 0, 1, 2, 2, 1, 3, 4;
+  if ((mesh.points.col(1) - mesh.points.col(0)).cross(mesh.points.col(2) - mesh.points.col(0)).dot(mesh.points.col(3) - mesh.points.col(0)) < 0)
+    mesh.tetrahedra.row(1).swap(mesh.tetrahedra.row(2));
+  SECTION("Z: three vertices") {
+    auto body = solid_body(mesh);
+    VolumeCutter<double> knife;
+    stroke(knife, body, Vector(0, -0.02, -0.0203), Vector(0, 0.03, -0.0203), Vector(0, 0, 0.05), 30);
+    CHECK(body.tissue().tetrahedra() == 2);
+    CHECK(body.size() == 8);
+    CHECK(pieces(body) == 2);
+    CHECK(knife.report().area == Approx(0.5e-4).epsilon(1e-12));
+    CHECK(knife.report().lip_area == Approx(1e-4).epsilon(1e-12));
+  }
+  SECTION("one edge so far") {
+    auto body = solid_body(mesh);
+    VolumeCutter<double> knife;
+    // The edge from vertex 0 to vertex 3 alone, at 0.4.
+    stroke(knife, body, Vector(0.004, -0.001, -0.002), Vector(0.004, 0.001, -0.002), Vector(0, 0, 0.003), 10);
+    CHECK(body.tissue().tetrahedra() == 3);
+    CHECK(body.size() == 6);
+    CHECK(pieces(body) == 1);
+    CHECK(knife.report().edges_divided == 1);
+    CHECK(knife.report().area == 0);
+    CHECK(knife.is_cutting());
+  }
+}
+
+TEST_CASE("a plane through a block has the area that it must, where it snaps to nothing, to a plane of vertices and along faces", "[volume_cutter]") {
+  for (auto const pattern : {BlockPattern::alternating, BlockPattern::kuhn})
+    for (double const x : {0.0213, 0.0203, 0.020, 0.0199}) {
+      INFO("x = " << x);
+      auto body = block_body(9, pattern);
+      int const tetrahedra = body.tissue().tetrahedra();
+      testing::SolidCutInvariants before(body);
+      VolumeCutter<double> knife;
+      stroke(knife, body, Vector(x, -0.005, -0.01), Vector(x, -0.005, 0.05), Vector(0, 0.05, 0), 200);
+      CHECK(testing::to_text(before.check(body)) == "");
+      CHECK(pieces(body) == 2);
+      CHECK(knife.report().area == Approx(0.0016).epsilon(1e-12));
+      CHECK(knife.report().lip_area == Approx(0.0032).epsilon(1e-12));
+      CHECK(volume(body.rest_solid()) == Approx(0.04 * 0.04 * 0.04).epsilon(1e-12));
+      CHECK(knife.report().closed_faces == 0);
+      if (x != 0.0213) CHECK(body.tissue().tetrahedra() == tetrahedra);   // it bends to the vertices
+      CHECK_FALSE(knife.is_cutting());
+    }
+}
+
+TEST_CASE("a cut is the same however finely its way is divided into ticks", "[volume_cutter]") {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    INFO("seed " << seed);
+    auto const cut = [&](int ticks) {
+      auto body = block_body(4);
+      VolumeCutter<double> knife;
+      Drawn(seed).cut(knife, body, ticks);
+      knife.lift(body);
+      return std::pair(std::move(body), knife.report());
+    };
+    auto const [coarse, once] = cut(10);
+    for (int const ticks : {37, 1000}) {
+      auto const [fine, again] = cut(ticks);
+      CHECK(shape(fine) == shape(coarse));
+      CHECK(fine.size() == coarse.size());
+      CHECK(fine.triangles().cols() == coarse.triangles().cols());
+      CHECK(again.area == Approx(once.area).epsilon(1e-12));
+    }
+  }
+}
+
+TEST_CASE("the same stroke again, and to and fro, adds nothing", "[volume_cutter]") {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    INFO("seed " << seed);
+    auto body = block_body(4);
+    VolumeCutter<double> knife;
+    Drawn const drawn(seed);
+    drawn.cut(knife, body, 50);
+    knife.lift(body);
+    auto const once = shape(body);
+    int const size = body.size();
+    drawn.cut(knife, body, 31);
+    CHECK(shape(body) == once);
+    Drawn back = drawn;
+    back.way = -back.way;
+    back.cut(knife, body, 50);
+    drawn.cut(knife, body, 50);
+    knife.lift(body);
+    CHECK(shape(body) == once);
+    CHECK(body.size() == size);
+  }
+}
+
+TEST_CASE("one stroke through the material cuts the same tetrahedra of a body at rest, swung and stretched, number by number", "[volume_cutter]") {
+  Vector const middle(0.0075, 0.0072, 0.0078), blade = Vector(0.3, 0.2, 1).normalized(), way(1, 0.25, 0.1);
+  auto const cut = [&](auto const& motion) {
+    auto body = block_body(4);
+    VolumeCutter<double> knife;
+    for (int i = 0; i < body.size(); ++i) body.hold(i);
+    for (int tick = 0; tick <= 100; ++tick) {
+      double const u = tick / 100.0;
+      for (int i = 0; i < body.size(); ++i) {
+        if (!body.is_held(i)) body.hold(i);
+        body.drag(i, motion(u, Vector(body.tissue().rest_position(i))));
+      }
+      Vector const at = middle + (u - 0.5) * 0.024 * way;
+      knife.advance(body, {motion(u, Vector(at - 0.009 * blade)), motion(u, Vector(at + 0.004 * blade))});
+    }
+    return body;
+  };
+  auto const rest = cut([](double, Vector const& X) { return X; });
+  auto const swung = cut([](double u, Vector const& X) {
+    return Vector(Eigen::AngleAxisd(3 * u, Vector(1, 2, 3).normalized()) * X + Vector(0.1 * u, 0.3 * std::sin(5 * u), 0));
+  });
+  auto const stretched = cut([](double u, Vector const& X) { return Vector(1.3 * X[0] + 0.2 * u * X[1] + 0.1, 0.9 * X[1], 1.1 * X[2] + 0.1 * u * X[0]); });
+  REQUIRE(rest.tissue().tetrahedra() > 150);
+  for (auto const* other : {&swung, &stretched}) {
+    REQUIRE(other->tissue().tetrahedra() == rest.tissue().tetrahedra());
+    CHECK(other->rest_solid().tetrahedra == rest.rest_solid().tetrahedra);
+    CHECK(other->triangles() == rest.triangles());
+    CHECK((other->rest_solid().points - rest.rest_solid().points).cwiseAbs().maxCoeff() < 1e-15);
+  }
+}
+
+TEMPLATE_TEST_CASE("whatever is cut, nothing is lost and all follows", "[volume_cutter][random]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const from_environment = [](char const* name, std::uint64_t otherwise) {
+    char const* const asked = std::getenv(name);
+    return asked != nullptr ? std::stoull(asked) : otherwise;
+  };
+  std::uint64_t const strokes = from_environment("PALPATE_SOLID_STROKES", 90), first = from_environment("PALPATE_SEED", 1);
+  int made = 0, failures = 0;
+  for (std::uint64_t seed = first; 3 * (seed - first) < strokes && failures < 3; ++seed) {
+    Random random(Seed{seed});
+    auto const any = [&] { return Vector(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
+    TetrahedralMesh<double> mesh = make_block<double>(4, 4, 4, 0.005, seed % 2 == 0 ? BlockPattern::alternating : BlockPattern::kuhn);
+    if (seed % 3 == 1)   // a ball
+      for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
+        Vector const p = mesh.points.col(i) - Vector::Constant(0.0075);
+        if (double const far = p.cwiseAbs().maxCoeff(); far > 0) mesh.points.col(i) = Vector::Constant(0.0075) + p * (far / p.norm());
+      }
+    if (seed % 3 == 2)   // very uneven
+      mesh.points.row(0) = 0.015 * (mesh.points.row(0).array() / 0.015).square().matrix() * 0.9 + 0.1 * mesh.points.row(0);
+    TetrahedralMesh<S> const solid{mesh.points.cast<S>(), mesh.tetrahedra};
+    if (!validate(solid).empty()) continue;
+    SolidOptions<S, StableNeoHookean<S>> options;
+    if (seed % 5 == 4) options.prestrain = S(0.05);
+    auto tissue = solid_body(solid, options).tissue();
+    for (int i = 0; i < tissue.size(); ++i)
+      if (tissue.rest_position(i)[2] < S(1e-6)) tissue.nail(i);
+    int const particles = tissue.size();
+    SoftBody body(std::move(tissue), BackwardEuler{});
+    auto const saved = body.save();
+    testing::SolidCutInvariants before(body, {.least_height = 0.0199 * static_cast<double>(body.mean_edge()), .seed = Seed{seed}});
+    VolumeCutter<S> knife;
+    auto const momentum = [&] {
+      std::pair<Vector, double> sum{Vector::Zero(), 0.0};
+      for (int i = 0; i < body.size(); ++i) {
+        Vector const v = body.velocities().col(i).template cast<double>();
+        double const m = static_cast<double>(body.tissue().mass(i));
+        sum.first += m * v, sum.second += m * v.squaredNorm();
+      }
+      return sum;
+    };
+    std::string wrong;
+    for (int n = 0; n < 3 && wrong.empty(); ++n) {
+      Vector const middle = Vector::Constant(0.0075) + 0.006 * any(), blade = any().normalized(), way = any().normalized();
+      Vector const turn = 0.01 * random.uniform(0.0, 1.0) * any();
+      double const length = random.uniform(0.002, 0.03), far = random.uniform(0.001, 0.03);
+      int const ticks = 2 + static_cast<int>(random.below(20));
+      bool const back = random.below(4) == 0, moves = random.below(2) == 0;
+      for (int tick = 0; tick <= ticks && wrong.empty(); ++tick) {
+        double u = static_cast<double>(tick) / ticks;
+        if (back) u = 1 - std::abs(2 * u - 1);
+        Vector const at = middle + (2 * u - 1) * far * way;
+        auto const was = momentum();
+        knife.advance(body, {Vector(at - length / 2 * blade - u * turn).cast<S>(), Vector(at + length / 2 * blade + u * turn).cast<S>()});
+        auto const is = momentum();
+        wrong = testing::to_text(before.check(body));
+        double const digits = sizeof(S) == sizeof(float) ? 1e-5 : 1e-12;
+        double const size = std::sqrt(was.second * static_cast<double>(body.total_mass()));
+        if (!((is.first - was.first).norm() <= digits * size)) wrong += "the momentum is not what it was\n";
+        if (!(is.second <= was.second * (1 + digits))) wrong += "kinetic energy has risen\n";
+        if (!wrong.empty()) wrong = "seed " + std::to_string(seed) + ", stroke " + std::to_string(n) + ", tick " + std::to_string(tick) + ":\n" + wrong;
+        if (moves) body.step(S(1e-3));
+      }
+      made += knife.report().tetrahedra_added;
+      if (n < 2) knife.lift(body);
+    }
+    CHECK(wrong == "");
+    failures += wrong.empty() ? 0 : 1;
+    body.restore(saved);   // in mid-cut, too
+    CHECK(testing::to_text(before.check(body)) == "");
+    knife.advance(body, {Vector3<S>::Constant(1), Vector3<S>::Constant(S(1.01))});
+    CHECK(body.size() == particles);
+  }
+  CHECK(made > 10 * static_cast<int>(strokes));
+}
+
+TEST_CASE("a cut body moves as its tetrahedra do, by leapfrog written out", "[volume_cutter]") {
+  auto whole = block_body(4);
+  VolumeCutter<double> knife;
+  stroke(knife, whole, Vector(0.0061, -0.003, 0.0052), Vector(0.0083, -0.003, 0.03), Vector(0, 0.013, 0), 60);
+  knife.lift(whole);
+  REQUIRE(knife.report().lip_area > 1e-5);
+  using Tissue = std::remove_cvref_t<decltype(whole.tissue())>;
+  using Element = Tissue::Element;
+  SoftBody body(Tissue(whole.tissue()), LeapfrogVerlet{});
+  auto const mesh = body.rest_solid();
+  Matrix3X<double> x = mesh.points, v = Matrix3X<double>::Zero(3, x.cols()), force(3, x.cols());
+  std::vector<Element> elements;
+  std::vector<double> mass(static_cast<std::size_t>(x.cols()), 0.0);
+  auto const law = body.tissue().list().elements.front().law();
+  for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+    NodeColumns<double, 4> rest;
+    for (int k = 0; k < 4; ++k) rest.col(k) = mesh.points.col(mesh.tetrahedra(k, t));
+    elements.emplace_back(rest, law, 1000.0);
+    for (int k = 0; k < 4; ++k) mass[static_cast<std::size_t>(mesh.tetrahedra(k, t))] += elements.back().mass() / 4;
+  }
+  for (int i = 0; i < body.size(); ++i) {
+    x(0, i) += 0.0002 * std::sin(300 * x(1, i));
+    body.hold(i), body.drag(i, Vector(x.col(i))), body.release(i);
+  }
+  REQUIRE(body.positions() == x);
+  double const h = 2e-5;
+  REQUIRE(h < body.stable_step());
+  for (int step = 0; step < 100; ++step) {
+    REQUIRE(body.step(h));
+    x += h / 2 * v;   // drift, kick, drift
+    force.setZero();
+    for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+      NodeColumns<double, 4> now;
+      for (int k = 0; k < 4; ++k) now.col(k) = x.col(mesh.tetrahedra(k, t));
+      NodeColumns<double, 4> const own = elements[static_cast<std::size_t>(t)].force(now);
+      for (int k = 0; k < 4; ++k) force.col(mesh.tetrahedra(k, t)) += own.col(k);
+    }
+    for (Eigen::Index i = 0; i < x.cols(); ++i) {
+      v.col(i) += h * force.col(i) / mass[static_cast<std::size_t>(i)];
+      x.col(i) += h / 2 * v.col(i);
+    }
+  }
+  CHECK((x - mesh.points).cwiseAbs().maxCoeff() > 1e-5);
+  CHECK((body.positions() - x).cwiseAbs().maxCoeff() < 1e-9 * 0.015);
+}
+
+TEST_CASE("a host's copy of the border follows a solid's cut by the record of changes", "[volume_cutter]") {
+  auto body = block_body(4);
+  Matrix<int, 3, Dynamic> copy = body.triangles();
+  body.forget_changes();
+  VolumeCutter<double> knife;
+  for (int tick = 0; tick <= 40; ++tick) {
+    double const y = -0.002 + 0.019 * tick / 40;
+    knife.advance(body, {{0.0071, y, 0.004}, {0.0083, y, 0.02}});
+    auto const changes = body.changes();
+    copy.conservativeResize(3, changes.triangle_count);
+    for (int const t : changes.triangles) copy.col(t) = body.triangles().col(t);
+    for (int t = changes.first_triangle; t < changes.triangle_count; ++t) copy.col(t) = body.triangles().col(t);
+    body.forget_changes();
+    REQUIRE(copy == body.triangles());
+  }
+  int wounds = 0;
+  for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) wounds += body.tissue().is_wound(t) ? 1 : 0;
+  CHECK(wounds > 20);
+}
+
+TEST_CASE("edges of several pieces, a depth to puncture, a bound on what a tick makes", "[volume_cutter]") {
+  SECTION("an edge of three pieces cuts like one, where it is straight") {
+    auto one = block_body(5), three = block_body(5);
+    VolumeCutter<double> knife, other;
+    for (int tick = 0; tick <= 50; ++tick) {
+      Vector const a(0.0093, -0.002 + 0.024 * tick / 50, -0.005), b(0.0093, a[1], 0.025);
+      knife.advance(one, {a, b});
+      std::array const points{a, Vector(a + (b - a) / 3), Vector(a + (b - a) * 2 / 3), b};
+      other.advance(three, std::span<Vector const>(points));
+    }
+    CHECK(shape(one) == shape(three));
+    CHECK(pieces(three) == 2);
+  }
+  SECTION("it cuts no sooner than it has punctured") {
+    auto body = block_body(5);
+    VolumeCutter<double> knife({.puncture_depth = 0.003});
+    auto const down = [&](double z) { knife.advance(body, {{0.0093, 0.0101, z}, {0.0093, 0.0101, z + 0.03}}); };
+    for (double z = 0.022; z > 0.0172; z -= 0.0002) down(z);
+    CHECK_FALSE(knife.is_cutting());
+    CHECK(body.tissue().tetrahedra() == 320);
+    for (double z = 0.0172; z > 0.010; z -= 0.0002) down(z);
+    for (double y = 0.0101; y > 0.004; y -= 0.0002) knife.advance(body, {{0.0093, y, 0.01}, {0.0093, y, 0.04}});
+    CHECK(knife.is_cutting());
+    CHECK(knife.report().area > 0);
+  }
+  SECTION("what a tick does not make follows in the next ones") {
+    auto at_once = block_body(5), later = block_body(5);
+    VolumeCutter<double> fast, slow({.most_tetrahedra = 20});
+    auto const to = [](double y) { return BladeSegment<double>{{0.0087, y, -0.005}, {0.0087, y, 0.025}}; };
+    fast.advance(at_once, to(-0.002)), slow.advance(later, to(-0.002));
+    fast.advance(at_once, to(0.022));
+    int ticks = 0, most = 0;
+    for (; pieces(later) == 1 && ticks < 100; ++ticks) {
+      int const before = later.tissue().tetrahedra();
+      slow.advance(later, to(0.022));
+      most = std::max(most, later.tissue().tetrahedra() - before);
+    }
+    CHECK(ticks >= 5);
+    CHECK(most < 120);
+    CHECK(shape(at_once) == shape(later));
+  }
+}
+
+TEST_CASE("what can not be cut with is refused in a sentence, and leaves the body as it was", "[volume_cutter]") {
+  auto body = block_body(3);
+  VolumeCutter<double> knife;
+  CHECK_THROWS_WITH(knife.advance(body, {Vector(0, 0, std::nan("")), Vector(0, 0, 1)}), Catch::Contains("not finite"));
+  CHECK_THROWS_WITH(knife.advance(body, {Vector(0, 0, -500), Vector(0, 0, 500)}), Catch::Contains("is it in m?"));
+  std::array const point{Vector(0, 0, 0)};
+  CHECK_THROWS_WITH(knife.advance(body, std::span<Vector const>(point)), Catch::Contains("at least two"));
+  CHECK_THROWS_WITH(VolumeCutter<double>({.snap = 0.5}), Catch::Contains("snap is 0.5"));
+  CHECK_THROWS_WITH(VolumeCutter<double>({.puncture_depth = -1}), Catch::Contains("puncture depth is -1"));
+  CHECK_THROWS_WITH(VolumeCutter<double>({.most_tetrahedra = 0}), Catch::Contains("at least 1"));
+  CHECK(body.tissue().tetrahedra() == 40);
+  CHECK(body.size() == 27);
+}
