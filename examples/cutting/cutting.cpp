@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Six strokes of a scalpel over a liver under pre-tension: each on a liver of its own, which moves while it is cut and gapes. Two pictures
-// of each show the mesh and the wound.
+// Six strokes of a scalpel over a liver under pre-tension: each on a liver of its own, which moves while it is cut and gapes. Or six cuts through a solid
+// block. Two pictures of each show the mesh and the wound.
 #include "../exit_code.hpp"
 #include "pictures.hpp"
+#include "solid_cuts.hpp"
 #include "strokes.hpp"
 
 #include <palpate/organs.hpp>
@@ -132,19 +133,21 @@ bool show(Stroke const& stroke, Cutter const& cutter, std::filesystem::path cons
   return counts.broken.empty();
 }
 
-template <class Cutter>
-int show_all(Cutter const& cutter, std::filesystem::path const& folder) {
+/// That pictures can be drawn, and where. Throws where they can not.
+void prepare(std::filesystem::path const& folder) {
   std::error_code problem;
   std::filesystem::create_directories(folder, problem);
   if (problem) throw FileError("can not make the folder " + folder.string() + ": " + problem.message() + "; choose another");
-  VirtualDisplay const display;
-  if (!display.ready()) throw FileError("no pictures can be drawn: " + display.problem());
+}
+
+template <class Cutter>
+int show_all(Cutter const& cutter, std::filesystem::path const& folder) {
   bool good = true;
   for (Stroke const& stroke : strokes_over(make_liver().mesh())) good = show(stroke, cutter, folder) && good;
   return good ? 0 : 1;
 }
 
-constexpr char const* usage = "usage: cutting FOLDER [--cutter progressive|separating]";
+constexpr char const* usage = "usage: cutting FOLDER [--cutter progressive|separating|volume]";
 
 }  // namespace
 
@@ -165,9 +168,13 @@ int main(int argc, char** argv) {
       return std::fprintf(stderr, "cutting: what is \"%s\"?\n%s\n", argument.c_str(), usage), 2;
   }
   if (folder.empty()) return std::fprintf(stderr, "cutting: say in which folder the pictures go\n%s\n", usage), 2;
-  if (name != "progressive" && name != "separating")
+  if (name != "progressive" && name != "separating" && name != "volume")
     return std::fprintf(stderr, "cutting: no cutter is called \"%s\"\n%s\n", name.c_str(), usage), 2;
   return exit_code_of("cutting", [&]() -> int {
+    prepare(folder);
+    VirtualDisplay const display;
+    if (!display.ready()) throw FileError("no pictures can be drawn: " + display.problem());
+    if (name == "volume") return show_solid_cuts(folder) ? 0 : 1;
     if (name == "separating") return show_all(SeparatingCutter<double>({.puncture_depth = puncture_depth}), folder);
     return show_all(ProgressiveCutter<double>({.puncture_depth = puncture_depth}), folder);
   });

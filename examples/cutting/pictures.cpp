@@ -4,6 +4,7 @@
 #include <palpate/mesh/edges.hpp>
 #include <palpate/vtk/picture.hpp>
 
+#include <array>
 #include <cmath>
 
 namespace cutting {
@@ -46,15 +47,15 @@ Mesh with_bars(Mesh const& mesh) {
 
 }  // namespace
 
-void write_pictures(std::filesystem::path const& folder, std::string const& name, Mesh const& mesh, Vector const& seen_from) {
+void write_pictures(std::filesystem::path const& folder, std::string const& name, Mesh const& mesh, Vector const& seen_from, bool is_solid) {
   palpate::PictureStyle style;
-  style.wound_depth = 0.008;
-  style.interior = {0.24, 0.02, 0.03};
+  style.wound_depth = is_solid ? 0.0 : 0.008;
+  style.interior = is_solid ? style.wound : std::array{0.24, 0.02, 0.03};
   palpate::Camera const camera = palpate::framing(mesh, seen_from, Vector::UnitZ());
   palpate::write_picture(folder / (name + "_shaded.png"), mesh, camera, {}, style);
 
   style.tissue = {0.93, 0.86, 0.80};   // pale, so that the lines are seen
-  style.interior = {0.10, 0.12, 0.20};
+  style.interior = is_solid ? std::array{0.62, 0.30, 0.28} : std::array{0.10, 0.12, 0.20};
   style.wound = {0.80, 0.08, 0.08};
   palpate::write_picture(folder / (name + "_wireframe.png"), with_bars(mesh), camera, {}, style);
 }

@@ -7,7 +7,8 @@
 
 namespace cutting {
 
-/// Writes folder/name_wireframe.png and folder/name_shaded.png: the same view of the same mesh.
-void write_pictures(std::filesystem::path const& folder, std::string const& name, Mesh const& mesh, Vector const& seen_from);
+/// Writes folder/name_wireframe.png and folder/name_shaded.png: the same view of the same mesh. Below the borders of a surface walls are drawn; a solid has its
+/// own, as triangles that are turned inside out.
+void write_pictures(std::filesystem::path const& folder, std::string const& name, Mesh const& mesh, Vector const& seen_from, bool is_solid = false);
 
 }  // namespace cutting

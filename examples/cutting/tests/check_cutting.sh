@@ -30,7 +30,7 @@ refused "what is \"--cutter\"" pictures --cutter
 refused "what is \"more\"" pictures more
 : >file
 refused "choose another" file
-[ "$("$program" --help | head -n 1)" = "usage: cutting FOLDER [--cutter progressive|separating]" ] || fail "--help: $("$program" --help)"
+[ "$("$program" --help | head -n 1)" = "usage: cutting FOLDER [--cutter progressive|separating|volume]" ] || fail "--help: $("$program" --help)"
 
 strokes="straight curved crossing loop around two_blades"
 for cutter in progressive separating; do
@@ -56,6 +56,17 @@ for cutter in progressive separating; do
 done
 for name in $strokes; do
   says separating "$name" "triangles *+0 "
+done
+
+"$program" pictures/volume --cutter volume >volume.out 2>volume.err || fail "volume: exit code $?: $(cat volume.err)"
+cat volume.out
+[ "$(wc -l <volume.out)" -eq 6 ] || fail "volume: not six lines"
+for name in through partial curved crossing wedge slice; do
+  case $name in wedge | slice) pieces=2 ;; *) pieces=1 ;; esac
+  [ "$name" = through ] && pieces=2
+  says volume "$name" "pieces $pieces "
+  says volume "$name" "invariants hold"
+  "$check_pictures" "pictures/volume/solid_${name}_wireframe.png" "pictures/volume/solid_${name}_shaded.png" || fail "volume: pictures of $name"
 done
 [ "$failed" -eq 0 ] && echo "all good"
 exit "$failed"

@@ -83,7 +83,7 @@ struct VolumeCutReport {
 /// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges; the body stays as it was.
 /// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. Two edges with a gap between them
 ///            are one blade of three pieces.
-/// Source     the sweep in material coordinates is \cite zheng2006's for surfaces; cases as in \cite mor2000.
+/// Source     the sweep in material coordinates is that of \cite zheng2006 for surfaces.
 template <RealScalar Scalar>
 class VolumeCutter {
   using Vector = Vector3<Scalar>;
