@@ -11,9 +11,11 @@
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/material/viscoelastic.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/components.hpp>
 #include <palpate/mesh/measures.hpp>
+#include <palpate/region/zone_of_influence.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 
@@ -377,6 +379,89 @@ TEST_CASE("a host's copy of the border follows a solid's cut by the record of ch
   int wounds = 0;
   for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) wounds += body.tissue().is_wound(t) ? 1 : 0;
   CHECK(wounds > 20);
+}
+
+TEST_CASE("materials, nodal pressure, viscoelasticity, a zone, several blades and cores follow a cut", "[volume_cutter]") {
+  auto const cut_and_move = [](auto& body) {
+    testing::SolidCutInvariants before(body);
+    VolumeCutter<double> knife, other;
+    for (int tick = 0; tick <= 40; ++tick) {
+      double const u = -0.002 + 0.019 * tick / 40;
+      knife.advance(body, {{0.0071, u, 0.0052}, {0.0083, u, 0.02}});
+      if (tick > 10) other.advance(body, {{u, 0.0091, 0.0063}, {u, 0.0091, 0.02}});   // meets the first cut, and crosses it
+      REQUIRE(testing::to_text(before.check(body)) == "");
+      REQUIRE(body.step(1e-3));
+    }
+    CHECK(knife.report().lip_area > 1e-5);
+    CHECK(other.report().lip_area > 1e-5);
+    // What the tissue says of forces is what differences of its energy say: the elements are where the topology has them.
+    auto const& tissue = body.tissue();
+    Matrix3X<double> x = body.positions();
+    for (Eigen::Index i = 0; i < x.cols(); ++i) x.col(i) += 2e-4 * Vector(std::sin(7.0 * double(i)), std::cos(5.0 * double(i)), std::sin(3.0 * double(i) + 1));
+    Matrix3X<double> const still = Matrix3X<double>::Zero(3, x.cols());
+    for (int i = 0; i < body.size(); i += 7)
+      for (int k = 0; k < 3; ++k) {
+        double const h = 1e-7, at = x(k, i);
+        x(k, i) = at + h;
+        double const above = tissue.potential_energy(x);
+        x(k, i) = at - h;
+        double const slope = (above - tissue.potential_energy(x)) / (2 * h);
+        x(k, i) = at;
+        CHECK(tissue.internal_force(i, x, still)[k] == Approx(-slope).epsilon(1e-4).margin(1e-5));
+      }
+  };
+  auto const mesh = make_block<double>(4, 4, 4, 0.005, BlockPattern::alternating);
+  auto const held_below = [](auto tissue) {
+    for (int i = 0; i < tissue.size(); ++i)
+      if (tissue.rest_position(i)[2] < 1e-6) tissue.nail(i);
+    return tissue;
+  };
+  StableNeoHookean<double> const soft{.young = 1e4, .poisson = 0.4}, nearly{.young = 1e4, .poisson = 0.47};
+  SECTION("two materials") {
+    FiniteElements<double, StableNeoHookean<double>> tissue(mesh, {.density = 1000, .material = soft});
+    std::array const hard{40, 41, 42, 43, 44};
+    tissue.set_material(hard, {.young = 1e5, .poisson = 0.3}, 1500.0);
+    SoftBody body(held_below(std::move(tissue)), BackwardEuler{});
+    cut_and_move(body);
+  }
+  SECTION("nodal pressure") {
+    SoftBody body(held_below(FiniteElements<double, StableNeoHookean<double>>(mesh, {.density = 1000, .material = nearly, .pressure = Pressure::nodal})), BackwardEuler{});
+    cut_and_move(body);
+  }
+  SECTION("stiffness in rows") {
+    SoftBody body(held_below(FiniteElements<double, StableNeoHookean<double>>(mesh, {.density = 1000, .material = soft, .stiffness = Stiffness::assembled})), BackwardEuler{});
+    cut_and_move(body);
+  }
+  SECTION("a material that remembers") {
+    using Slow = Viscoelastic<StableNeoHookean<double>>;
+    Slow material;
+    material.material = soft;
+    material.terms[0] = {0.3, 0.1};
+    SoftBody body(held_below(FiniteElements<double, Slow>(mesh, {.density = 1000, .material = material})), BackwardEuler{});
+    cut_and_move(body);
+  }
+  SECTION("a zone, and explicit steps") {
+    SoftBody body(held_below(FiniteElements<double, StableNeoHookean<double>>(mesh, {.density = 1000, .material = soft})), BackwardEuler{}, ZoneOfInfluence{.rings = 2});
+    body.apply_force(body.nearest_vertex({0.0075, 0.0075, 0.015}), {0, 0, -0.01});
+    cut_and_move(body);
+  }
+  SECTION("a piece of its own") {
+    auto body = block_body(4);
+    VolumeCutter<double> knife;
+    stroke(knife, body, Vector(0.0071, -0.003, -0.01), Vector(0.0083, -0.003, 0.03), Vector(0, 0.022, 0), 40);
+    auto const parts = pieces_of(body);
+    REQUIRE(parts.size() == 2);
+    auto one = part_of(body, parts[0]), two = part_of(body, parts[1]);
+    CHECK(one.total_mass() + two.total_mass() == Approx(body.total_mass()).epsilon(1e-12));
+    int wounds = 0;
+    for (int t = 0; t < one.tissue().surface().triangle_count(); ++t) wounds += one.tissue().is_wound(t) ? 1 : 0;
+    CHECK(wounds > 10);
+    testing::SolidCutInvariants before(one);
+    VolumeCutter<double> again;
+    stroke(again, one, Vector(-0.01, 0.0061, -0.01), Vector(-0.01, 0.0061, 0.03), Vector(0.03, 0, 0), 40);
+    CHECK(again.report().lip_area > 1e-5);
+    CHECK(pieces(one) == 2);
+  }
 }
 
 TEST_CASE("edges of several pieces, a depth to puncture, a bound on what a tick makes", "[volume_cutter]") {

@@ -326,12 +326,17 @@ class VolumeCutter {
     double const own = std::abs(on.normal.dot(rest(body, v) - on.at));
     return height_over(body, v, at) <= own + static_cast<double>(options_.least_height * body.mean_edge());
   }
-  /// Whether a vertex is on the wall of an earlier cut, and as near to the sheet as such a wall may be to its own: the cut is there already.
+  /// Whether a vertex is on the wall of an earlier cut along the sheet, and as near to it as such a wall may be to its own: the cut is there already.
   template <class Body>
   bool is_on_old_cut(Body const& body, int v, Crossing const& at) const {
     auto const& surface = body.tissue().surface();
     auto const around = surface.triangles_at(v);
-    if (std::none_of(around.begin(), around.end(), [&](int t) { return body.tissue().is_wound(t); })) return false;
+    auto const is_along = [&](int t) {
+      auto const c = surface.corners(t);
+      Vector3<double> const area = (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0]));
+      return body.tissue().is_wound(t) && std::abs(area.dot(at.normal)) > 0.8 * area.norm();
+    };
+    if (std::none_of(around.begin(), around.end(), is_along)) return false;
     double longest = 0;
     for (int const t : body.tissue().topology().tetrahedra_at(v))
       for (int const i : body.tissue().topology().corners(t)) longest = std::max(longest, (rest(body, i) - rest(body, v)).norm());

@@ -18,7 +18,7 @@ struct MaterialPoint {
 /// Where points of the world are in an undeformed solid.
 ///   inside      X = Σ w_k X_k with the weights of x in the tetrahedron that holds it now
 ///   outside     the same weights of the tetrahedron behind the nearest skin, some of them negative
-///   in a wound  the nearest point of its walls: both walls lie on the cut, undeformed
+///   in a wound  the nearest point of its walls, a hair beyond, so that edges of the wall are crossed: both walls lie on the cut, undeformed
 /// Cost       inside a walk from a tetrahedron that was near, outside one search of the body's surface; no allocation.
 template <class Body>
 class MaterialFrame {
@@ -43,8 +43,12 @@ class MaterialFrame {
         auto const c = body_.tissue().surface().corners(foot.triangle);
         Vector3<double> const w = foot.barycentric.template cast<double>();
         found.at = w[0] * rest(c[0]) + w[1] * rest(c[1]) + w[2] * rest(c[2]);
-        if (!found.in_wound)
-          if (auto const all = weights(x, t); is_finite(all)) found.at = point(t, all);
+        if (found.in_wound) {
+          Vector3<double> const outward = (rest(c[1]) - rest(c[0])).cross(rest(c[2]) - rest(c[0]));
+          found.at += 1e-6 * static_cast<double>(body_.mean_edge()) / outward.norm() * outward;
+        } else if (auto const all = weights(x, t); is_finite(all)) {
+          found.at = point(t, all);
+        }
         return found;
       }
     }
