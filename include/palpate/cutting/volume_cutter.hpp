@@ -373,7 +373,7 @@ class VolumeCutter {
   }
 
   bool is_on(int v) const noexcept { return static_cast<std::size_t>(v) < on_.size() && on_[static_cast<std::size_t>(v)].normal.squaredNorm() > 0; }
-  bool put_on(int v, On const& on) {
+  bool put_on(int v, On on) {   // by value: it may be one of those that move
     if (is_on(v)) return false;
     if (on_.size() <= static_cast<std::size_t>(v)) on_.resize(static_cast<std::size_t>(v) + 1);
     on_[static_cast<std::size_t>(v)] = on;
