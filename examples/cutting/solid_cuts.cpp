@@ -23,7 +23,7 @@ using namespace palpate;
 using Block = SoftBody<FiniteElements<double, StableNeoHookean<double>>, BackwardEuler, WholeBody>;
 
 constexpr double tick = 2e-3;   // s
-constexpr double width = 0.048, height = 0.020;   // m
+constexpr double block_width = 0.048, block_height = 0.020;   // m
 
 Block make_tissue() {
   FiniteElements<double, StableNeoHookean<double>> tissue(make_block<double>(13, 13, 6, 0.004, BlockPattern::alternating),
@@ -31,7 +31,7 @@ Block make_tissue() {
   // It lies on a plate, and its sides hang on to what is around it.
   for (int i = 0; i < tissue.size(); ++i) {
     Vector const X = tissue.rest_position(i);
-    if (X[2] < 1e-6 || std::min({X[0], X[1], width - X[0], width - X[1]}) < 1e-6) tissue.nail(i);
+    if (X[2] < 1e-6 || std::min({X[0], X[1], block_width - X[0], block_width - X[1]}) < 1e-6) tissue.nail(i);
   }
   return Block(std::move(tissue));
 }
@@ -49,10 +49,10 @@ Way along_y(double x, double lowest, double far) {
   return [=](double u) { return BladeSegment<double>{{x, -0.002 + far * u, lowest}, {x, -0.002 + far * u, 0.030}}; };
 }
 Way tilted(double top, double bottom) {
-  double const x = 0.010 / (height - 0.0065);   // as steep above the block as in it
+  double const x = 0.010 / (block_height - 0.0065);   // as steep above the block as in it
   return [=](double u) {
-    double const y = -0.002 + (width + 0.004) * u;
-    return BladeSegment<double>{{bottom, y, 0.0065}, {top + (top - bottom) * x, y, height + 0.010}};
+    double const y = -0.002 + (block_width + 0.004) * u;
+    return BladeSegment<double>{{bottom, y, 0.0065}, {top + (top - bottom) * x, y, block_height + 0.010}};
   };
 }
 
