@@ -116,6 +116,18 @@ class BodyShape {
     return tree_.nearest(state_.position.view(), point, hint);
   }
 
+  /// Calls visit(triangle) for all triangles of the body as it is now that may meet a box, or the straight way between two points [m], and some beside them.
+  template <class Visit>
+  void visit_triangles_in_box(Vector const& low, Vector const& high, Visit&& visit) {
+    fit_tree();
+    tree_.visit_in_box(low, high, visit);
+  }
+  template <class Visit>
+  void visit_triangles_along(Vector const& from, Vector const& to, Visit&& visit) {
+    fit_tree();
+    tree_.visit_along(from, to, visit);
+  }
+
   /// The triangle beyond the edge a → b of a triangle, or −1 at a border or wound. Beside a blade it is the one that a picture shows there.
   int triangle_across(int a, int b) const noexcept {
     auto const& surface = tissue_.surface();

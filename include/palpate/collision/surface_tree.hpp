@@ -150,6 +150,17 @@ class SurfaceTree {
     return vertex;
   }
 
+  /// Calls visit(triangle) for all triangles that may meet a box, or the straight way between two points: those in whose boxes that is, and some beside them.
+  template <class Visit>
+  void visit_in_box(Vector3<Scalar> const& low, Vector3<Scalar> const& high, Visit&& visit) const {
+    detail::Box<Scalar> const box{low, high};
+    tree_.visit_where([&](auto const& other) { return box.overlaps(other); }, [&](int const* /*corner*/, int triangle) { visit(triangle); });
+  }
+  template <class Visit>
+  void visit_along(Vector3<Scalar> const& from, Vector3<Scalar> const& to, Visit&& visit) const {
+    tree_.visit_where([&](auto const& box) { return box.may_meet(from, to); }, [&](int const* /*corner*/, int triangle) { visit(triangle); });
+  }
+
   /// Calls visit(triangle, triangle of the other) once for each pair of triangles whose boxes overlap or touch: those that may meet. Both
   /// trees have to fit points in one frame. A tree and itself give each pair both ways, and each triangle with itself.
   template <class Visit>

@@ -7,6 +7,9 @@
 #include <palpate/material/semidefinite_tangent.hpp>
 #include <palpate/tissue/element.hpp>
 
+#include <array>
+#include <cstddef>
+
 namespace palpate {
 
 namespace detail {
@@ -98,11 +101,16 @@ class LinearTetrahedron {
   template <class Change>
   NodeMatrix<Scalar, 4> matrix(Change const& stress_change) const noexcept {
     NodeMatrix<Scalar, 4> all;
-    for (int k = 0; k < 12; ++k) {
-      Columns move = Columns::Zero();
-      move(k % 3, k / 3) = 1;
-      Columns const pull = columns(detail::nodal_forces(stress_change(deformation_gradient(move)), gradients_, volume_));
-      for (int j = 0; j < 12; ++j) all(j, k) = -pull(j % 3, j / 3);
+    Tensor3<Scalar> const& g = gradients_;
+    std::array<std::array<Scalar, 3>, 3> const gradient{{{g.xx, g.xy, g.xz}, {g.yx, g.yy, g.yz}, {g.zx, g.zy, g.zz}}};
+    all.template leftCols<3>().setZero();
+    for (int k = 3; k < 12; ++k) {   // a move of one of the nodes 1 … 3 along an axis: one row of F; node 0 takes what is left
+      auto const& [x, y, z] = gradient[static_cast<std::size_t>(k / 3 - 1)];
+      int const axis = k % 3;
+      Tensor3<Scalar> const dF = axis == 0 ? Tensor3<Scalar>{x, y, z, 0, 0, 0, 0, 0, 0} : axis == 1 ? Tensor3<Scalar>{0, 0, 0, x, y, z, 0, 0, 0} : Tensor3<Scalar>{0, 0, 0, 0, 0, 0, x, y, z};
+      Columns const pull = columns(detail::nodal_forces(stress_change(dF), gradients_, volume_));
+      all.col(k) = -Eigen::Map<Matrix<Scalar, 12, 1> const>(pull.data());
+      all.col(axis) -= all.col(k);
     }
     return all;
   }

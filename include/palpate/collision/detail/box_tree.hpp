@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -42,6 +43,20 @@ struct Box {
     for (int k = 0; k < 3; ++k)
       if (!(low[k] <= other.high[k] && other.low[k] <= high[k])) return false;
     return true;
+  }
+  /// Whether the straight way between two points may meet it.
+  bool may_meet(Vector3<Scalar> const& from, Vector3<Scalar> const& to) const noexcept {
+    Scalar begin = 0, end = 1;
+    for (int k = 0; k < 3; ++k) {
+      Scalar const way = to[k] - from[k];
+      if (!(std::abs(way) > 0)) {
+        if (from[k] < low[k] || from[k] > high[k]) return false;
+        continue;
+      }
+      Scalar const one = (low[k] - from[k]) / way, two = (high[k] - from[k]) / way;
+      begin = std::max(begin, std::min(one, two)), end = std::min(end, std::max(one, two));
+    }
+    return begin <= end * (1 + 16 * std::numeric_limits<Scalar>::epsilon()) + 16 * std::numeric_limits<Scalar>::epsilon();
   }
   bool operator==(Box const& other) const noexcept { return low == other.low && high == other.high; }
   Scalar perimeter() const noexcept { return (high - low).sum(); }
@@ -181,6 +196,25 @@ class BoxTree {
         --waiting;
       } while (!(stack[waiting].bound <= limit));
       child = stack[waiting].child;
+    }
+  }
+
+  /// Calls visit(corner indices, triangle) for all triangles in leaves whose boxes, and those above them, are accepted(box).
+  template <class Accepted, class Visit>
+  void visit_where(Accepted&& accepted, Visit&& visit) const {
+    int stack[(width - 1) * depth_limit + 1];
+    int waiting = 0;
+    stack[waiting++] = root;
+    while (waiting > 0) {
+      int const child = stack[--waiting];
+      if (child >= 0) {
+        Node const& node = nodes_[child];
+        for (int slot = 0; slot < width; ++slot)
+          if (node.child[slot] != none && accepted(node.box(slot))) stack[waiting++] = node.child[slot];
+      } else {
+        Leaf const& leaf = leaves_[~child];
+        for (int i = 0; i < leaf.count; ++i) visit(leaf.corners[i].data(), leaf.triangle[i]);
+      }
     }
   }
 

@@ -1,0 +1,493 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+#include <palpate/cutting/concept.hpp>
+#include <palpate/cutting/detail/blade_sweep.hpp>
+#include <palpate/mesh/tetrahedral_adjacency.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+/// What a stroke has cut so far: from where the blade came into the tissue until it has left it. The next stroke begins at zero.
+struct VolumeCutReport : CutReport {
+  double area = 0;              ///< m², of the faces that are cut, undeformed
+  double lip_area = 0;          ///< m², of both walls of what has opened
+  int tetrahedra_added = 0;
+  int edges_divided = 0;
+  int snapped = 0;              ///< crossings that went to an end of their edge
+  int too_thin = 0;             ///< of those, because a tetrahedron would have become too low
+  int joined = 0;               ///< slices of a few tetrahedra, thinner than the snap, that stayed at their lip
+  int closed_faces = 0;         ///< cut, and not open: no vertex of them has split
+};
+
+namespace detail {
+
+/// How near to a vertex a crossing goes there, in shares of an edge and in m; how high a tetrahedron and how thick a slice has to be at least [m].
+struct SolidSnap {
+  double share, distance, height, thickness;
+};
+
+/// The cut that one stroke makes in a solid: which vertices lie on it, and which faces it has cut.
+/// A face is cut whose corners are on the cut, and whose tetrahedra are on different sides of it. A crossing is dealt with as a whole, with the faces at it, before
+/// the next one in the order of time: so it does not matter how a stroke is divided into ticks.
+template <RealScalar Scalar>
+class SolidCut {
+  using Corners = TetrahedralAdjacency::Corners;
+
+ public:
+  /// Of this stroke, or of the last one that cut something.
+  VolumeCutReport const& report() const noexcept { return has_cut() ? report_ : last_; }
+  /// Whether something was cut since the last end().
+  bool has_cut() const noexcept { return report_.edges_divided > 0 || report_.area > 0; }
+  void forget() noexcept {
+    if (has_cut()) last_ = report_;
+    report_ = {};
+    on_.clear(), sides_.clear();
+  }
+
+  /// Cuts what is swept, beginning the search for it at these tetrahedra.
+  template <class Body>
+  void sweep(Body& body, BladeSweep const& swept, std::span<int const> starts, SolidSnap const& snap) {
+    gather(body, swept, starts);
+    snap_ = snap;
+    crossings_.clear();
+    for (auto const& [a, b] : edges_) find_crossings(body, swept, a, b, -std::numeric_limits<double>::infinity());
+    if (crossings_.empty()) return;
+    to_open_.clear();
+    while (!crossings_.empty()) {
+      std::pop_heap(crossings_.begin(), crossings_.end(), later);
+      Crossing const crossing = crossings_.back();
+      crossings_.pop_back();
+      cross(body, swept, crossing);
+    }
+    open(body);
+  }
+
+  /// The blade has left: an edge within what is cut and closed is divided, so that its middle splits.
+  template <class Body>
+  void end(Body& body) {
+    if (!has_cut()) return forget();
+    auto const& solid = body.tissue().topology();
+    to_open_.clear();
+    for (int v = 0; v < std::min(body.size(), static_cast<int>(on_.size())); ++v)
+      for (bool divided = is_on(v); divided;) {
+        divided = false;
+        for (int const t : solid.tetrahedra_at(v)) {
+          int const w = end_within_cut(body, t, v);
+          if (w < 0) continue;
+          Crossing const middle{0, std::min(v, w), std::max(v, w), 0.5, on_[static_cast<std::size_t>(v)].normal};
+          if (lowest_height(body, middle) < snap_.height) continue;
+          split(body, divide(body, middle, {(rest(body, v) + rest(body, w)) / 2, middle.normal, 0}));
+          divided = true;
+          break;
+        }
+      }
+    body.finish_edits();
+    int faces = 0;
+    for (int v = 0; v < std::min(body.size(), static_cast<int>(on_.size())); ++v)
+      for (int const t : is_on(v) ? solid.tetrahedra_at(v) : std::span<int const>())
+        for (int k = 0; k < 4; ++k) faces += body.tissue().is_cut(t, k) && solid.corner_of(t, v) != k ? 1 : 0;
+    report_.closed_faces = faces / 6;   // seen from three corners and two sides
+    forget();
+  }
+
+ private:
+  /// That an edge of two vertices is crossed, in the order in which crossings are dealt with.
+  struct Crossing {
+    double time;
+    int low, high;   // a < b
+    double s;        // from low to high
+    Vector3<double> normal;
+    bool operator<(Crossing const& other) const noexcept {
+      return std::tuple(time, -low, -high, s) < std::tuple(other.time, -other.low, -other.high, other.s);
+    }
+  };
+  static bool later(Crossing const& a, Crossing const& b) noexcept { return b < a; }
+
+  /// Where the blade went by a vertex that is on the cut, and the normal of the sheet there; zero: it is not.
+  struct On {
+    Vector3<double> at = Vector3<double>::Zero(), normal = Vector3<double>::Zero();
+    int order = 0;          // of those that came to it
+    signed char side = 0;   // of the vertex itself, on the cut or not: 1 ahead of the sheet, −1 behind it, 0 in it or not known
+  };
+
+  template <class Body>
+  static Vector3<double> rest(Body const& body, int i) {
+    return body.tissue().rest_position(i).template cast<double>();
+  }
+  template <class Body>
+  static Vector3<double> now(Body const& body, int i) {
+    return body.positions().col(i).template cast<double>();
+  }
+
+  // --- what is crossed --------------------------------------------------------------------------------------------------
+  /// The edges of all tetrahedra that the sweep may meet, from those given.
+  template <class Body>
+  void gather(Body const& body, BladeSweep const& swept, std::span<int const> starts) {
+    auto const& solid = body.tissue().topology();
+    double const margin = 1e-6 * static_cast<double>(body.mean_edge());
+    seen_.resize(static_cast<std::size_t>(solid.tetrahedron_count()), 0);
+    ++look_;
+    queue_.clear(), edges_.clear();
+    auto const consider = [&](int t) {
+      if (t < 0 || t >= solid.tetrahedron_count() || std::exchange(seen_[static_cast<std::size_t>(t)], look_) == look_) return;
+      Corners const c = solid.corners(t);
+      if (swept.may_meet({now(body, c[0]), now(body, c[1]), now(body, c[2]), now(body, c[3])}, margin)) queue_.push_back(t);
+    };
+    for (int const t : starts) consider(t);
+    for (std::size_t k = 0; k < queue_.size(); ++k)
+      for (int face = 0; face < 4; ++face) consider(solid.neighbour(queue_[k], face));
+    std::size_t places = 64;
+    while (places < 12 * queue_.size()) places *= 2;
+    met_.assign(places, 0);
+    for (int const t : queue_) {
+      Corners const c = solid.corners(t);
+      for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = i + 1; j < 4; ++j) {
+          auto const [low, high] = std::minmax(c[i], c[j]);
+          std::uint64_t const key = (static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high)) + 1;
+          std::size_t place = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15u) >> 20) & (places - 1);
+          while (met_[place] != 0 && met_[place] != key) place = (place + 1) & (places - 1);
+          if (met_[place] == key) continue;
+          met_[place] = key;
+          edges_.emplace_back(low, high);
+        }
+    }
+  }
+
+  template <class Body>
+  void find_crossings(Body const& body, BladeSweep const& swept, int a, int b, double earliest) {
+    if (a > b) std::swap(a, b);
+    swept.for_each_crossing(now(body, a), now(body, b), [&](SweepCrossing const& found) {
+      double const digits = 1e6;   // what differs by rounding alone is at one time
+      crossings_.push_back({std::max(earliest, std::round(found.time * digits) / digits), a, b, found.s, found.normal});
+      std::push_heap(crossings_.begin(), crossings_.end(), later);
+    });
+  }
+
+  template <class Body>
+  void cross(Body& body, BladeSweep const& swept, Crossing at) {
+    auto const& solid = body.tissue().topology();
+    auto const around = solid.tetrahedra_at(at.low);
+    if (std::none_of(around.begin(), around.end(), [&](int t) { return solid.corner_of(t, at.high) >= 0; })) return;   // divided meanwhile
+    at.normal = undeformed(body, at);
+    align(body, at);
+    if (is_cut_at(body, at.low, at) || is_cut_at(body, at.high, at)) return;
+    double const length = (rest(body, at.high) - rest(body, at.low)).norm();
+    double const tolerance = std::min(0.5, std::max(snap_.share, snap_.distance / length));
+    int const nearer = at.s < 0.5 ? at.low : at.high;
+    On const on{(1 - at.s) * rest(body, at.low) + at.s * rest(body, at.high), at.normal, 0};
+    int end = std::min(at.s, 1 - at.s) < tolerance || !(at.s > 0 && at.s < 1) ? nearer : -1;
+    for (int const v : {nearer, nearer == at.low ? at.high : at.low})
+      if (end < 0 && is_on_old_cut(body, v, at)) end = v;
+    bool const is_thin = end < 0 && lowest_height(body, at) < snap_.height;
+    if (is_thin) end = nearer;
+    if (end >= 0 && is_on(end)) return;
+    part_ends(body, at);
+    if (end >= 0) {
+      ++report_.snapped, report_.too_thin += is_thin ? 1 : 0;
+      put_on(end, on);
+      mark(body, end);
+      return;
+    }
+    int const n = divide(body, at, on);
+    mark(body, n);
+    neighbours_.clear();
+    solid.for_each_neighbour(n, [&](int v) { neighbours_.push_back(v); });
+    for (int const v : neighbours_) find_crossings(body, swept, n, v, at.time);
+  }
+
+  /// The normal of the sheet in the undeformed solid, by a tetrahedron at the edge: N ∝ Fᵀ n.
+  template <class Body>
+  static Vector3<double> undeformed(Body const& body, Crossing const& at) {
+    auto const& solid = body.tissue().topology();
+    for (int const t : solid.tetrahedra_at(at.low)) {
+      if (solid.corner_of(t, at.high) < 0) continue;
+      Corners const c = solid.corners(t);
+      Vector3<double> const o = rest(body, c[0]), x = now(body, c[0]), a = rest(body, c[1]) - o, b = rest(body, c[2]) - o, d = rest(body, c[3]) - o;
+      double const one = at.normal.dot(now(body, c[1]) - x), two = at.normal.dot(now(body, c[2]) - x), three = at.normal.dot(now(body, c[3]) - x);
+      Vector3<double> const normal = one * b.cross(d) + two * d.cross(a) + three * a.cross(b);
+      if (double const length = normal.norm(); length > 0) return normal / length;
+    }
+    return at.normal;
+  }
+
+  /// Returns the new vertex, which is on the cut.
+  template <class Body>
+  int divide(Body& body, Crossing const& at, On const& on) {
+    auto const& solid = body.tissue().topology();
+    int const before = solid.tetrahedron_count(), triangles = solid.border().triangle_count();
+    int const n = body.insert_on_edge(at.low, at.high, static_cast<Scalar>(at.s));
+    put_on(n, on);
+    for (int const t : solid.tetrahedra_at(n))
+      if (static_cast<std::size_t>(t) < sides_.size()) sides_[static_cast<std::size_t>(t)] = 0;
+    ++report_.edges_divided, ++report_.particles_added;
+    report_.tetrahedra_added += solid.tetrahedron_count() - before, report_.triangles_added += solid.border().triangle_count() - triangles;
+    return n;
+  }
+
+  /// Whether it is at this vertex that the sheet goes through the edge: the vertex is on the cut already, as far off the sheet as it was then.
+  template <class Body>
+  bool is_cut_at(Body const& body, int v, Crossing const& at) const {
+    if (!is_on(v)) return false;
+    On const& on = on_[static_cast<std::size_t>(v)];
+    double const own = std::abs(on.normal.dot(rest(body, v) - on.at));
+    return height_over(body, v, at) <= own + snap_.height;
+  }
+  /// Whether a vertex is on the wall of an earlier cut along the sheet, and as near to it as such a wall may be to its own: the cut is there already.
+  template <class Body>
+  bool is_on_old_cut(Body const& body, int v, Crossing const& at) const {
+    auto const& surface = body.tissue().surface();
+    auto const around = surface.triangles_at(v);
+    auto const is_along = [&](int t) {
+      if (!body.tissue().is_wound(t)) return false;
+      auto const c = surface.corners(t);
+      Vector3<double> const area = (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0]));
+      return std::abs(area.dot(at.normal)) > 0.8 * area.norm();
+    };
+    if (std::none_of(around.begin(), around.end(), is_along)) return false;
+    double longest = 0;
+    for (int const t : body.tissue().topology().tetrahedra_at(v))
+      for (int const i : body.tissue().topology().corners(t)) longest = std::max(longest, (rest(body, i) - rest(body, v)).norm());
+    return height_over(body, v, at) <= snap_.share * longest;
+  }
+  /// How far an end of a crossed edge is from the sheet.
+  template <class Body>
+  static double height_over(Body const& body, int v, Crossing const& at) {
+    return (v == at.low ? at.s : 1 - at.s) * std::abs(at.normal.dot(rest(body, at.high) - rest(body, at.low)));
+  }
+
+  /// What the lowest height of a tetrahedron would be with a new vertex on the edge.
+  template <class Body>
+  static double lowest_height(Body const& body, Crossing const& at) {
+    auto const& solid = body.tissue().topology();
+    Vector3<double> const a = rest(body, at.low), b = rest(body, at.high), n = (1 - at.s) * a + at.s * b;
+    double lowest = std::numeric_limits<double>::infinity();
+    for (int const t : solid.tetrahedra_at(at.low)) {
+      int const k = solid.corner_of(t, at.high);
+      if (k < 0) continue;
+      std::array<Vector3<double>, 2> other;   // the corners that stay
+      std::size_t found = 0;
+      for (int const i : solid.corners(t))
+        if (i != at.low && i != at.high) other[found++] = rest(body, i);
+      auto const& [c, d] = other;
+      Vector3<double> const opposite = (c - n).cross(d - n);   // of the face that both parts share
+      for (Vector3<double> const& end : {a, b}) {
+        Vector3<double> const to_c = c - end, to_d = d - end, to_n = n - end;
+        double const widest = std::max({opposite.squaredNorm(), to_c.cross(to_d).squaredNorm(), to_n.cross(to_c).squaredNorm(), to_n.cross(to_d).squaredNorm()});
+        lowest = std::min(lowest, std::abs(opposite.dot(to_n)) / std::sqrt(widest));
+      }
+    }
+    return lowest;
+  }
+
+  bool is_on(int v) const noexcept { return static_cast<std::size_t>(v) < on_.size() && on_[static_cast<std::size_t>(v)].normal.squaredNorm() > 0; }
+  void put_on(int v, On on) {   // by value: it may be one of those that move
+    if (on_.size() <= static_cast<std::size_t>(v)) on_.resize(static_cast<std::size_t>(v) + 1);
+    on.side = on_[static_cast<std::size_t>(v)].side;
+    on.order = ++last_order_;
+    on_[static_cast<std::size_t>(v)] = on;
+    to_open_.push_back(v);
+  }
+  int side_of(int v) const noexcept { return static_cast<std::size_t>(v) < on_.size() ? on_[static_cast<std::size_t>(v)].side : 0; }
+  void put_aside(int v, int side) {
+    if (on_.size() <= static_cast<std::size_t>(v)) on_.resize(static_cast<std::size_t>(v) + 1);
+    if (signed char& own = on_[static_cast<std::size_t>(v)].side; own == 0 && !is_on(v)) own = static_cast<signed char>(side);
+  }
+  /// The ends of a crossed edge are on different sides of the sheet.
+  template <class Body>
+  void part_ends(Body const& body, Crossing const& at) {
+    double const across = at.normal.dot(rest(body, at.high) - rest(body, at.low)), digits = 1e-7 * static_cast<double>(body.mean_edge());
+    int const side = across < 0 ? -1 : 1;
+    if (at.s * std::abs(across) > digits) put_aside(at.low, -side);
+    if ((1 - at.s) * std::abs(across) > digits) put_aside(at.high, side);
+  }
+  /// Looking as the sheet does at the vertices beside.
+  template <class Body>
+  void align(Body const& body, Crossing& at) const {
+    Vector3<double> beside = Vector3<double>::Zero();
+    for (int const end : {at.low, at.high})
+      body.tissue().topology().for_each_neighbour(end, [&](int i) {
+        if (is_on(i)) beside += on_[static_cast<std::size_t>(i)].normal;
+      });
+    if (beside.dot(at.normal) < 0) at.normal = -at.normal;
+  }
+
+  // --- faces ------------------------------------------------------------------------------------------------------------
+  template <class Body>
+  bool is_all_on(Body const& body, int t, int but) const {
+    Corners const c = body.tissue().topology().corners(t);
+    for (int k = 0; k < 4; ++k)
+      if (k != but && !is_on(c[static_cast<std::size_t>(k)])) return false;
+    return true;
+  }
+
+  /// Marks the faces of the tetrahedra at a vertex that has come to the cut that lie on it and between its two sides.
+  template <class Body>
+  void mark(Body& body, int v) {
+    auto const& solid = body.tissue().topology();
+    for (int const t : solid.tetrahedra_at(v))
+      for (int k = 0; k < 4; ++k) {
+        int const u = solid.neighbour(t, k);
+        if (u < 0 || (u < t && solid.corner_of(u, v) >= 0) || body.tissue().is_cut(t, k) || !is_all_on(body, t, k)) continue;
+        if (!lies_between(body, t, u)) continue;
+        if ((joins_slice(body, t) || joins_slice(body, u)) && !lies_between(body, t, u)) continue;
+        mark_face(body, t, k);
+      }
+  }
+  template <class Body>
+  void mark_face(Body& body, int t, int k) {
+    auto const f = body.tissue().topology().face(t, k);
+    body.mark_cut(t, k);
+    report_.area += (rest(body, f[1]) - rest(body, f[0])).cross(rest(body, f[2]) - rest(body, f[0])).norm() / 2;
+    to_open_.insert(to_open_.end(), f.begin(), f.end());
+  }
+
+  /// Whether a tetrahedron would be parted from all others, alone or with a few: they go to the other side then, if they lie on the cut or are no thicker than
+  /// what snaps.
+  template <class Body>
+  bool joins_slice(Body const& body, int t) {
+    auto const& solid = body.tissue().topology();
+    constexpr std::size_t most = 8;
+    slice_.assign(1, t);
+    for (std::size_t n = 0; n < slice_.size(); ++n)
+      for (int k = 0; k < 4; ++k) {
+        int const u = solid.neighbour(slice_[n], k);
+        if (u < 0 || std::find(slice_.begin(), slice_.end(), u) != slice_.end() || body.tissue().is_cut(slice_[n], k)) continue;
+        if (is_all_on(body, slice_[n], k) && lies_between(body, u, slice_[n])) continue;
+        if (slice_.size() == most) return false;
+        slice_.push_back(u);
+      }
+    double volume = 0;
+    for (int const s : slice_) {
+      Corners const c = solid.corners(s);
+      volume += (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0])).dot(rest(body, c[3]) - rest(body, c[0])) / 6;
+      for (int const i : c)
+        if (!is_on(i) && thickness(body, s, i) > snap_.thickness) return false;
+    }
+    if (4 * volume > snap_.thickness * snap_.thickness * snap_.thickness) return false;
+    for (int const s : slice_) sides_[static_cast<std::size_t>(s)] = static_cast<signed char>(-side_of_tetrahedron(body, s));
+    ++report_.joined;
+    return true;
+  }
+  /// Of a corner over those of the tetrahedron that are on the cut.
+  template <class Body>
+  double thickness(Body const& body, int t, int corner) const {
+    return 4.0 * std::abs(height_over_cut(body, body.tissue().topology().corners(t), corner)) / 3.0;
+  }
+
+  /// On which side of the cut a tetrahedron is, 1 ahead and −1 behind: that of its corners off the cut, else that of the last one that the cut has bent to, which is
+  /// off the sheet itself. 0 where a corner lies in the sheet, and the blade has not come there. Once known it stays.
+  template <class Body>
+  int side_of_tetrahedron(Body const& body, int t) {
+    if (sides_.size() <= static_cast<std::size_t>(t)) sides_.resize(static_cast<std::size_t>(body.tissue().topology().tetrahedron_count()), 0);
+    signed char& side = sides_[static_cast<std::size_t>(t)];
+    if (side != 0) return side;
+    Corners const c = body.tissue().topology().corners(t);
+    int off = 0, bent = 0, last = 0;
+    double high = 0;
+    bool is_on_cut = true;
+    for (int const i : c) {
+      if (!is_on(i)) {
+        is_on_cut = false;
+        off += side_of(i), high += height_over_cut(body, c, i);
+        continue;
+      }
+      On const& on = on_[static_cast<std::size_t>(i)];
+      if (on.side != 0 && on.order > last) last = on.order, bent = on.side;
+    }
+    double const digits = 1e-7 * static_cast<double>(body.mean_edge());
+    if (is_on_cut)
+      side = bent < 0 ? -1 : 1;
+    else if (off != 0 || std::abs(high) > digits)
+      side = (off != 0 ? off > 0 : high > 0) ? 1 : -1;
+    return side;
+  }
+  template <class Body>
+  bool lies_between(Body const& body, int t, int u) {
+    return side_of_tetrahedron(body, t) * side_of_tetrahedron(body, u) < 0;
+  }
+  /// Of a corner over the sheet that went by those that are on the cut, in the mean.
+  template <class Body>
+  double height_over_cut(Body const& body, Corners const& corners, int corner) const {
+    Vector3<double> ahead = Vector3<double>::Zero();
+    double sum = 0;
+    for (int const i : corners) {
+      if (!is_on(i)) continue;
+      On const& on = on_[static_cast<std::size_t>(i)];
+      double const sign = on.normal.dot(ahead) < 0 ? -1 : 1;
+      ahead += sign * on.normal, sum += sign * on.normal.dot(rest(body, corner) - on.at);
+    }
+    return sum / 4;
+  }
+
+  /// Splits the vertices of faces that were marked, where those part the tetrahedra round them.
+  template <class Body>
+  void open(Body& body) {
+    if (to_open_.empty()) return;
+    std::sort(to_open_.begin(), to_open_.end());
+    to_open_.erase(std::unique(to_open_.begin(), to_open_.end()), to_open_.end());
+    opening_.swap(to_open_);
+    for (int const v : opening_) split(body, v);
+    body.finish_edits();
+  }
+  template <class Body>
+  bool split(Body& body, int v) {
+    auto const& solid = body.tissue().topology();
+    solid.fans_at(v, fans_, [&](int t, int k) { return body.tissue().is_cut(t, k); });
+    for (int fan = 1; fan < fans_.size(); ++fan) {
+      int const opened = solid.border().triangle_count();
+      int const copy = body.split_vertex(v, fans_[fan]);
+      put_on(copy, on_[static_cast<std::size_t>(v)]);
+      ++report_.particles_added, report_.triangles_added += solid.border().triangle_count() - opened;
+      for (int t = opened; t < solid.border().triangle_count(); ++t) {
+        auto const c = solid.border().corners(t);
+        report_.lip_area += (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0])).norm() / 2;
+      }
+    }
+    return fans_.size() > 1;
+  }
+
+  /// A vertex w of a tetrahedron at v so that the edge between them is one of two faces that are cut and closed, or −1.
+  template <class Body>
+  static int end_within_cut(Body const& body, int t, int v) {
+    auto const& solid = body.tissue().topology();
+    for (int const w : solid.corners(t)) {
+      if (w == v) continue;
+      int faces = 0;
+      solid.for_each_round(v, w, [&](int u) {
+        for (int k = 0; k < 4; ++k) faces += body.tissue().is_cut(u, k) && solid.corner_of(u, v) != k && solid.corner_of(u, w) != k ? 1 : 0;
+      });
+      if (faces >= 4) return w;   // each from two sides
+    }
+    return -1;
+  }
+
+  VolumeCutReport report_, last_;
+  SolidSnap snap_{};
+  int last_order_ = 0;
+  std::vector<On> on_;               // of each vertex
+  std::vector<signed char> sides_;   // of each tetrahedron at a face that is on the cut: 1 ahead, −1 behind
+  std::vector<int> to_open_, opening_, neighbours_, queue_, slice_;
+  std::vector<std::pair<int, int>> edges_;
+  std::vector<Crossing> crossings_;   // a heap: the earliest first
+  std::vector<std::uint64_t> met_;    // edges that were gathered, by their hash
+  std::vector<unsigned> seen_;        // which look at the solid saw each tetrahedron last
+  unsigned look_ = 0;
+  TetrahedronFans fans_;
+};
+
+}  // namespace detail
+
+}  // namespace palpate

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace palpate::detail {
+
+/// A point of a blade and the tetrahedron that carries it: x = Σ w_k x_k + offset. Outside the tissue some of the weights are negative, or the offset is not zero.
+struct BladeSample {
+  double share = 0;   // along the blade: k + u on the piece from its point k to the next
+  int tetrahedron = -1;
+  std::array<double, 4> weights{};
+  Vector3<double> offset = Vector3<double>::Zero();   // m, world
+
+  bool is_inside() const noexcept {
+    return is_zero(offset) && std::ranges::all_of(weights, [](double w) { return w >= -1e-9; });
+  }
+};
+
+/// Where a blade goes through the tetrahedra of a solid: its points, and where it goes through their faces. Between two of those it is straight in the material
+/// too, so that it is known exactly where it was when the tissue has moved.
+/// Source     \cite bielser2000 keeps the blade so: its crossings in barycentric coordinates of faces, its tip in those of a tetrahedron.
+/// Cost       O(log triangles + tetrahedra on the blade); memory is kept.
+template <RealScalar Scalar>
+class TracedBlade {
+  using Vector = Vector3<double>;
+  using Weights = std::array<double, 4>;
+
+ public:
+  std::span<BladeSample const> samples() const noexcept { return samples_; }
+  bool empty() const noexcept { return samples_.empty(); }
+  /// Whether any of it is in the tissue.
+  bool is_inside() const noexcept { return is_inside_; }
+  /// Of it that is in the tissue [m].
+  double length_inside() const noexcept { return inside_; }
+  void clear() noexcept { samples_.clear(), is_inside_ = false, inside_ = 0; }
+
+  /// Follows a blade from point to point through the body as it is now.
+  template <class Body>
+  void trace(Body& body, std::span<Vector3<Scalar> const> blade) {
+    hint_ = is_inside_ ? some_inside() : -1;
+    clear();
+    for (std::size_t k = 0; k + 1 < blade.size(); ++k) trace_piece(body, blade[k], blade[k + 1], static_cast<double>(k));
+    std::stable_sort(samples_.begin(), samples_.end(), [](BladeSample const& a, BladeSample const& b) { return a.share < b.share; });
+    // Where it goes through an edge or a vertex there are several at one place.
+    samples_.erase(std::unique(samples_.begin(), samples_.end(), [](BladeSample const& a, BladeSample const& b) { return b.share - a.share < 1e-7; }), samples_.end());
+  }
+
+  /// Puts the samples elsewhere, as the blade has come so far; each is carried by the tetrahedron that it is in, or by the last one on the way there.
+  template <class Body>
+  void put(Body const& body, std::span<Vector const> points) {
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      samples_[i].tetrahedron = near(body, samples_[i].tetrahedron, points[i]);
+      samples_[i].weights = weights(corners(body, samples_[i].tetrahedron), points[i]), samples_[i].offset.setZero();
+    }
+  }
+
+  /// Where a sample is, with the body as it is now.
+  template <class Body>
+  static Vector now(Body const& body, BladeSample const& sample) noexcept {
+    Vector x = sample.offset;
+    auto const c = body.tissue().topology().corners(sample.tetrahedron);
+    for (std::size_t k = 0; k < 4; ++k) x += sample.weights[k] * body.positions().col(c[k]).template cast<double>();
+    return x;
+  }
+
+ private:
+  /// The tetrahedron that holds a point, or the last one on the way there.
+  template <class Body>
+  static int near(Body const& body, int t, Vector const& x) noexcept {
+    auto const& solid = body.tissue().topology();
+    for (int steps = 0; steps < 1000; ++steps) {
+      Weights const w = weights(corners(body, t), x);
+      auto const lowest = std::min_element(w.begin(), w.end());
+      int const next = *lowest >= -1e-12 ? -1 : solid.neighbour(t, static_cast<int>(lowest - w.begin()));
+      if (next < 0) break;
+      t = next;
+    }
+    return t;
+  }
+  template <class Body>
+  static bool holds(Body const& body, int t, Vector const& x) noexcept {
+    return std::ranges::all_of(weights(corners(body, t), x), [](double w) { return w >= -1e-9; });
+  }
+
+  struct Hit {
+    double u;
+    int triangle;
+    bool enters, done;
+  };
+
+  int some_inside() const noexcept {
+    for (BladeSample const& sample : samples_)
+      if (sample.is_inside()) return sample.tetrahedron;
+    return -1;
+  }
+
+  template <class Body>
+  static std::array<Vector, 4> corners(Body const& body, int t) noexcept {
+    auto const c = body.tissue().topology().corners(t);
+    std::array<Vector, 4> x;
+    for (std::size_t k = 0; k < 4; ++k) x[k] = body.positions().col(c[k]).template cast<double>();
+    return x;
+  }
+  static Weights weights(std::array<Vector, 4> const& c, Vector const& x) noexcept {
+    Vector const a = c[1] - c[0], b = c[2] - c[0], d = c[3] - c[0], p = x - c[0];
+    Vector const across = a.cross(b), over = p.cross(d);
+    double const part = 1 / across.dot(d), one = -over.dot(b) * part, two = over.dot(a) * part, three = across.dot(p) * part;
+    return {1 - one - two - three, one, two, three};
+  }
+
+  template <class Body>
+  void trace_piece(Body& body, Vector3<Scalar> const& from, Vector3<Scalar> const& to, double first) {
+    Vector const p = from.template cast<double>(), q = to.template cast<double>();
+    find_hits(body, from, to);
+    within_.clear();
+    auto const march = [&](int tetrahedron, int entered, double u, bool on) {
+      add(body, p, q, first, tetrahedron, u);
+      double const reached = go(body, p, q, first, tetrahedron, entered, u, on);
+      within_.push_back(std::minmax(u, reached));
+    };
+    auto const from_hit = [&](Hit& hit, bool on) {
+      hit.done = true;
+      auto const [t, k] = body.tissue().topology().border_face(hit.triangle);
+      march(t, k, hit.u, on);
+    };
+    for (Hit& hit : hits_)
+      if (hit.enters && !hit.done) from_hit(hit, true);
+    for (std::size_t k = hits_.size(); k-- > 0;)
+      if (!hits_[k].enters && !hits_[k].done) from_hit(hits_[k], false);
+    if (hits_.empty())
+      if (int const t = holding(body, from, p); t >= 0) march(t, -1, 0, true);
+    is_inside_ = is_inside_ || !within_.empty();
+    std::sort(within_.begin(), within_.end());
+    double begin = 0;
+    for (auto const& [enters, leaves] : within_) {
+      if (begin < enters) add_in_air(body, p, q, first, begin, enters);
+      begin = std::max(begin, leaves);
+    }
+    if (begin < 1) add_in_air(body, p, q, first, begin, 1);
+  }
+
+  /// A part of the piece in the air: its points go with what is nearest, half an edge from each other near the tissue, and turn with it where they are next to it.
+  template <class Body>
+  void add_in_air(Body& body, Vector const& p, Vector const& q, double first, double begin, double end) {
+    double const edge = static_cast<double>(body.mean_edge()), length = (q - p).norm();
+    for (double u = begin;;) {
+      Vector const x = p + u * (q - p);
+      auto const foot = body.nearest_point(x.template cast<Scalar>());
+      if (!foot.found()) return;
+      if (u == 0 || u == 1 || (u > begin && u < end)) {
+        int const t = body.tissue().topology().border_face(foot.triangle).tetrahedron;
+        Weights const w = weights(corners(body, t), x);
+        if (std::ranges::all_of(w, [](double weight) { return std::abs(weight) < 4; })) {
+          samples_.push_back({first + u, t, w, Vector::Zero()});
+        } else {
+          Vector const point = foot.point.template cast<double>();
+          samples_.push_back({first + u, t, weights(corners(body, t), point), x - point});
+        }
+      }
+      if (!(u < end)) return;
+      u = std::min(end, u + std::max(edge / 2, static_cast<double>(foot.distance) - edge) / length);
+    }
+  }
+
+  /// Where the piece goes through the border, in order.
+  template <class Body>
+  void find_hits(Body& body, Vector3<Scalar> const& from, Vector3<Scalar> const& to) {
+    hits_.clear();
+    Vector const p = from.template cast<double>(), way = (to - from).template cast<double>();
+    body.visit_triangles_along(from, to, [&](int triangle) {
+      auto const c = body.tissue().surface().corners(triangle);
+      std::array<Vector, 3> x;
+      for (std::size_t k = 0; k < 3; ++k) x[k] = body.positions().col(c[k]).template cast<double>();
+      Vector const a = x[1] - x[0], b = x[2] - x[0], normal = a.cross(b), off = p - x[0];
+      double const along = -normal.dot(way);   // positive into the tissue
+      if (!(std::abs(along) > 1e-14 * normal.norm() * way.norm())) return;
+      Vector const turned = off.cross(way);
+      double const u = normal.dot(off) / along, one = b.dot(turned) / along, two = -a.dot(turned) / along, digits = 1e-12;
+      if (u >= 0 && u <= 1 && one >= -digits && two >= -digits && one + two <= 1 + digits) hits_.push_back({u, triangle, along > 0, false});
+    });
+    std::sort(hits_.begin(), hits_.end(), [](Hit const& a, Hit const& b) { return a.u < b.u || (a.u == b.u && a.triangle < b.triangle); });
+    auto const& surface = body.tissue().surface();
+    auto const is_same = [&](Hit const& a, Hit const& b) {   // through an edge or a vertex
+      return a.enters == b.enters && b.u - a.u <= 1e-12 && std::ranges::any_of(surface.corners(a.triangle), [&](int v) { return surface.corner_of(b.triangle, v) >= 0; });
+    };
+    hits_.erase(std::unique(hits_.begin(), hits_.end(), is_same), hits_.end());
+  }
+
+  template <class Body>
+  void add(Body const& body, Vector const& p, Vector const& q, double first, int t, double u) {
+    samples_.push_back({first + u, t, weights(corners(body, t), p + u * (q - p)), Vector::Zero()});
+  }
+
+  /// Goes through the tetrahedra, on or back along the piece, with a sample at each face, until its end or the border. Returns how far.
+  template <class Body>
+  double go(Body const& body, Vector const& p, Vector const& q, double first, int t, int entered, double u, bool on) {
+    auto const& solid = body.tissue().topology();
+    double const begun = u;
+    for (int steps = 0; steps < 100000; ++steps) {
+      auto const x = corners(body, t);
+      Weights const at_p = weights(x, p), at_q = weights(x, q);
+      int leaves = -1;
+      double next = on ? 1 : 0;
+      for (int k = 0; k < 4; ++k) {
+        auto const i = static_cast<std::size_t>(k);
+        double const falls = on ? at_p[i] - at_q[i] : at_q[i] - at_p[i];
+        if (k == entered || !(falls > 0)) continue;
+        double const zero = at_p[i] / (at_p[i] - at_q[i]);
+        if (on ? zero < next : zero > next) next = zero, leaves = k;
+      }
+      if (leaves < 0) {
+        add(body, p, q, first, t, next);
+        u = next;
+        break;
+      }
+      u = on ? std::max(u, next) : std::min(u, next);
+      add(body, p, q, first, t, u);
+      int const beyond = solid.neighbour(t, leaves);
+      if (beyond < 0) {
+        int const triangle = solid.border_triangle(t, leaves);
+        for (Hit& hit : hits_)
+          if (hit.triangle == triangle) hit.done = true;
+        break;
+      }
+      entered = -1;
+      for (int k = 0; k < 4; ++k)
+        if (solid.neighbour(beyond, k) == t) entered = k;
+      t = beyond;
+    }
+    inside_ += std::abs(u - begun) * (q - p).norm();
+    return u;
+  }
+
+  /// The tetrahedron that holds a point, of a piece that does not go through the border, or −1.
+  template <class Body>
+  int holding(Body& body, Vector3<Scalar> const& point, Vector const& x) const {
+    for (int const start : {hint_, behind_nearest(body, point)}) {
+      int const t = start >= 0 && start < body.tissue().topology().tetrahedron_count() ? near(body, start, x) : -1;
+      if (t >= 0 && holds(body, t, x)) return t;
+    }
+    return -1;
+  }
+  template <class Body>
+  static int behind_nearest(Body& body, Vector3<Scalar> const& point) {
+    auto const foot = body.nearest_point(point);
+    return foot.found() ? body.tissue().topology().border_face(foot.triangle).tetrahedron : -1;
+  }
+
+  std::vector<BladeSample> samples_;
+  std::vector<Hit> hits_;
+  std::vector<std::pair<double, double>> within_;   // where a piece is in the tissue
+  bool is_inside_ = false;
+  double inside_ = 0;   // m
+  int hint_ = -1;
+};
+
+}  // namespace palpate::detail
