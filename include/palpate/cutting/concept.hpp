@@ -5,6 +5,7 @@
 #include <palpate/core/phase.hpp>
 #include <palpate/core/tool_pose.hpp>
 #include <palpate/cutting/blade_edge.hpp>
+#include <palpate/cutting/blade_grip.hpp>
 
 #include <concepts>
 #include <optional>
@@ -88,6 +89,18 @@ concept ResettableCutter = Cutter<C, Body> && requires(C& cutter, Body& body) { 
 template <class C, class Body>
 concept HoldsTissue = Cutter<C, Body> && requires(C const& cutter, Body const& body) {
   { cutter.held(body) } -> std::same_as<std::optional<BladeHold<typename Body::Scalar>>>;
+};
+
+/// Refinement: a cutter whose blade the tissue resists, so that cutting costs work.
+template <class C, class Body>
+concept ResistsBlade = Cutter<C, Body> && requires(C const& cutter) {
+  { cutter.grip() } -> std::same_as<std::optional<BladeGrip<typename Body::Scalar>>>;
+};
+
+/// Refinement: a cutter that states the area that it has cut since it was made [m²], undeformed, of one wall.
+template <class C>
+concept CountsArea = requires(C const& cutter) {
+  { cutter.area() } -> std::same_as<double>;
 };
 
 }  // namespace palpate

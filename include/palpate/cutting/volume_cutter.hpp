@@ -7,7 +7,9 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/core/tool_pose.hpp>
+#include <palpate/cutting/blade_grip.hpp>
 #include <palpate/cutting/concept.hpp>
+#include <palpate/cutting/detail/blade_resistance.hpp>
 #include <palpate/cutting/detail/blade_sweep.hpp>
 #include <palpate/cutting/detail/skin_of.hpp>
 #include <palpate/cutting/detail/solid_cut.hpp>
@@ -20,6 +22,7 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,6 +41,9 @@ struct VolumeCutOptions {
   std::vector<Vector3<Scalar>> edge = {Vector3<Scalar>::Zero(), Vector3<Scalar>(0, 0, Scalar(0.03))};
   Scalar puncture_depth = 0;     ///< m: how deep below the skin the blade has to be before it cuts
   Scalar puncture_force = std::numeric_limits<Scalar>::infinity();   ///< N, of the tool on the tissue: it cuts from there, too
+  Scalar toughness = 0;          ///< Gc [J/m²]: what a new area costs the hand, in tight coupling; of liver some 100
+  Scalar lip_friction = 0;       ///< N per m of blade in the tissue: of the lips, whether it cuts or not
+  Scalar blade_stiffness = 1000; ///< N/m, of the tissue that hangs on to the blade; the blade stays behind the tool by force over stiffness
   Scalar tip_radius = 0;         ///< m, of the ball that the tip is while it presses
   Scalar snap = Scalar(0.15);    ///< a crossing of an edge goes to the edge's end where that is nearer than this share of it,
   Scalar least_snap = Scalar(0.05);      ///< or than this share of the mesh's mean edge
@@ -51,6 +57,12 @@ struct VolumeCutOptions {
     if (!(puncture_depth >= 0) || !std::isfinite(puncture_depth))
       throw InvalidArgument(detail::message("VolumeCutter: the puncture depth is ", puncture_depth, " m; it must be finite and not negative"));
     if (!(puncture_force > 0)) throw InvalidArgument(detail::message("VolumeCutter: the puncture force is ", puncture_force, " N; it must be positive"));
+    if (!(toughness >= 0) || !std::isfinite(toughness))
+      throw InvalidArgument(detail::message("VolumeCutter: the toughness is ", toughness, " J/m2; it must be finite and not negative"));
+    if (!(lip_friction >= 0) || !std::isfinite(lip_friction))
+      throw InvalidArgument(detail::message("VolumeCutter: the friction of the lips is ", lip_friction, " N/m; it must be finite and not negative"));
+    if (!(blade_stiffness > 0) || !std::isfinite(blade_stiffness))
+      throw InvalidArgument(detail::message("VolumeCutter: the blade stiffness is ", blade_stiffness, " N/m; it must be finite and positive"));
     if (!(snap >= 0 && snap < Scalar(0.5))) throw InvalidArgument(detail::message("VolumeCutter: snap is ", snap, "; it must be from 0 to below 0.5 of an edge"));
     if (!(least_snap >= 0 && least_snap < Scalar(0.5)))
       throw InvalidArgument(detail::message("VolumeCutter: least_snap is ", least_snap, "; it must be from 0 to below 0.5 mean edges"));
@@ -80,6 +92,8 @@ struct VolumeCutOptions {
 /// Diagonals  edges are divided in the order that the blade comes to them, so it does not matter how finely a way is divided into ticks; at one time, those of
 ///            larger vertex numbers first, so that a face's diagonal goes to the smaller of the old vertices.
 /// Blade      moves straight between two ticks; in a deformed solid it is followed at points half a mean edge apart.
+/// Force      with a toughness Gc or a friction φ of the lips the tissue resists the blade: it stays where it is until the tool pulls it with Gc L⊥ + φ L, L the
+///            blade's length in tissue and L⊥ its part across the way. So the hand's work is at least Gc times the area cut; see grip().
 /// Cost       O(tetrahedra near the way of the blade); and for the step after it O(moving tetrahedra), whose assembly is made anew. Memory grows as the body does.
 /// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges; the body stays as it was.
 /// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. Two edges with a gap between them
@@ -95,7 +109,7 @@ class VolumeCutter {
   using Report = VolumeCutReport;
 
   VolumeCutter() : VolumeCutter(Options{}) {}
-  explicit VolumeCutter(Options const& options) : options_(options), touch_(options.tip_radius) { options_.validate(); }
+  explicit VolumeCutter(Options const& options) : options_(options), touch_(options.tip_radius), resistance_(of_resistance(options)) { options_.validate(); }
 
   /// One tick of a tool that presses, punctures and cuts; `force` is what it presses the tissue with [N], for puncture_force. The edge turns with the tool.
   /// Throws InvalidArgument for a pose that is not finite; then nothing has changed.
@@ -154,8 +168,18 @@ class VolumeCutter {
   CuttingPhase state() const noexcept { return state_; }
   SurfaceContact<Scalar> const& contact() const noexcept { return touch_.contact(); }
   Scalar tip_radius() const noexcept { return touch_.tip_radius(); }
+  /// What of the tissue resists the blade, for the coupling to the hand; nothing without toughness and friction.
+  std::optional<BladeGrip<Scalar>> grip() const noexcept {
+    return resistance_.holds() ? std::optional(resistance_.grip()) : std::nullopt;
+  }
+  /// m², cut since it was made: of the faces cut, undeformed.
+  double area() const noexcept { return cut_.area(); }
 
  private:
+  static typename detail::BladeResistance<Scalar>::Options of_resistance(Options const& options) noexcept {
+    return {.toughness = static_cast<double>(options.toughness), .friction = static_cast<double>(options.lip_friction), .stiffness = static_cast<double>(options.blade_stiffness)};
+  }
+
   template <class Body>
   static consteval bool can_cut() {
     constexpr bool is_solid = CuttableSolid<typename Body::Tissue>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
@@ -180,6 +204,7 @@ class VolumeCutter {
   }
   void forget() noexcept {
     cut_.forget();
+    resistance_.let_go();
     punctured_ = is_behind_ = waits_ = false;
     traced_.clear();
   }
@@ -203,7 +228,7 @@ class VolumeCutter {
     for (Vector const& point : options_.edge) blade_.push_back(tool.position + tool.orientation * point);
     require_sound(body, blade_);
     if (touch_.was_restored(body)) reset(body);
-    detail::SkinOf<Body> skin(body);
+    detail::SkinOf<Body> skin(body, state_ == CuttingPhase::moving);
     SurfaceContact<Scalar> const& contact = touch_.update(skin, tool.position, state_ == CuttingPhase::moving);
     if (!contact.touching) {
       if (state_ == CuttingPhase::moving) lift(body);
@@ -235,15 +260,24 @@ class VolumeCutter {
       return;
     }
     from_.clear(), to_.clear();
-    double way = 0;
     for (detail::BladeSample const& sample : traced_.samples()) {
       from_.push_back(detail::TracedBlade<Scalar>::now(body, sample));
       to_.push_back(point_of(blade, sample.share));
-      way = std::max(way, (to_.back() - from_.back()).norm());
     }
     target_.assign(blade.begin(), blade.end());
+    if (resistance_.resists()) {
+      Vector3<double> const behind = resistance_.stays_behind(traced_.samples(), from_, to_, cut_.area(), edge);
+      for (Vector& point : target_) point -= behind.template cast<Scalar>();
+      for (Vector3<double>& point : to_) point -= behind;
+    }
+    double way = 0;
+    for (std::size_t i = 0; i < from_.size(); ++i) way = std::max(way, (to_[i] - from_[i]).norm());
     waits_ = way < edge / 32;
-    if (!waits_) go(body, way, puncture_depth);
+    if (!waits_) {
+      resistance_.moved();
+      go(body, way, puncture_depth);
+    }
+    if (resistance_.resists()) resistance_.hold(body, traced_.samples(), [&](double share) { return point_of(blade, share); });
   }
   template <class Body>
   static bool is_far_away(Body& body, std::span<Vector const> blade) {
@@ -324,6 +358,7 @@ class VolumeCutter {
   Touch<Scalar> touch_;
   CuttingPhase state_ = CuttingPhase::no_contact;
   detail::SolidCut<Scalar> cut_;
+  detail::BladeResistance<Scalar> resistance_;
   std::vector<Vector> blade_, target_;
   detail::TracedBlade<Scalar> traced_;   // where it was at the end of the last sweep
   std::vector<Vector3<double>> at_;      // its samples: where they were then,

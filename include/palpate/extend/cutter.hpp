@@ -14,6 +14,8 @@
 ///   template <class Body> void reset(Body& body)                                 the tool is taken away              ResettableCutter
 ///   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force)         force on the tissue, last tick [N]  FeelsReaction
 ///   template <class Body> std::optional<BladeHold<Scalar>> held(Body const& body) const    what it drags along       HoldsTissue
+///   std::optional<BladeGrip<Scalar>> grip() const                                what of a solid resists the blade  ResistsBlade
+///   double area() const                                                          cut so far [m²]                    CountsArea
 ///
 /// A cutter has a Touch<Scalar>, which finds and follows the contact, and edits the body by these; t, a, b and p are indices
 ///   int insert_in_triangle(t, weights)       divides a triangle at barycentric weights, all > 0; returns the new particle

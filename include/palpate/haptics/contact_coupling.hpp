@@ -4,10 +4,11 @@
 #include <palpate/body/touch.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/cutting/blade_edge.hpp>
+#include <palpate/cutting/blade_grip.hpp>
 
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
 
 namespace palpate {
 
@@ -17,7 +18,8 @@ namespace palpate {
 /// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them. This is the
 /// spring's force at the end of the step, so it is stable however stiff the spring and however light the particles; at rest
 /// f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
-/// A blade that is held across its edge drags the point of the tissue at it along the surface with the same spring, to all sides, up to a slip force.
+/// A blade that is held across its edge drags the point of the tissue at it along the surface with the same spring, to all sides, up to a slip force; so does one
+/// in a solid that resists it.
 /// Units      k [N/m], c [N·s/m], force [N].
 /// Source     \cite baraff1998 for the force at the end of the step.
 /// Cost       O(links at three particles), no allocation.
@@ -42,7 +44,8 @@ struct ContactCoupling {
     using Scalar = typename Body::Scalar;
     using Vector = typename Body::Vector;
     if (!contact.touching) return Vector::Zero();
-    CoupledPoint<Body> const at(body, contact.triangle, contact.barycentric, h);
+    auto const corners = body.tissue().surface().corners(contact.triangle);
+    CoupledPoint<Body> const at(body, corners, three(contact.barycentric), h);
     Scalar const k = static_cast<Scalar>(stiffness);
     Scalar const c = static_cast<Scalar>(damping) + h * k;
     Scalar const gap = (at.point - tip).dot(contact.normal) + tip_radius;
@@ -59,19 +62,41 @@ struct ContactCoupling {
                              typename Body::Vector const& tip_velocity, typename Body::Scalar h) const {
     using Scalar = typename Body::Scalar;
     using Vector = typename Body::Vector;
-    CoupledPoint<Body> const at(body, held.triangle, held.barycentric, h);
+    auto const corners = body.tissue().surface().corners(held.triangle);
+    CoupledPoint<Body> const at(body, corners, three(held.barycentric), h);
     auto const along = [&](Vector const& v) { return Vector(v - v.dot(normal) * normal); };
-    Scalar const k = static_cast<Scalar>(stiffness);
+    return hang_on(body, at, along(tip - at.point), along(tip_velocity - at.velocity - h * at.acceleration), static_cast<Scalar>(stiffness), held.slip_force, h);
+  }
+
+  /// Lets the tissue along a blade hang on to it, for the body's next step, where the tool is `behind` its place at the end of the tick; returns the tissue's
+  /// reaction on the tool [N].
+  template <class Body>
+  typename Body::Vector resist(Body& body, BladeGrip<typename Body::Scalar> const& grip, typename Body::Vector const& behind, typename Body::Vector const& tip_velocity,
+                               typename Body::Scalar h) const {
+    CoupledPoint<Body> const at(body, grip.particles, grip.weights, h);
+    return hang_on(body, at, typename Body::Vector(grip.target - behind - at.point), typename Body::Vector(tip_velocity - at.velocity - h * at.acceleration), grip.stiffness,
+                   grip.slip_force, h);
+  }
+
+ private:
+  template <class Body>
+  struct CoupledPoint;
+
+  /// A spring to all sides that slips: on the tissue; returns what acts on the tool.
+  template <class Body>
+  typename Body::Vector hang_on(Body& body, CoupledPoint<Body> const& at, typename Body::Vector const& lag, typename Body::Vector const& speed, typename Body::Scalar k,
+                                typename Body::Scalar slip_force, typename Body::Scalar h) const {
+    using Scalar = typename Body::Scalar;
+    using Vector = typename Body::Vector;
     Scalar const c = static_cast<Scalar>(damping) + h * k;
-    Vector force = (k * along(tip - at.point) + c * along(tip_velocity - at.velocity - h * at.acceleration)) / (1 + h * c * at.mobility);
+    Vector force = (k * lag + c * speed) / (1 + h * c * at.mobility);
     Scalar const size = force.norm();
     if (!std::isfinite(size)) return Vector::Zero();
-    if (size > held.slip_force) force *= held.slip_force / size;
+    if (size > slip_force) force *= slip_force / size;
     at.for_each([&](int i, Scalar b) { body.apply_force(i, b * force); });
     return -force;
   }
 
- private:
   /// A point of the body: the mean of the particles that carry it, by weight.
   template <class Body>
   struct CoupledPoint {
@@ -80,19 +105,18 @@ struct ContactCoupling {
     Vector point = Vector::Zero(), velocity = Vector::Zero();
     Vector acceleration = Vector::Zero();   // m/s², in a step of h seconds without the contact
     Scalar mobility = 0;                    // 1/kg
-    std::array<int, 3> particles;
-    Vector weights;
+    std::span<int const> particles;
+    std::span<Scalar const> weights;
 
-    CoupledPoint(Body const& body, int triangle, Vector const& barycentric, Scalar h)
-        : particles(body.tissue().surface().corners(triangle)), weights(barycentric) {
-      for (std::size_t k = 0; k < 3; ++k) add(body, particles[k], weights[static_cast<int>(k)], h);
+    CoupledPoint(Body const& body, std::span<int const> carriers, std::span<Scalar const> shares, Scalar h) : particles(carriers), weights(shares) {
+      for (std::size_t k = 0; k < particles.size(); ++k) add(body, particles[k], weights[k], h);
     }
 
     /// Calls visit(particle, weight) for those that carry it.
     template <class Visit>
     void for_each(Visit const& visit) const {
-      for (std::size_t k = 0; k < 3; ++k)
-        if (Scalar const b = weights[static_cast<int>(k)]; b > 0) visit(particles[k], b);
+      for (std::size_t k = 0; k < particles.size(); ++k)
+        if (Scalar const b = weights[k]; b > 0) visit(particles[k], b);
     }
 
    private:
@@ -105,6 +129,11 @@ struct ContactCoupling {
       if (Scalar const mass = body.tissue().mass(i); mass > 0) mobility += weight * weight / mass;
     }
   };
+
+  template <class Scalar>
+  static std::span<Scalar const> three(Vector3<Scalar> const& weights) noexcept {
+    return {weights.data(), 3};
+  }
 };
 
 }  // namespace palpate

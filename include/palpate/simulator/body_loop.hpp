@@ -38,7 +38,7 @@ struct BodyCounts {
 /// looked at every eight ticks while it moves, says that it has fallen: a wound that opens under pre-tension grows stiffer. Just after a cut,
 /// and while a particle moves faster than 5 % of an edge a tick, springs turn within a tick: then the steps are not above the body's
 /// guaranteed one, which holds wherever the body goes. While the tool indents, the touched point is coupled to the tip in each of these steps, and so is the point at a blade that is held across its
-/// edge; the tip moves evenly through the tick.
+/// edge, or that a solid resists; the tip moves evenly through the tick.
 /// Where that would be more steps than allowed, those allowed are taken, each a stable one: the body then lags behind the hand, it
 /// does not diverge.
 /// After a step that diverged the local model says so, until the tip is out of the tissue and the body moves again.
@@ -79,6 +79,8 @@ class BodyLoop {
       if constexpr (HoldsTissue<CutterType, BodyType>)
         if (auto const held = cutter_.held(body_))
           reaction += coupling_.drag(body_, *held, cutter_.contact().normal, now, velocity, each) / Scalar(steps);
+      if constexpr (ResistsBlade<CutterType, BodyType>)
+        if (auto const grip = cutter_.grip()) reaction += coupling_.resist(body_, *grip, tip - now, velocity, each) / Scalar(steps);
       if (!presses) return;
       reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, cutter_.tip_radius(), each) / Scalar(steps);
     });
@@ -95,6 +97,7 @@ class BodyLoop {
       model.tip_radius = cutter_.tip_radius();
       model.tissue_force = reaction;
     }
+    if constexpr (CountsArea<CutterType>) model.cut_area = cutter_.area();
     if (sensor_.kind() != SurfaceKind::none)
       model.surface = sensor_.look(detail::shape_of(body_), contact, model.phase, tip, cutter_.tip_radius(), static_cast<Scalar>(coupling_.stiffness));
     return model;

@@ -66,13 +66,15 @@ namespace palpate {
 /// A session, tick by tick; what `Simulator::run` returns.
 /// File       comma-separated text, one line a tick:
 ///            time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J
-///            Numbers are the shortest text that reads back to the same double, with a decimal point in every locale: equal
+///            and cut_area_m2 where a solid was cut. Numbers are the shortest text that reads back to the same double, with a decimal point in every locale: equal
 ///            recordings give equal bytes, and `read_csv` gives back the recording that was written.
 /// Cost       `append` allocates only beyond what `reserve` asked for; `try_append` never does: allowed in the servo tick.
 class Recording {
  public:
   static constexpr std::string_view csv_header =
       "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J";
+
+  static constexpr std::string_view area_column = ",cut_area_m2";
 
   Recording() = default;
   explicit Recording(std::size_t capacity) { reserve(capacity); }
@@ -120,11 +122,13 @@ class Recording {
 
   /// The text that `write_csv` puts into the file.
   std::string to_csv() const {
+    bool const has_area = std::ranges::any_of(ticks_, [](Tick const& tick) { return tick.cut_area > 0; });
     std::string text(csv_header);
-    text.reserve(text.size() + 160 * ticks_.size());
-    text += '\n';
+    text.reserve(text.size() + 180 * ticks_.size());
+    (text += has_area ? area_column : std::string_view()) += '\n';
     for (Tick const& tick : ticks_) {
       detail::append_tick(text, tick);
+      if (has_area) detail::append_number(text += ',', tick.cut_area);
       text += '\n';
     }
     return text;
@@ -139,13 +143,17 @@ class Recording {
     detail::CsvTable table(path);
     detail::CsvTable::Row row;
     if (!table.next(row)) table.fail(detail::message("the file is empty; the first line must be ", csv_header));
-    if (detail::joined(row) != csv_header) table.fail_here(detail::message("not the header of a recording; it must be ", csv_header));
+    std::string const header = detail::joined(row);
+    bool const has_area = header == detail::message(csv_header, area_column);
+    if (!has_area && header != csv_header) table.fail_here(detail::message("not the header of a recording; it must be ", csv_header));
+    std::size_t const columns = detail::tick_columns + (has_area ? 1 : 0);
     Recording recording;
     while (table.next(row)) {
-      if (row.size() != detail::tick_columns)
-        table.fail_here(detail::message("there are ", row.size(), " cells instead of ", detail::tick_columns,
-                                        "; the file may be cut short: write it again"));
-      recording.append(detail::tick_from(table, row));
+      if (row.size() != columns)
+        table.fail_here(detail::message("there are ", row.size(), " cells instead of ", columns, "; the file may be cut short: write it again"));
+      Tick tick = detail::tick_from(table, row);
+      if (has_area) tick.cut_area = table.number(row, detail::tick_columns, area_column.substr(1));
+      recording.append(tick);
     }
     if (!table.ends_with_line()) table.fail_here("the last line does not end; the file is cut short: write it again");
     return recording;

@@ -175,6 +175,7 @@ class ServoLoop {
     tick.phase = contact.phase;
     tick.force = mapping_.force_to_world(wrench.force.template cast<Scalar>()).template cast<double>();
     tick.energy = chain_.energy();
+    tick.cut_area = model.cut_area;
     return tick;
   }
 

@@ -9,7 +9,8 @@ namespace palpate {
 /// One servo tick as it was: where the tip was, what it did, what the hand felt.
 /// Units      time [s] since the start, tip [m] in the world frame, depth [m] below the home surface (0 without contact),
 ///            force [N] on the hand, as written to the device, in the world frame; energy [J] that the rendered forces have taken from
-///            the hand in all runs so far, exact for a force that is held between ticks; below zero it was given.
+///            the hand in all runs so far, exact for a force that is held between ticks; below zero it was given;
+///            cut_area [m²], of solids, undeformed, one wall, of all cuts so far.
 struct Tick {
   double time = 0.0;
   Vector3<double> tip = Vector3<double>::Zero();
@@ -17,6 +18,7 @@ struct Tick {
   CuttingPhase phase = CuttingPhase::no_contact;
   Vector3<double> force = Vector3<double>::Zero();
   double energy = 0.0;
+  double cut_area = 0.0;
 };
 
 }  // namespace palpate

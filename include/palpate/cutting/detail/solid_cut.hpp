@@ -48,6 +48,8 @@ class SolidCut {
  public:
   /// Of this stroke, or of the last one that cut something.
   VolumeCutReport const& report() const noexcept { return has_cut() ? report_ : last_; }
+  /// m², of all strokes.
+  double area() const noexcept { return area_; }
   /// Whether something was cut since the last end().
   bool has_cut() const noexcept { return report_.edges_divided > 0 || report_.area > 0; }
   void forget() noexcept {
@@ -350,7 +352,8 @@ class SolidCut {
   void mark_face(Body& body, int t, int k) {
     auto const f = body.tissue().topology().face(t, k);
     body.mark_cut(t, k);
-    report_.area += (rest(body, f[1]) - rest(body, f[0])).cross(rest(body, f[2]) - rest(body, f[0])).norm() / 2;
+    double const area = (rest(body, f[1]) - rest(body, f[0])).cross(rest(body, f[2]) - rest(body, f[0])).norm() / 2;
+    report_.area += area, area_ += area;
     to_open_.insert(to_open_.end(), f.begin(), f.end());
   }
 
@@ -475,6 +478,7 @@ class SolidCut {
   }
 
   VolumeCutReport report_, last_;
+  double area_ = 0;
   SolidSnap snap_{};
   int last_order_ = 0;
   std::vector<On> on_;               // of each vertex

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+#include <palpate/cutting/blade_grip.hpp>
+#include <palpate/cutting/detail/traced_blade.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace palpate::detail {
+
+/// What it takes to move a blade through a solid: fracture and the friction of the lips, as a spring that gives way.
+///   F = K lag,   up to F_s = Gc L⊥ u + φ L + owed/ℓ
+/// L is the blade's length in tissue and L⊥ its part across the way, so that Gc L⊥ is toughness times new area per way. The blade stays behind the tool by F_s/K,
+/// and cuts where it is, not where the tool is: what it cuts has been paid for. u ends at 0 where the blade has been paid for two edges of way that made
+/// no area: it moves in a cut that was there. Area beyond the way, as where the cut bends to vertices, is owed, and paid over the next half edge.
+/// Source     elastic up to the toughness, then plastic, as in \cite mahvash2001.
+/// Cost       O(tetrahedra on the blade); memory is kept.
+template <RealScalar Scalar>
+class BladeResistance {
+ public:
+  struct Options {
+    double toughness, friction, stiffness;   // J/m², N/m, N/m
+  };
+  explicit BladeResistance(Options const& options) noexcept : options_(options) {}
+
+  bool resists() const noexcept { return options_.toughness > 0 || options_.friction > 0; }
+
+  /// By how much the blade stays behind its targets, so that the tissue is not pulled with more than it stands; with so much area [m²] cut so far.
+  Vector3<double> stays_behind(std::span<BladeSample const> samples, std::span<Vector3<double> const> from, std::span<Vector3<double> const> to, double area, double edge) noexcept {
+    credit_ -= options_.toughness * (area - area_);
+    area_ = area;
+    double length = 0;
+    Vector3<double> lag = Vector3<double>::Zero();
+    for_each_piece(samples, from, [&](std::size_t i, double piece) { length += piece, lag += piece / 2 * (to[i] - from[i] + to[i + 1] - from[i + 1]); });
+    slip_force_ = fracture_ = moved_ = 0;
+    if (!(length > 0)) return Vector3<double>::Zero();
+    lag /= length;
+    double const size = lag.norm();
+    double across = 0;
+    for_each_piece(samples, from, [&](std::size_t i, double piece) { across += size > 0 ? (from[i + 1] - from[i]).cross(lag).norm() / size : piece; });
+    double const fracture = options_.toughness * across, unit = fracture * edge;
+    fracture_ = (unit > 0 ? fracture * std::clamp(2 - credit_ / unit, 0.0, 1.0) : 0) + 2 * std::max(0.0, -credit_) / edge;
+    slip_force_ = fracture_ + options_.friction * length;
+    double const stays = options_.stiffness * size > slip_force_ ? slip_force_ / (options_.stiffness * size) : 1;
+    moved_ = (1 - stays) * size;
+    return stays * lag;
+  }
+  /// It has been moved there.
+  void moved() noexcept { credit_ += fracture_ * moved_; }
+
+  /// What hangs on to the blade where it is; `end(share)` is where a point of the blade would be on the tool.
+  template <class Body, class End>
+  void hold(Body const& body, std::span<BladeSample const> samples, End const& end) {
+    entries_.clear(), particles_.clear(), weights_.clear(), points_.clear();
+    for (BladeSample const& sample : samples) points_.push_back(TracedBlade<Scalar>::now(body, sample));
+    double length = 0;
+    shares_.assign(samples.size(), 0.0);
+    for_each_piece(samples, points_, [&](std::size_t i, double piece) { length += piece, shares_[i] += piece / 2, shares_[i + 1] += piece / 2; });
+    target_.setZero();
+    if (!(length > 0)) return;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (!(shares_[i] > 0)) continue;
+      target_ += shares_[i] / length * end(samples[i].share);
+      auto const c = body.tissue().topology().corners(samples[i].tetrahedron);
+      for (std::size_t k = 0; k < 4; ++k) entries_.emplace_back(c[k], shares_[i] / length * samples[i].weights[k]);
+    }
+    std::sort(entries_.begin(), entries_.end());
+    for (auto const& [particle, weight] : entries_) {
+      if (particles_.empty() || particles_.back() != particle) particles_.push_back(particle), weights_.push_back(0);
+      weights_.back() += static_cast<Scalar>(weight);
+    }
+  }
+  /// The stroke ends: what has been paid for nothing is lost.
+  void let_go() noexcept {
+    particles_.clear();
+    credit_ = std::min(credit_, 0.0);
+  }
+
+  bool holds() const noexcept { return !particles_.empty() && slip_force_ > 0; }
+  BladeGrip<Scalar> grip() const noexcept {
+    return {.particles = particles_, .weights = weights_, .target = target_.cast<Scalar>(), .stiffness = static_cast<Scalar>(options_.stiffness), .slip_force = static_cast<Scalar>(slip_force_)};
+  }
+
+ private:
+  template <class Visit>
+  static void for_each_piece(std::span<BladeSample const> samples, std::span<Vector3<double> const> at, Visit const& visit) {
+    for (std::size_t i = 0; i + 1 < samples.size(); ++i)
+      if (samples[i].is_inside() && samples[i + 1].is_inside())
+        if (double const piece = (at[i + 1] - at[i]).norm(); piece > 0) visit(i, piece);
+  }
+
+  Options options_;
+  double credit_ = 0, area_ = 0;         // J paid beyond the area made; m² that were counted
+  double slip_force_ = 0, fracture_ = 0;   // N, of the last tick
+  double moved_ = 0;                       // m, beyond the lag
+  Vector3<double> target_ = Vector3<double>::Zero();
+  std::vector<std::pair<int, double>> entries_;
+  std::vector<double> shares_;
+  std::vector<Vector3<double>> points_;
+  std::vector<int> particles_;
+  std::vector<Scalar> weights_;
+};
+
+}  // namespace palpate::detail
