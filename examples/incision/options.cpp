@@ -48,26 +48,28 @@ Parsed parse_options(int argc, char** argv) {
   auto const tissue = "Tissue";
   CLI::Range const not_negative(0.0, 1e9);
   CLI::Validator const not_signed([](std::string& text) { return text.starts_with('-') ? "must not be negative: " + text : std::string(); }, "", "");
-  app.add_option("--tissue", tissue_name, "springs: the skin of springs, palpated and cut; fem: a solid of finite elements, palpated")->check(CLI::IsMember(tissues))->capture_default_str()->group(tissue);
+  app.add_option("--tissue", tissue_name, "springs: a skin of springs; fem: a solid of finite elements")->check(CLI::IsMember(tissues))->capture_default_str()->group(tissue);
   app.add_option("--young", o.young, "Young's modulus of the solid [Pa]; default: 5000")->check(CLI::Range(10.0, 1e9))->group(tissue);
   app.add_option("--poisson", o.poisson, "Poisson's ratio of the solid; default: 0.45")->check(CLI::Range(0.0, 0.499))->group(tissue);
+  app.add_option("--toughness", o.toughness, "what a new area costs the hand in a solid [J/m2]; default: 60")->check(CLI::Range(0.0, 1e6))->group(tissue);
+  app.add_option("--lip-friction", o.lip_friction, "of the lips of a cut in a solid, per length of blade in it [N/m]; default: 10")->check(CLI::Range(0.0, 1e6))->group(tissue);
   app.add_option("--edge", o.edge, "edge of the solid's lattice [m]; default: a 28th of the organ's diagonal")->check(CLI::Range(1e-6, 1.0))->group(tissue);
   app.add_option("--mass", o.mass, "total mass [kg]; default: 1060 kg/m3 times the enclosed volume")->check(CLI::Range(1e-6, 1e6))->group(tissue);
   app.add_option("--link-stiffness", o.link_stiffness, "spring along an edge [N/m]; default: 62500/s2 times the mean mass of a particle")->check(CLI::Range(1e-9, 1e9))->group(tissue);
   app.add_option("--link-damping", o.link_damping, "its damper [N s/m]; default: 6/s times that mass")->check(not_negative)->group(tissue);
   app.add_option("--home-stiffness", o.home_stiffness, "spring that holds a particle at its rest position [N/m]; default: 25000/s2 times that mass")->check(CLI::Range(1e-9, 1e9))->group(tissue);
   app.add_option("--home-damping", o.home_damping, "its damper [N s/m]; default: 310/s times that mass")->check(not_negative)->group(tissue);
-  app.add_option("--prestrain", o.prestrain, "pre-tension: springs are this share shorter than their edges, so a wound gapes; default: 0.25")->check(CLI::Range(0.0, 0.9))->group(tissue);
+  app.add_option("--prestrain", o.prestrain, "pre-tension: springs, or a solid, would be this share shorter, so a wound gapes; default: 0.25, of a solid 0.08")->check(CLI::Range(0.0, 0.9))->group(tissue);
   app.add_option("--zone", o.zone, "compute only so many rings around the tool; 0: the whole body")->check(CLI::Range(0, 1000))->capture_default_str()->group(tissue);
   app.add_option("--integrator", integrator, "leapfrog, velocity-verlet, symplectic-euler, explicit-euler or rk4; of a solid backward-euler or leapfrog; default: leapfrog, of a solid backward-euler")->check(CLI::IsMember(integrators))->group(tissue);
 
   auto const force = "Cut and force";
-  app.add_option("--puncture-depth", o.puncture_depth, "[m]; default: a twentieth of the organ's diagonal, at most 0.018; at most the organ's thickness")->check(CLI::Range(1e-6, 1e6))->group(force);
+  app.add_option("--puncture-depth", o.puncture_depth, "[m]; default: a twentieth of the organ's diagonal, at most 0.018; of a solid half an edge, and at most 0.7; at most the organ's thickness")->check(CLI::Range(1e-6, 1e6))->group(force);
   app.add_option("--curve-factor", o.curve_factor, "the published liver curve, of a 4 mm probe, times this for a blade that cuts")->check(CLI::Range(0.0, 1000.0))->capture_default_str()->group(force);
   app.add_option("--organ-coefficient", o.organ_coefficient, "drag of the organ on the blade, per depth [N s/m2]")->check(not_negative)->capture_default_str()->group(force);
   app.add_option("--snr", o.snr_db, "signal-to-noise ratio of the force [dB]")->check(CLI::Range(0.0, 300.0))->capture_default_str()->group(force);
   app.add_option("--seed", o.seed, "of the noise in the force")->check(not_signed)->capture_default_str()->group(force);
-  app.add_option("--coupling", coupling, "loose: the measured force curves; tight: the tissue's own reaction, none while it is cut; default: loose, of a solid tight")->check(CLI::IsMember(couplings))->group(force);
+  app.add_option("--coupling", coupling, "loose: the measured force curves; tight: the tissue's own reaction, while it is cut that of a solid alone; default: loose, of a solid tight")->check(CLI::IsMember(couplings))->group(force);
 
   auto const output = "Output";
   app.add_option("--out", o.out, "folder for the results")->capture_default_str()->group(output);
@@ -77,12 +79,10 @@ Parsed parse_options(int argc, char** argv) {
   parsed.exit_code = command_line::parse(app, "incision", argc, argv, [&] {
     o.tissue = tissues.at(tissue_name);
     bool const solid = o.tissue == TissueName::solid;
-    for (char const* const name : {"--young", "--poisson", "--edge"})
+    for (char const* const name : {"--young", "--poisson", "--edge", "--toughness", "--lip-friction"})
       if (!solid && app.count(name) > 0) throw CLI::ValidationError(name, "springs have none; add --tissue fem");
-    for (char const* const name : {"--zone", "--prestrain", "--link-stiffness", "--link-damping", "--home-stiffness", "--home-damping"})
+    for (char const* const name : {"--zone", "--link-stiffness", "--link-damping", "--home-stiffness", "--home-damping"})
       if (solid && app.count(name) > 0) throw CLI::ValidationError(name, "a solid has none; leave it out, or take --tissue springs");
-    if (solid && app.count("--puncture-depth") > 0)
-      throw CLI::ValidationError("--puncture-depth", "a solid is palpated here and not cut yet; leave it out, or take --tissue springs");
     if (!coupling.empty()) o.coupling = couplings.at(coupling);
     if (!integrator.empty()) o.integrator = integrators.at(integrator);
     bool const implicit = o.integrator == IntegratorName::backward_euler, leapfrog = o.integrator == IntegratorName::leapfrog;

@@ -12,7 +12,8 @@ enum class Coupling { loose, tight };
 enum class TissueName { springs, solid };
 enum class IntegratorName { leapfrog, velocity_verlet, symplectic_euler, explicit_euler, runge_kutta_4, backward_euler };
 
-constexpr double default_prestrain = 0.25, default_young = 5000.0, default_poisson = 0.45;
+constexpr double default_prestrain = 0.25, default_solid_prestrain = 0.08, default_young = 5000.0, default_poisson = 0.45;
+constexpr double default_toughness = 60.0, default_lip_friction = 10.0;   // J/m², N/m
 constexpr double longest_run = 3600.0;   // s of simulated time
 
 /// What the command line asks for. SI units; an empty optional is worked out from the organ.
@@ -37,6 +38,8 @@ struct Options {
   std::optional<double> home_stiffness;    // N/m
   std::optional<double> home_damping;      // N s/m
   std::optional<double> prestrain;
+  std::optional<double> toughness;         // J/m², of a solid
+  std::optional<double> lip_friction;      // N/m, of a solid
   int zone = 0;                            // rings; 0: the whole body
   std::optional<IntegratorName> integrator;
 

@@ -4,7 +4,7 @@
 #include "upper_side.hpp"
 
 #include <palpate/core/phase.hpp>
-#include <palpate/cutting/concept.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/solve_report.hpp>
 #include <palpate/simulator/recording.hpp>
 #include <palpate/simulator/simulator_statistics.hpp>
@@ -19,6 +19,7 @@ namespace incision {
 struct Frame {
   double time = 0.0;
   TriangleMesh<double> mesh;
+  std::vector<char> walls{};   // which triangles a cut has made; empty: none
   palpate::Matrix3X<double> displacement;
   Vector tip = Vector::Zero();
   palpate::CuttingPhase phase = palpate::CuttingPhase::no_contact;
@@ -29,7 +30,10 @@ struct Frame {
 struct Solid {
   std::string filled{};            // what the filling says of itself
   double young = 0.0, poisson = 0.0, edge = 0.0;   // Pa, -, m
-  int tetrahedra = 0, nailed = 0;
+  int tetrahedra = 0, tetrahedra_after = 0, nailed = 0;
+  double prestrain = 0.0, toughness = 0.0, lip_friction = 0.0;   // -, J/m², N/m
+  double area = 0.0;               // m², of all cuts
+  palpate::VolumeCutReport cut{};
   double stable_step = 0.0;        // s, of leapfrog in the shape that was pressed last; infinite where any step is
   palpate::SolveStatistics<double> solved{};
 };

@@ -15,6 +15,8 @@
 #include <cstdio>
 #include <span>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 namespace incision {
 
@@ -42,24 +44,38 @@ Frame const& cutting_frame(std::vector<Frame> const& frames) {
   return moving.empty() ? pressed_frame(frames) : *moving[moving.size() * 2 / 3];
 }
 
+/// The walls of a wound turned inside out, with vertices of their own: so a picture shows flesh, sharp along the lips.
+TriangleMesh<double> drawn(Frame const& frame) {
+  TriangleMesh<double> mesh = frame.mesh;
+  auto const particles = static_cast<int>(frame.mesh.points.cols());
+  if (frame.walls.empty()) return mesh;
+  mesh.points.resize(3, 2 * particles);
+  mesh.points << frame.mesh.points, frame.mesh.points;
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
+    if (frame.walls[static_cast<std::size_t>(t)]) {
+      mesh.triangles.col(t).array() += particles;
+      std::swap(mesh.triangles(1, t), mesh.triangles(2, t));
+    }
+  return mesh;
+}
+
 void write_pictures(fs::path const& folder, Organ const& organ, Hand const& hand, std::vector<Frame> const& frames, bool solid) {
   palpate::Camera const camera =
       palpate::framing(frames.front().mesh, 0.85 * hand.normal + 0.7 * hand.along.cross(hand.normal), hand.normal);
   palpate::PictureStyle style;
-  style.wound_depth = 0.05 * organ.diagonal;
+  style.wound_depth = solid ? 0.0 : 0.05 * organ.diagonal;
+  if (solid) style.interior = style.wound;
   auto const draw = [&](char const* name, Frame const& frame) {
-    // Held like a pen, drawn with the handle behind: the blade stands in the wound.
-    palpate::PictureTool const tool{.tip = frame.tip, .axis = 0.92 * hand.normal - 0.38 * hand.along, .edge = hand.along,
-                                    .length = 2.4 * hand.length};
-    palpate::write_picture(folder / name, frame.mesh, camera, tool, style);
+    palpate::PictureTool const tool{.tip = frame.tip, .axis = hand.blade(), .edge = hand.along, .length = 2.4 * hand.length};
+    palpate::write_picture(folder / name, drawn(frame), camera, tool, style);
   };
   draw("before.png", frames.front());
   draw("pressed.png", pressed_frame(frames));
-  if (!solid) draw("cutting.png", cutting_frame(frames));
+  draw("cutting.png", cutting_frame(frames));
   draw("after.png", frames.back());
 }
 
-void write_charts(fs::path const& folder, palpate::Recording const& recording) {
+void write_charts(fs::path const& folder, palpate::Recording const& recording, double toughness) {
   std::vector<palpate::ForceSample> samples;
   samples.reserve(recording.ticks().size());
   for (palpate::Tick const& tick : recording.ticks()) samples.push_back({tick.time, tick.depth, tick.force.norm(), tick.phase});
@@ -71,7 +87,13 @@ void write_charts(fs::path const& folder, palpate::Recording const& recording) {
     energy.x.push_back(tick.time);
     energy.y.push_back(1e3 * tick.energy);
   }
-  palpate::write_plot(folder / "energy_time.png", std::span(&energy, 1), {.title = "Energy that the hand gave", .x = {.title = "time (s)"}, .y = {.title = "energy (mJ)"}});
+  std::vector<palpate::PlotSeries> series{energy};
+  if (toughness > 0.0 && recording.ticks().back().cut_area > 0.0) {
+    palpate::PlotSeries spent{.label = "toughness times area cut", .marks = false};
+    for (palpate::Tick const& tick : recording.ticks()) spent.x.push_back(tick.time), spent.y.push_back(1e3 * toughness * tick.cut_area);
+    series.push_back(spent);
+  }
+  palpate::write_plot(folder / "energy_time.png", series, {.title = "Energy that the hand gave", .x = {.title = "time (s)"}, .y = {.title = "energy (mJ)"}});
 }
 
 }  // namespace
@@ -119,10 +141,8 @@ std::vector<std::string> write_outputs(Options const& options, Organ const& orga
     return written;
   }
   write_pictures(options.out, organ, hand, outcome.frames, outcome.solid.has_value());
-  write_charts(options.out, outcome.recording);
-  written.insert(written.end(), {"before.png", "pressed.png"});
-  if (!outcome.solid) written.push_back("cutting.png");
-  written.insert(written.end(), {"after.png", "force_time.png", "force_depth.png", "energy_time.png"});
+  write_charts(options.out, outcome.recording, outcome.solid ? outcome.solid->toughness : 0.0);
+  written.insert(written.end(), {"before.png", "pressed.png", "cutting.png", "after.png", "force_time.png", "force_depth.png", "energy_time.png"});
   return written;
 }
 

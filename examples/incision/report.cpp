@@ -43,6 +43,7 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
   double const simulated = outcome.recording.ticks().empty() ? 0.0 : hand.seconds;
   double deepest = 0.0;
   bool punctured = false;
+  bool const did_cut = outcome.cut.particles_added > 0 || (outcome.solid && outcome.solid->area > 0);
   for (palpate::Tick const& tick : outcome.recording.ticks()) {
     deepest = tick.depth > deepest ? tick.depth : deepest;
     punctured = punctured || tick.phase == palpate::CuttingPhase::moving;
@@ -52,7 +53,8 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
        outcome.triangles_before, 1000.0 * organ.diagonal, organ.mass);
   if (outcome.solid) {
     Solid const& solid = *outcome.solid;
-    line(text, "tissue        finite elements, stable neo-Hooke, E %.4g Pa, nu %.3g; edge %.2f mm; %d particles nailed", solid.young, solid.poisson, 1000.0 * solid.edge, solid.nailed);
+    line(text, "tissue        finite elements, stable neo-Hooke, E %.4g Pa, nu %.3g; edge %.2f mm; pre-tension %.0f %%; %d particles nailed", solid.young, solid.poisson, 1000.0 * solid.edge,
+         100.0 * solid.prestrain, solid.nailed);
     line(text, "filled        %s", solid.filled.c_str());
     if (solid.solved.steps > 0)
       line(text, "steps         implicit, of any size; conjugate gradients %.1f iterations a step; %lld of %lld ended at their budget, %lld halved",
@@ -77,8 +79,14 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
   line(text, "body step     p50 %.1f us, p99 %.1f us a tick; %.1f steps a tick, at most %d%s", microseconds(outcome.body.compute().p50()),
        microseconds(outcome.body.compute().p99()), double(outcome.body_counts.steps) / double(outcome.body.ticks() > 0 ? outcome.body.ticks() : 1),
        outcome.body_counts.max_steps_a_tick, outcome.body_counts.diverged > 0 ? "; THE BODY DIVERGED" : "");
-  if (outcome.solid)
-    line(text, "cut           none: a solid is palpated here and not cut yet");
+  if (outcome.solid && outcome.solid->area > 0) {
+    Solid const& solid = *outcome.solid;
+    line(text, "cut           %.2f cm2, both lips %.2f cm2; %d tetrahedra and %d particles added; %d edges divided, %d crossings went to an end of theirs", 1e4 * solid.area,
+         1e4 * solid.cut.lip_area, solid.tetrahedra_after - solid.tetrahedra, outcome.particles_after - outcome.particles_before, solid.cut.edges_divided, solid.cut.snapped);
+    line(text, "toughness     %.4g J/m2 and %.3g N/m along the lips; the area cost %.2f mJ of the %.2f mJ that the hand gave", solid.toughness, solid.lip_friction,
+         1e3 * solid.toughness * solid.area, 1e3 * outcome.recording.ticks().back().energy);
+  } else if (outcome.solid && punctured)
+    line(text, "cut           none: the blade went less far than the mesh resolves");
   else if (outcome.cut.particles_added > 0)
     line(text, "cut           %.1f mm long; %d particles and %d triangles added; crossings V-P %d, V-V %d, P-V %d, P-P %d", 1000.0 * outcome.cut_length, outcome.cut.particles_added,
          outcome.cut.triangles_added, outcome.cut.vertex_edge, outcome.cut.vertex_vertex, outcome.cut.edge_vertex, outcome.cut.edge_edge);
@@ -93,13 +101,13 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
   if (auto const passed = passed_through(organ, outcome))
     line(text, "note          the tool came out of the organ on another side at %.3f s, %.1f mm below where it went in; the cut ends there", passed->time,
          1000.0 * passed->depth);
-  if (options.coupling == Coupling::tight && outcome.cut.particles_added > 0)
+  if (options.coupling == Coupling::tight && !outcome.solid && outcome.cut.particles_added > 0)
     line(text, "note          tight coupling: 0 N while the tissue is cut; springs do not resist a blade");
   if (outcome.body_counts.diverged > 0)
     line(text, "wound gap     not measured: the body diverged");
-  else if (outcome.gap && outcome.cut.particles_added > 0 && !(*outcome.gap > 1e-5))
+  else if (outcome.gap && did_cut && !(*outcome.gap > 1e-5))
     line(text, "wound gap     0 mm: the wound does not open; without pre-tension (--prestrain), or cut along less than two edges, it stays closed");
-  else if (outcome.gap && outcome.cut.particles_added > 0)
+  else if (outcome.gap && did_cut)
     line(text, "wound gap     %.2f mm, two seconds after the release", 1000.0 * *outcome.gap);
   else if (outcome.release && !outcome.gap)
     line(text, "wound gap     not measured: the run ends less than two seconds after the release");

@@ -27,7 +27,7 @@ namespace {
 
 /// Palpates without puncturing, comes back, goes in, follows the surface, and leaves.
 palpate::Trajectory<double> stroke(SurfaceLine const& line, Organ const& organ, double length) {
-  double const press = 0.75 * organ.puncture_depth, cut = 1.15 * organ.puncture_depth, clear = 0.06 * organ.diagonal;
+  double const press = 0.75 * organ.puncture_depth, cut = organ.cut_depth, clear = 0.06 * organ.diagonal;
   auto const at = [&](std::size_t i, double depth) -> Vector { return line.points[i] - depth * line.normals[i]; };
   std::size_t const last = line.points.size() - 1;
   double const ramp = 0.3, cruise = std::max(1.0, length / 0.02);   // s; 2 cm/s
@@ -52,21 +52,6 @@ palpate::Trajectory<double> stroke(SurfaceLine const& line, Organ const& organ, 
     path.line((1.0 - rest) * at(i, cut) + rest * at(i + 1, cut), cutting_time / pieces);
   }
   path.line(at(last, -clear), 0.6, palpate::Pace::minimum_jerk);
-  return path;
-}
-
-/// Palpates a solid in three places of the line: presses, stays, comes back. A tip pushes a single triangle: no deeper than most of an edge, or that folds.
-palpate::Trajectory<double> palpation(SurfaceLine const& line, Organ const& organ) {
-  double const clear = 0.02 * organ.diagonal + organ.probe_radius, press = std::min(0.75 * organ.puncture_depth, 0.7 * organ.edge) - organ.probe_radius;
-  auto const at = [&](std::size_t i, double depth) -> Vector { return line.points[i] - depth * line.normals[i]; };
-  std::size_t const last = line.points.size() - 1;
-  auto path = palpate::Trajectory<double>::start(at(0, -3 * clear));
-  for (std::size_t const place : {std::size_t{0}, last / 2, last}) {
-    path.line(at(place, -clear), 0.5, palpate::Pace::minimum_jerk);
-    path.line(at(place, press), 0.8, palpate::Pace::minimum_jerk);
-    path.hold(0.2);
-    path.line(at(place, -clear), 0.6, palpate::Pace::minimum_jerk);
-  }
   return path;
 }
 
@@ -137,9 +122,13 @@ Organ prepare_organ(Options const& options) {
   auto const& points = organ.mesh.points;
   organ.diagonal = (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
   organ.up = upper_direction(organ.mesh, options.up);
-  organ.puncture_depth = options.puncture_depth.value_or(std::min(0.018, organ.diagonal / 20.0));
   organ.edge = options.edge.value_or(organ.diagonal / 28);
-  organ.probe_radius = std::min({0.004, 0.4 * organ.edge, 0.4 * organ.puncture_depth});
+  bool const solid = options.tissue == TissueName::solid;
+  organ.puncture_depth = options.puncture_depth.value_or(solid ? 0.5 * organ.edge : std::min(0.018, organ.diagonal / 20.0));
+  if (solid && organ.puncture_depth > 0.7 * organ.edge)   // a tip pushes a single triangle, which folds when it goes deeper
+    throw palpate::InvalidArgument(message("--puncture-depth is ", organ.puncture_depth, " m; a solid with edges of ", organ.edge, " m is pressed no deeper than ", 0.7 * organ.edge,
+                                           " m: give less, or a larger --edge"));
+  organ.cut_depth = solid ? std::max(1.6 * organ.edge, 1.15 * organ.puncture_depth) : 1.15 * organ.puncture_depth;
   double const volume = std::abs(palpate::volume(organ.mesh));   // m³
   organ.mass = options.mass.value_or(1060.0 * volume);
   if (options.puncture_depth) check_depth(*options.puncture_depth, organ);
@@ -159,7 +148,7 @@ Organ prepare_organ(Options const& options) {
 }
 
 Hand prepare_hand(Options const& options, Organ const& organ, TriangleMesh<double> const& settled) {
-  double const afterwards = options.tissue == TissueName::solid ? 0.5 : 2.2;   // s, for the wound to open
+  double const afterwards = 2.2;   // s, for the wound to open
   std::optional<Hand> hand;
   if (options.tool.empty()) {
     double const length = stroke_length(settled);
@@ -167,7 +156,7 @@ Hand prepare_hand(Options const& options, Organ const& organ, TriangleMesh<doubl
     if (line.points.size() < 2)
       throw palpate::InvalidMesh(message(organ.name, ": the side that looks up has no room for a stroke of ", 1000.0 * length,
                                          " mm; choose another with --up or give a path with --tool"));
-    hand = Hand{.path = options.tissue == TissueName::solid ? palpation(line, organ) : stroke(line, organ, length), .middle = line.points[line.points.size() / 2], .normal = line.normals[line.normals.size() / 2],
+    hand = Hand{.path = stroke(line, organ, length), .middle = line.points[line.points.size() / 2], .normal = line.normals[line.normals.size() / 2],
                 .along = line.points.back() - line.points.front(), .length = length};
   } else {
     auto path = palpate::read_trajectory<double>(options.tool);

@@ -19,9 +19,8 @@ struct Organ {
   std::vector<int> underside;    // nailed, with the rim: the bed that it lies in
   double mass = 0.0;             // kg
   double diagonal = 0.0;         // m
-  double puncture_depth = 0.0;   // m
+  double puncture_depth = 0.0, cut_depth = 0.0;   // m: where the tool breaks in, and how deep it cuts
   double edge = 0.0;             // m, of a solid's lattice
-  double probe_radius = 0.0;     // m, of the ball that palpates a solid
   double link_stiffness = 0.0, home_stiffness = 0.0;   // N/m
   double link_damping = 0.0, home_damping = 0.0;       // N s/m
 };
@@ -36,6 +35,9 @@ struct Hand {
   double seconds = 0.0;     // to simulate
   Vector middle, normal, along;
   double length = 0.0;      // m, of the stroke
+
+  /// From the tip to the handle: held like a pen, drawn with the handle behind.
+  Vector blade() const { return (0.92 * normal - 0.38 * along).normalized(); }
 };
 
 /// The scripted hand on the organ as it lies there, settled: palpates, punctures, draws a stroke and leaves; or follows the file.

@@ -9,15 +9,18 @@
 #include <palpate/palpate.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <thread>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace incision {
 
@@ -29,20 +32,41 @@ constexpr double after_release = 2.0;    // s, when the gap is measured
 template <class Cutter>
 concept HasLips = requires(Cutter const& cutter) { cutter.lips(); };
 
+/// The largest distance between two particles of a solid that have one place in the undeformed shape.
+template <class Body>
+double widest_gap(Body const& body) {
+  std::vector<int> order(static_cast<std::size_t>(body.size()));
+  std::iota(order.begin(), order.end(), 0);
+  auto const rest = [&](int i) {
+    Vector const X = body.tissue().rest_position(i);
+    return std::array{X[0], X[1], X[2]};
+  };
+  std::sort(order.begin(), order.end(), [&](int i, int j) { return rest(i) < rest(j); });
+  double widest = 0.0;
+  for (std::size_t k = 1; k < order.size(); ++k)
+    if (rest(order[k - 1]) == rest(order[k])) widest = std::max(widest, (body.positions().col(order[k - 1]) - body.positions().col(order[k])).norm());
+  return widest;
+}
+
 /// The largest distance between two particles that were one before the cut.
 template <class Simulator>
 double gap_of(Simulator const& simulator) {
-  double gap = 0.0;
-  auto const x = simulator.body().positions();
-  if constexpr (HasLips<std::remove_cvref_t<decltype(simulator.cutter())>>)
+  if constexpr (HasLips<std::remove_cvref_t<decltype(simulator.cutter())>>) {
+    double gap = 0.0;
+    auto const x = simulator.body().positions();
     for (auto const& [left, right] : simulator.cutter().lips()) gap = std::max(gap, (x.col(left) - x.col(right)).norm());
-  return gap;
+    return gap;
+  } else {
+    return widest_gap(simulator.body());
+  }
 }
 
 template <class Simulator>
 Frame frame_of(Simulator const& simulator, palpate::Tick const& tick) {
   auto const& body = simulator.body();
   Frame frame{.time = tick.time, .mesh = body.drawn_mesh(), .displacement = {}, .tip = tick.tip, .phase = tick.phase, .depth = tick.depth};
+  if constexpr (palpate::CuttableSolid<std::remove_cvref_t<decltype(body.tissue())>>)
+    for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) frame.walls.push_back(body.tissue().is_wound(t));
   palpate::Matrix3X<double> displacement = body.positions();
   for (int i = 0; i < body.size(); ++i) displacement.col(i) -= body.reference_position(i);
   body.draw_columns(displacement, frame.displacement);

@@ -41,7 +41,7 @@ struct VolumeCutOptions {
   std::vector<Vector3<Scalar>> edge = {Vector3<Scalar>::Zero(), Vector3<Scalar>(0, 0, Scalar(0.03))};
   Scalar puncture_depth = 0;     ///< m: how deep below the skin the blade has to be before it cuts
   Scalar puncture_force = std::numeric_limits<Scalar>::infinity();   ///< N, of the tool on the tissue: it cuts from there, too
-  Scalar toughness = 0;          ///< Gc [J/m²]: what a new area costs the hand, in tight coupling; of liver some 100
+  Scalar toughness = 0;          ///< Gc [J/m²]: what a new area costs the hand, in tight coupling. Bovine liver: 164 \cite gokgol2012
   Scalar lip_friction = 0;       ///< N per m of blade in the tissue: of the lips, whether it cuts or not
   Scalar blade_stiffness = 1000; ///< N/m, of the tissue that hangs on to the blade; the blade stays behind the tool by force over stiffness
   Scalar tip_radius = 0;         ///< m, of the ball that the tip is while it presses

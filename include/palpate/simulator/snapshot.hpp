@@ -4,8 +4,11 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/core/triple_buffer.hpp>
+#include <palpate/tissue/concept.hpp>
 
 #include <cstddef>
+#include <type_traits>
+#include <vector>
 
 namespace palpate {
 
@@ -18,6 +21,7 @@ struct BodySnapshot {
   std::size_t topology_revision = 0;
   Matrix3X<Scalar> points;
   Matrix<int, 3, Dynamic> triangles;
+  std::vector<char> is_wound;        // of each triangle of a solid, whether a cut has made it; of a surface empty
   Vector3<Scalar> tip = Vector3<Scalar>::Zero();
   CuttingPhase phase = CuttingPhase::no_contact;
 };
@@ -32,7 +36,13 @@ class SnapshotChannel {
     BodySnapshot<Scalar>& next = buffer_.back();
     next.time = time;
     body.draw_columns(body.positions(), next.points);
-    if (next.triangles.cols() == 0 || next.topology_revision != body.topology_revision()) body.draw_triangles(next.triangles);
+    if (next.triangles.cols() == 0 || next.topology_revision != body.topology_revision()) {
+      body.draw_triangles(next.triangles);
+      if constexpr (CuttableSolid<std::remove_cvref_t<decltype(body.tissue())>>) {
+        next.is_wound.resize(static_cast<std::size_t>(next.triangles.cols()));
+        for (std::size_t t = 0; t < next.is_wound.size(); ++t) next.is_wound[t] = body.tissue().is_wound(static_cast<int>(t));
+      }
+    }
     next.topology_revision = body.topology_revision();
     next.tip = tip;
     next.phase = phase;

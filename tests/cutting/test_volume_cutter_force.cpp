@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+// What a solid does to a blade that cuts it: work, force, puncture. Yardsticks: toughness times area, toughness times the length of the blade in tissue.
+#include "catch.hpp"
+#include <palpate/body/soft_body.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
+#include <palpate/device/scripted_device.hpp>
+#include <palpate/force/tissue_reaction.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/simulator/simulator.hpp>
+#include <palpate/tissue/finite_elements.hpp>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+constexpr double top = 0.02, depth = 0.012;   // m, of the block and of the cut
+
+/// Firm tissue on a plate, 6 × 2 × 2 cm, so that little of the work is elastic.
+template <class Scalar>
+auto make_body() {
+  FiniteElements<Scalar, StableNeoHookean<Scalar>> tissue(make_block<Scalar>(13, 5, 5, Scalar(0.005), BlockPattern::alternating),
+                                                          {.density = 1000, .material = {Scalar(6e4), Scalar(0.4)}, .damping = {.alpha = 30}});
+  for (int i = 0; i < tissue.size(); ++i)
+    if (tissue.rest_position(i)[2] < Scalar(1e-6)) tissue.nail(i);
+  return SoftBody(std::move(tissue), BackwardEuler{});
+}
+
+struct Result {
+  Recording recording;
+  double area = 0;
+  VolumeCutReport report{};
+};
+template <class Scalar>
+Result cut_along(Trajectory<Scalar> const& path, VolumeCutOptions<Scalar> const& options, SimulatorOptions const& of_simulator = {}) {
+  Simulator simulator(ScriptedDevice<Scalar>(path, {.max_force = 10.0}), make_body<Scalar>(), VolumeCutter<Scalar>(options), TissueReaction{}, of_simulator);
+  Result result{.recording = simulator.run(static_cast<double>(path.duration()))};
+  result.area = simulator.cutter().area(), result.report = simulator.cutter().report();
+  REQUIRE(simulator.statistics().body_counts.diverged == 0);
+  return result;
+}
+
+/// From above into the tissue at x = 12 mm, in the middle of its width, 30 mm along, and out.
+template <class Scalar>
+Trajectory<Scalar> stroke(bool again = false) {
+  auto const at = [](double x, double z) { return Vector3<Scalar>(Scalar(x), Scalar(0.0113), Scalar(z)); };
+  auto path = Trajectory<Scalar>::start(at(0.012, top + 0.004));
+  path.line(at(0.012, top - depth), 0.2);
+  path.line(at(0.042, top - depth), 1.0);
+  if (again) path.line(at(0.012, top - depth), 1.0);
+  path.line(at(again ? 0.012 : 0.042, top + 0.01), 0.2);
+  return path;
+}
+
+double energy_at(Recording const& recording, double time) {
+  auto const& ticks = recording.ticks();
+  auto const it = std::lower_bound(ticks.begin(), ticks.end(), time, [](Tick const& t, double at) { return t.time < at; });
+  return it == ticks.end() ? ticks.back().energy : it->energy;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("the hand's work is at least the toughness times the area that was cut", "[volume_cutter][cut_force]", double, float) {
+  // Yardstick: Gc times the area, both from the recording; the area of the plane that the blade has swept, give or take what snapping bends.
+  double const toughness = 120;
+  auto const result = cut_along<TestType>(stroke<TestType>(), {.puncture_depth = TestType(0.003), .toughness = TestType(toughness)});
+  double const area = result.recording.ticks().back().cut_area;
+  CHECK(area == result.area);
+  CHECK(area > 0.7 * 0.030 * depth);   // the blade stays behind, and has cut nothing yet where the last edges are ahead of it
+  CHECK(area < 1.2 * 0.030 * depth);
+  CHECK(result.recording.ticks().back().energy >= toughness * area);
+  CHECK(result.recording.ticks().back().energy < 1.8 * toughness * area);
+  double worst = 0;   // what is owed at any time, in steps of an edge: an event of area is paid right after
+  for (Tick const& tick : result.recording.ticks()) worst = std::max(worst, toughness * tick.cut_area - tick.energy);
+  CHECK(worst < 0.25 * toughness * 0.005 * depth);
+}
+
+TEST_CASE("a blade that cuts is resisted with toughness times its length in tissue, and friction", "[volume_cutter][cut_force]") {
+  // Yardstick: F = (Gc + φ) L, L the depth of an upright blade drawn across; while nothing is owed, so the median of the ticks.
+  double const toughness = 100, friction = 25;
+  auto const result = cut_along<double>(stroke<double>(), {.puncture_depth = 0.003, .toughness = toughness, .lip_friction = friction});
+  std::vector<double> forces;
+  for (Tick const& tick : result.recording.ticks())
+    if (tick.time > 0.7 && tick.time < 1.15) forces.push_back(-tick.force[0]);
+  std::nth_element(forces.begin(), forces.begin() + std::ssize(forces) / 2, forces.end());
+  CHECK(forces[forces.size() / 2] == Approx((toughness + friction) * depth).epsilon(0.1));
+}
+
+TEST_CASE("the way back through a cut costs friction alone", "[volume_cutter][cut_force]") {
+  // Yardstick: the way out has cost toughness; back again it is φ L for each metre, and what has been paid for the first edge of way before it is known that nothing is cut.
+  double const toughness = 100, friction = 20;
+  auto const result = cut_along<double>(stroke<double>(true), {.puncture_depth = 0.003, .toughness = toughness, .lip_friction = friction});
+  double const out = energy_at(result.recording, 1.2) - energy_at(result.recording, 0.2), back = energy_at(result.recording, 2.2) - energy_at(result.recording, 1.2);
+  CHECK(out > (toughness + friction) * depth * 0.022);
+  CHECK(back < friction * depth * 0.030 + 2 * toughness * depth * 0.005);
+}
+
+TEST_CASE("the force on the hand changes in a tick by no more than stiffness times way and the slew limit", "[volume_cutter][cut_force]") {
+  // Yardstick: |ΔF| ≤ K |Δp| + slew Δt, K the blade's stiffness and the contact's; also where the blade leaves the block through its side.
+  double const slew = 500, stiffness = 1000;
+  auto path = Trajectory<double>::start({0.012, 0.0113, top + 0.004});
+  path.line({0.012, 0.0113, top - depth}, 0.2);
+  path.line({0.070, 0.0113, top - depth}, 1.4);   // out at the end
+  path.line({0.070, 0.0113, top + 0.01}, 0.2);
+  auto const result = cut_along<double>(path, {.puncture_depth = 0.003, .toughness = 150, .blade_stiffness = stiffness}, {.servo = {.safety = {.slew = slew}}});
+  auto const& ticks = result.recording.ticks();
+  for (std::size_t k = 1; k < ticks.size(); ++k) {
+    double const jump = (ticks[k].force - ticks[k - 1].force).norm(), way = (ticks[k].tip - ticks[k - 1].tip).norm();
+    if (jump > 2000 * way + 1.001e-3 * slew) FAIL_CHECK("at " << ticks[k].time << " s the force jumps by " << jump << " N");
+  }
+  CHECK(result.recording.largest_force() > 1.0);
+}
+
+TEST_CASE("a blade punctures when it presses hard enough, however little deep", "[volume_cutter][cut_force]") {
+  // Yardstick: the force of the recording at the puncture.
+  double const force = 0.25;
+  auto const result = cut_along<double>(stroke<double>(), {.puncture_depth = 0.5, .puncture_force = force});
+  auto const& ticks = result.recording.ticks();
+  auto const first = std::find_if(ticks.begin(), ticks.end(), [](Tick const& tick) { return tick.phase == CuttingPhase::moving; });
+  REQUIRE(first != ticks.end());
+  CHECK((first - 1)->force.norm() >= force);
+  CHECK((first - 2)->force.norm() < force);
+  CHECK(result.area > 0);
+  CHECK(cut_along<double>(stroke<double>(), {.puncture_depth = 0.5}).area == 0);
+}
+
+TEST_CASE("what makes no sense as a resistance is refused with the value", "[volume_cutter][cut_force]") {
+  using Catch::Contains;
+  double const nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(VolumeCutter<double>({.toughness = -1}), Contains("toughness is -1 J/m2"));
+  CHECK_THROWS_WITH(VolumeCutter<double>({.lip_friction = nan}), Contains("friction of the lips is nan N/m"));
+  CHECK_THROWS_WITH(VolumeCutter<double>({.blade_stiffness = 0}), Contains("blade stiffness is 0 N/m"));
+  CHECK_THROWS_WITH(VolumeCutter<double>({.edge = {Vector3<double>::Zero()}}), Contains("an edge of 1 points"));
+}
