@@ -233,6 +233,7 @@ class BodyMotion : public BodyShape<TissueType> {
     std::size_t home_revision;
     bool remembers;
     Scalar time, last_step;
+    std::vector<SolidEdit<Scalar>> solid_edits;
   };
   /// While a cut is in progress the wound is saved as if it ended where the blade is.
   State save() const {
@@ -244,7 +245,7 @@ class BodyMotion : public BodyShape<TissueType> {
       }
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
-            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_};
+            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
@@ -254,6 +255,7 @@ class BodyMotion : public BodyShape<TissueType> {
     moving_.restore(saved.moving);
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
+    this->solid_edits_ = saved.solid_edits;
     disturbed_.clear();
     this->evened_ = 0;
     temporaries_.clear(), this->kept_.clear();

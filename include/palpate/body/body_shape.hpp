@@ -10,6 +10,7 @@
 #include <palpate/core/reserve_and_prefault.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
+#include <palpate/mesh/solid_edit.hpp>
 #include <palpate/mesh/topology_edit.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
@@ -150,6 +151,9 @@ class BodyShape {
     return {changes_.first_particle(), size(), changes_.first_triangle(), tree_.size(), changes_.sorted()};
   }
   void forget_changes() noexcept { changes_.forget(size(), tree_.size()); }
+
+  /// What has been done to the tetrahedra of a solid since it was made, in order; after restore() up to then. Any number of hosts may follow.
+  std::span<SolidEdit<Scalar> const> solid_edits() const noexcept { return solid_edits_; }
 
   /// Divides a triangle in three at barycentric weights, all > 0. Returns the new particle. Call make_permanent_in(t) first: a blade that is in it
   /// would be in the first of the three.
@@ -481,6 +485,7 @@ class BodyShape {
   bool home_box_is_known_ = false;
   int reserved_triangles_ = 0;
   detail::ChangeRecord changes_;   // of particles and triangles, for a host's copy
+  std::vector<SolidEdit<Scalar>> solid_edits_;
 
  private:
   static constexpr Scalar min_kept_weight = Scalar(0.1);   // of each corner of its triangle
@@ -565,7 +570,20 @@ class BodyShape {
         tree_.replace(points, t, surface.corners(t));
       changes_.edited(t);
     }
+    if constexpr (CuttableSolid<Tissue>) record(edit, weights);
     ++topology_revision_;
+  }
+  void record(TopologyEdit const& edit, std::span<Scalar const> weights)
+    requires CuttableSolid<Tissue>
+  {
+    using Edit = SolidEdit<Scalar>;
+    if (edit.is_copy()) return solid_edits_.push_back({.kind = Edit::Kind::split, .first = edit.parent[0], .second = edit.vertex});
+    auto const& solid = tissue_.topology();
+    for (int t = edit.first_tetrahedron; t < edit.end_tetrahedron; ++t) {
+      int const whole = solid.neighbour(t, solid.corner_of(t, edit.parent[1]));
+      auto const from = static_cast<signed char>(solid.corner_of(t, edit.vertex)), to = static_cast<signed char>(solid.corner_of(whole, edit.vertex));
+      solid_edits_.push_back({.kind = Edit::Kind::divided, .from = from, .to = to, .first = whole, .second = t, .s = weights[1]});
+    }
   }
 };
 

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/core/matrix.hpp>
+
+namespace palpate {
+
+/// What an edit has done to the tetrahedra of a solid, for whoever keeps something of each: read in order, all since the solid was made tell how each
+/// tetrahedron of now has come about. See BodyShape::solid_edits().
+///   divided      tetrahedron `first` at s on the way from its corner `from` to its corner `to`: it keeps `from`, the new last one, `second`, has `to`
+///   split        some tetrahedra at vertex `first` have the new last vertex, `second`, in its place
+template <RealScalar Scalar>
+struct SolidEdit {
+  enum class Kind : signed char { divided, split };
+  Kind kind = Kind::divided;
+  signed char from = 0, to = 0;
+  int first = -1, second = -1;
+  Scalar s = 0;
+};
+
+}  // namespace palpate
