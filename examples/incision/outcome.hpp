@@ -19,7 +19,7 @@ namespace incision {
 struct Frame {
   double time = 0.0;
   TriangleMesh<double> mesh;
-  std::vector<char> walls{};   // which triangles a cut has made; empty: none
+  TriangleMesh<double> drawn{};   // of a solid, as the pictures show it: flesh turned inside out
   palpate::Matrix3X<double> displacement;
   Vector tip = Vector::Zero();
   palpate::CuttingPhase phase = palpate::CuttingPhase::no_contact;

@@ -15,7 +15,6 @@
 #include <cstdio>
 #include <span>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 namespace incision {
@@ -44,21 +43,6 @@ Frame const& cutting_frame(std::vector<Frame> const& frames) {
   return moving.empty() ? pressed_frame(frames) : *moving[moving.size() * 2 / 3];
 }
 
-/// The walls of a wound turned inside out, with vertices of their own: so a picture shows flesh, sharp along the lips.
-TriangleMesh<double> drawn(Frame const& frame) {
-  TriangleMesh<double> mesh = frame.mesh;
-  auto const particles = static_cast<int>(frame.mesh.points.cols());
-  if (frame.walls.empty()) return mesh;
-  mesh.points.resize(3, 2 * particles);
-  mesh.points << frame.mesh.points, frame.mesh.points;
-  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
-    if (frame.walls[static_cast<std::size_t>(t)]) {
-      mesh.triangles.col(t).array() += particles;
-      std::swap(mesh.triangles(1, t), mesh.triangles(2, t));
-    }
-  return mesh;
-}
-
 void write_pictures(fs::path const& folder, Organ const& organ, Hand const& hand, std::vector<Frame> const& frames, bool solid) {
   palpate::Camera const camera =
       palpate::framing(frames.front().mesh, 0.85 * hand.normal + 0.7 * hand.along.cross(hand.normal), hand.normal);
@@ -67,7 +51,7 @@ void write_pictures(fs::path const& folder, Organ const& organ, Hand const& hand
   if (solid) style.interior = style.wound;
   auto const draw = [&](char const* name, Frame const& frame) {
     palpate::PictureTool const tool{.tip = frame.tip, .axis = hand.blade(), .edge = hand.along, .length = 2.4 * hand.length};
-    palpate::write_picture(folder / name, drawn(frame), camera, tool, style);
+    palpate::write_picture(folder / name, solid ? frame.drawn : frame.mesh, camera, tool, style);
   };
   draw("before.png", frames.front());
   draw("pressed.png", pressed_frame(frames));

@@ -65,8 +65,6 @@ template <class Simulator>
 Frame frame_of(Simulator const& simulator, palpate::Tick const& tick) {
   auto const& body = simulator.body();
   Frame frame{.time = tick.time, .mesh = body.drawn_mesh(), .displacement = {}, .tip = tick.tip, .phase = tick.phase, .depth = tick.depth};
-  if constexpr (palpate::CuttableSolid<std::remove_cvref_t<decltype(body.tissue())>>)
-    for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) frame.walls.push_back(body.tissue().is_wound(t));
   palpate::Matrix3X<double> displacement = body.positions();
   for (int i = 0; i < body.size(); ++i) displacement.col(i) -= body.reference_position(i);
   body.draw_columns(displacement, frame.displacement);

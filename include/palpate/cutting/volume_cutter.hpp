@@ -272,7 +272,7 @@ class VolumeCutter {
     }
     double way = 0;
     for (std::size_t i = 0; i < from_.size(); ++i) way = std::max(way, (to_[i] - from_[i]).norm());
-    waits_ = way < edge / 32;
+    waits_ = way < edge / (resistance_.resists() ? 512 : 32);   // small ones, or what holds the blade lets go in jerks
     if (!waits_) {
       resistance_.moved();
       go(body, way, puncture_depth);
