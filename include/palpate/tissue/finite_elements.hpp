@@ -6,7 +6,7 @@
 #include <palpate/material/viscoelastic.hpp>
 #include <palpate/material/with_pressure.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
-#include <palpate/mesh/tetrahedral_topology.hpp>
+#include <palpate/tissue/cut_solid.hpp>
 #include <palpate/tissue/element_tissue.hpp>
 #include <palpate/tissue/linear_tetrahedron.hpp>
 #include <palpate/tissue/pressure_stars.hpp>
@@ -93,12 +93,13 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
       : Base(mesh, make_list(mesh, options)), damping_(options.damping), prestrain_(options.prestrain), assembles_(options.stiffness == Stiffness::assembled), group_(static_cast<std::size_t>(tetrahedra()), 0) {
     if constexpr (can_average) averages_ = options.pressure == Pressure::nodal;
     if constexpr (remembers) history_.resize(group_.size());
-    find_topology();
+    solid_ = CutSolid(this->size(), mesh.tetrahedra);
+    this->drop_surface();
     find_stars();
   }
 
-  TetrahedralTopology const& topology() const noexcept { return topology_; }
-  SurfaceTopology const& surface() const noexcept { return topology_.border(); }
+  TetrahedralTopology const& topology() const noexcept { return solid_.topology(); }
+  SurfaceTopology const& surface() const noexcept { return topology().border(); }
   int tetrahedra() const noexcept { return list().size(); }
   ElementList<Element> const& list() const noexcept { return Base::template elements<Element>(); }
   std::span<int const> elements_at(int i) const noexcept { return Base::template elements_at<Element>(i); }
@@ -126,20 +127,13 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     detail::WholePieces const pieces(particles, this->size());
     FiniteElements made = *this;
     made.group_.clear(), made.history_.clear();
-    std::vector<int> kept;
     for (std::size_t e = 0; e < group_.size(); ++e)
       if (pieces.hold(list().nodes[e])) {
-        kept.push_back(static_cast<int>(e));
         made.group_.push_back(group_[e]);
         if constexpr (remembers) made.history_.push_back(history_[e]);
       }
     made.keep(pieces);
-    made.find_topology();
-    for (std::size_t e = 0; e < kept.size(); ++e) {
-      made.cut_[e] = cut_[at(kept[e])];
-      for (int k = 0; k < 4; ++k)
-        if (int const t = made.topology_.border_triangle(static_cast<int>(e), k); t >= 0) made.wound_[at(t)] = wound_[at(topology_.border_triangle(kept[e], k))];
-    }
+    made.solid_ = solid_.part(pieces);
     made.find_stars();
     if (!stars_.empty())   // those at rest, whatever is remembered by now
       for (std::size_t k = 0; k < particles.size(); ++k) made.bound_at_rest_[k] = bound_at_rest_[at(particles[k])];
@@ -148,44 +142,31 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
 
   // --- cuts -------------------------------------------------------------------------------------------------------------
   /// Whether a border triangle was inside before a cut.
-  bool is_wound(int triangle) const noexcept { return wound_[at(triangle)] != 0; }
+  bool is_wound(int triangle) const noexcept { return solid_.is_wound(triangle); }
   /// Whether face k of a tetrahedron is cut and not open: no vertex of it has split yet.
-  bool is_cut(int tetrahedron, int k) const noexcept { return (cut_[at(tetrahedron)] >> k & 1) != 0; }
+  bool is_cut(int tetrahedron, int k) const noexcept { return solid_.is_cut(tetrahedron, k); }
   /// Marks an inner face so, seen from both sides.
-  void mark_cut(int tetrahedron, int k) {
-    int const other = topology_.neighbour(tetrahedron, k);
-    if (other < 0) return;
-    cut_[at(tetrahedron)] = static_cast<unsigned char>(cut_[at(tetrahedron)] | 1 << k);
-    for (int l = 0; l < 4; ++l)
-      if (topology_.neighbour(other, l) == tetrahedron) cut_[at(other)] = static_cast<unsigned char>(cut_[at(other)] | 1 << l);
-  }
+  void mark_cut(int tetrahedron, int k) noexcept { solid_.mark_cut(tetrahedron, k); }
 
   /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and each tetrahedron round it in two of its material. The new particle takes its mass from a
   /// and b, (1 − s) and s of it, so that mass, centre of mass and, at the mean velocity, momentum stay: as masses lumped anew would have it, where they are
   /// lumped. It is nailed where both are. Throws as TetrahedralTopology does, and for s outside.
   TopologyEdit insert_on_edge(int a, int b, Scalar s) {
     if (!(s > 0 && s < 1)) throw InvalidArgument(detail::message("insert_on_edge: s is ", s, "; it must be between 0 and 1, ends excluded"));
-    TopologyEdit const edit = topology_.insert_on_edge(a, b);
+    TopologyEdit const edit = solid_.insert_on_edge(a, b);
     Scalar quarter = 0;
-    for (int t = edit.first_tetrahedron; t < edit.end_tetrahedron; ++t) quarter += list().elements[at(whole_of(t, b))].mass() / 4;
+    for (int t = edit.first_tetrahedron; t < edit.end_tetrahedron; ++t) quarter += list().elements[at(solid_.whole_of(t, b))].mass() / 4;
     Scalar const mass = quarter * std::min(this->mass(a) / lumped_mass(a), this->mass(b) / lumped_mass(b));
     this->add_particle((1 - s) * this->rest_position(a) + s * this->rest_position(b), Scalar(0), this->nailed(a) && this->nailed(b));
     int const n = edit.vertex;
     this->move_mass(a, n, (1 - s) * mass), this->move_mass(b, n, s * mass);
     for (int t = edit.first_tetrahedron; t < edit.end_tetrahedron; ++t) {
-      int const whole = whole_of(t, b);
+      int const whole = solid_.whole_of(t, b);
       Element const old = list().elements[at(whole)];
-      this->template add_element<Element>(topology_.corners(t), same_material(t, old));
-      this->replace_element(whole, topology_.corners(whole), same_material(whole, old));
+      this->template add_element<Element>(topology().corners(t), same_material(t, old));
+      this->replace_element(whole, topology().corners(whole), same_material(whole, old));
       group_.push_back(group_[at(whole)]);
       if constexpr (remembers) history_.push_back(PronyHistory<Scalar>(history_[at(whole)]));
-      unsigned const faces = cut_[at(whole)];
-      cut_.push_back(static_cast<unsigned char>(faces & ~(1u << topology_.corner_of(t, b))));
-      cut_[at(whole)] = static_cast<unsigned char>(faces & ~(1u << topology_.corner_of(whole, a)));
-    }
-    for (int triangle = edit.first_triangle; triangle < edit.end_triangle; ++triangle) {
-      auto const [t, k] = topology_.border_face(triangle);
-      wound_.push_back(char{wound_[at(topology_.border_triangle(whole_of(t, b), k))]});
     }
     follow(edit);
     return edit;
@@ -194,20 +175,15 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// Gives some of the tetrahedra at a particle a copy of it as their corner, with their share of its mass. Faces between those and the others open; they
   /// are wounds. Throws as TetrahedralTopology does.
   TopologyEdit split_vertex(int p, std::span<int const> some) {
-    TopologyEdit const edit = topology_.split_vertex(p, some);
+    TopologyEdit const edit = solid_.split_vertex(p, some);
     Scalar const all = lumped_mass(p);
     Scalar share = 0;
     for (int const t : some) share += list().elements[at(t)].mass() / 4;
     this->add_particle(this->rest_position(p), Scalar(0), this->nailed(p));
     this->move_mass(p, edit.vertex, share / all * this->mass(p));
-    for (int const t : topology_.tetrahedra_at(edit.vertex)) this->template rename_node<Element>(t, p, edit.vertex);
-    for (int triangle = edit.first_triangle; triangle < edit.end_triangle; ++triangle) {
-      auto const [t, k] = topology_.border_face(triangle);
-      cut_[at(t)] = static_cast<unsigned char>(cut_[at(t)] & ~(1 << k));
-      wound_.push_back(1);
-    }
+    for (int const t : topology().tetrahedra_at(edit.vertex)) this->template rename_node<Element>(t, p, edit.vertex);
     follow(edit);
-    for (int const t : topology_.tetrahedra_at(p)) edited_.insert(edited_.end(), list().nodes[at(t)].begin(), list().nodes[at(t)].end());
+    for (int const t : topology().tetrahedra_at(p)) edited_.insert(edited_.end(), list().nodes[at(t)].begin(), list().nodes[at(t)].end());
     return edit;
   }
 
@@ -224,7 +200,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// Memory for a body that cuts have made so large.
   void reserve(int particles, int triangles) {
     int const more = particles - this->size();
-    if (more > 0) topology_.reserve(particles, tetrahedra() + 6 * more, triangles);
+    if (more > 0) solid_.reserve(particles, tetrahedra() + 6 * more, triangles);
   }
 
   /// A step of h seconds has ended at x: what the tetrahedra remember is moved on, of all of them.
@@ -495,18 +471,6 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     return weight(s) * own * all;
   }
 
-  /// The tetrahedra, from their nodes.
-  void find_topology() {
-    Matrix<int, 4, Dynamic> corners(4, tetrahedra());
-    for (int e = 0; e < tetrahedra(); ++e)
-      for (int k = 0; k < 4; ++k) corners(k, e) = list().nodes[at(e)][at(k)];
-    topology_ = TetrahedralTopology(this->size(), corners);
-    this->drop_surface();
-    cut_.assign(at(tetrahedra()), 0);
-    wound_.assign(at(surface().triangle_count()), 0);
-  }
-  /// The tetrahedron beside a part of it that an edge to b was divided for.
-  int whole_of(int part, int b) const noexcept { return topology_.neighbour(part, topology_.corner_of(part, b)); }
   Scalar lumped_mass(int i) const noexcept {
     Scalar sum = 0;
     for (int const e : elements_at(i)) sum += list().elements[at(e)].mass() / 4;
@@ -514,11 +478,11 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   }
   Element same_material(int t, Element const& old) const {
     Columns rest;
-    for (int k = 0; k < 4; ++k) rest.col(k) = (1 - prestrain_) * this->rest_position(topology_.corners(t)[at(k)]);
+    for (int k = 0; k < 4; ++k) rest.col(k) = (1 - prestrain_) * this->rest_position(topology().corners(t)[at(k)]);
     return Element(rest, old.law(), old.density());
   }
   void follow(TopologyEdit const& edit) {
-    for (int const t : topology_.tetrahedra_at(edit.vertex)) edited_.insert(edited_.end(), list().nodes[at(t)].begin(), list().nodes[at(t)].end());
+    for (int const t : topology().tetrahedra_at(edit.vertex)) edited_.insert(edited_.end(), list().nodes[at(t)].begin(), list().nodes[at(t)].end());
     edited_.insert(edited_.end(), edit.parents().begin(), edit.parents().end());
     this->count_edit();
   }
@@ -565,10 +529,8 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   std::vector<PronyHistory<Scalar>> history_;   // of each tetrahedron, where the law remembers
   bool averages_ = false;
   std::vector<int> group_;   // of each tetrahedron: those of one share a material
-  TetrahedralTopology topology_;
-  std::vector<unsigned char> cut_;   // of each tetrahedron: bit k where face k is cut and not open
-  std::vector<char> wound_;          // of each border triangle
-  std::vector<int> edited_;          // particles whose neighbours are to be found anew
+  CutSolid solid_;
+  std::vector<int> edited_;   // particles whose neighbours are to be found anew
   PressureStars<Scalar> stars_;
   typename Base::Lists star_neighbours_;
   std::vector<Scalar> bound_at_rest_;   // row bounds, with nodal pressure
