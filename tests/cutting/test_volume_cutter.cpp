@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: MIT
 // Cuts through solids. Yardsticks: cases of a plane through a tetrahedron, counted by hand; areas and volumes in closed form; what no cut may change
 // (testing/solid_cut_invariants.hpp), over random strokes; the same stroke on a body at rest; leapfrog written out here, on the cut tetrahedra.
-// PALPATE_SOLID_STROKES sets how many random strokes (90 if not set), PALPATE_SEED with which seed they begin.
+#include "solid_strokes.hpp"
+
 #include "catch.hpp"
 
 #include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
-#include <palpate/core/random.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/material/viscoelastic.hpp>
 #include <palpate/mesh/block.hpp>
-#include <palpate/mesh/components.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
@@ -25,13 +24,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
-#include <string>
 #include <utility>
 #include <vector>
 
 using namespace palpate;
+using namespace palpate_test;
 
 namespace {
 
@@ -44,69 +42,15 @@ auto solid_body(TetrahedralMesh<S> const& mesh, SolidOptions<S, StableNeoHookean
 }
 auto block_body(int n, BlockPattern pattern = BlockPattern::alternating) { return solid_body(make_block<double>(n, n, n, 0.005, pattern)); }
 
-int pieces(auto const& body) { return static_cast<int>(connected_components(body.rest_solid()).size()); }
-
-/// Each tetrahedron by where its corners rest, in order: the same for two bodies whatever their numbers are.
-auto shape(auto const& body) {
-  auto const mesh = body.rest_solid();
-  std::vector<std::array<std::array<long, 3>, 4>> all;
-  for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
-    auto& corners = all.emplace_back();
-    for (std::size_t k = 0; k < 4; ++k)
-      for (std::size_t d = 0; d < 3; ++d)
-        corners[k][d] = std::lround(1e9 * mesh.points(static_cast<int>(d), mesh.tetrahedra(static_cast<int>(k), t)));
-    std::sort(corners.begin(), corners.end());
-  }
-  std::sort(all.begin(), all.end());
-  return all;
-}
-
-/// Sweeps a blade of these ends along a way, in so many ticks.
-template <class Body>
-void stroke(VolumeCutter<double>& knife, Body& body, Vector const& from, Vector const& to, Vector const& way, int ticks) {
-  for (int tick = 0; tick <= ticks; ++tick) {
-    Vector const off = way * (static_cast<double>(tick) / ticks);
-    knife.advance(body, {from + off, to + off});
-  }
-}
-
-/// A plane stroke of any direction through a block of 15 mm: the blade and its way.
-struct Drawn {
-  Vector middle, blade, way;
-  explicit Drawn(std::uint64_t seed) {
-    Random random(Seed{seed});
-    auto const any = [&] { return Vector(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
-    middle = Vector::Constant(0.0075) + 0.004 * any();
-    blade = any().normalized(), way = any().normalized();
-  }
-  template <class Body>
-  void cut(VolumeCutter<double>& knife, Body& body, int ticks) const {
-    stroke(knife, body, middle - 0.01 * way - 0.007 * blade, middle - 0.01 * way + 0.006 * blade, 0.02 * way, ticks);
-  }
-};
-
 }  // namespace
 
 TEST_CASE("a plane through one tetrahedron makes the parts that are counted by hand", "[volume_cutter]") {
-  TetrahedralMesh<double> mesh{Matrix3X<double>(3, 4), Matrix<int, 4, Dynamic>(4, 1)};
-  mesh.points << 0, 0.01, 0, 0, 0, 0, 0.01, 0, 0, 0, 0, 0.01;
-  mesh.tetrahedra << 0, 1, 2, 3;
-  struct Case {
-    char const* name;
-    Vector at, normal;
-    int tetrahedra, particles, triangles;
-  };
-  // A corner is cut off: 3 vertices on edges, each twice; four edges: 4; X, Y: the vertices of the plane split too. Triangles of both pieces' borders.
-  for (Case const& c : {Case{"A: three edges", Vector(0.004, 0, 0), Vector::UnitX(), 4, 10, 12}, Case{"B: four edges", Vector(0, 0.0042, 0), Vector(0, 1, 1), 6, 12, 16},
-                        Case{"X: a vertex and two edges", Vector(0, 0, 0.01), Vector(1, 1, 0.4), 3, 9, 10},
-                        Case{"Y: two vertices and an edge", Vector(0, 0, 0), Vector(0.6, -0.4, 0), 2, 8, 8},
-                        Case{"Y: another", Vector(0.0041, 0, 0), Vector(1 / 0.0041, 100, 100), 2, 8, 8}}) {
+  for (PlaneCase const& c : plane_cases()) {
     INFO(c.name);
-    auto body = solid_body(mesh);
+    auto body = solid_body(one_tetrahedron());
     testing::SolidCutInvariants before(body);
-    Vector const blade = c.normal.unitOrthogonal(), way = c.normal.normalized().cross(blade);
     VolumeCutter<double> knife;
-    stroke(knife, body, c.at - 0.03 * blade - 0.0301 * way, c.at + 0.03 * blade - 0.0301 * way, 0.06 * way, 40);
+    c.cut(knife, body);
     CHECK(testing::to_text(before.check(body)) == "");
     CHECK(body.tissue().tetrahedra() == c.tetrahedra);
     CHECK(body.size() == c.particles);
@@ -242,77 +186,14 @@ TEST_CASE("one stroke through the material cuts the same tetrahedra of a body at
 
 TEMPLATE_TEST_CASE("whatever is cut, nothing is lost and all follows", "[volume_cutter][random]", PALPATE_TEST_SCALARS) {
   using S = TestType;
-  auto const from_environment = [](char const* name, std::uint64_t otherwise) {
-    char const* const asked = std::getenv(name);
-    return asked != nullptr ? std::stoull(asked) : otherwise;
-  };
-  std::uint64_t const strokes = from_environment("PALPATE_SOLID_STROKES", 90), first = from_environment("PALPATE_SEED", 1);
-  int made = 0, failures = 0;
-  for (std::uint64_t seed = first; 3 * (seed - first) < strokes && failures < 3; ++seed) {
-    Random random(Seed{seed});
-    auto const any = [&] { return Vector(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
-    TetrahedralMesh<double> mesh = make_block<double>(4, 4, 4, 0.005, seed % 2 == 0 ? BlockPattern::alternating : BlockPattern::kuhn);
-    if (seed % 3 == 1)   // a ball
-      for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
-        Vector const p = mesh.points.col(i) - Vector::Constant(0.0075);
-        if (double const far = p.cwiseAbs().maxCoeff(); far > 0) mesh.points.col(i) = Vector::Constant(0.0075) + p * (far / p.norm());
-      }
-    if (seed % 3 == 2)   // very uneven
-      mesh.points.row(0) = 0.015 * (mesh.points.row(0).array() / 0.015).square().matrix() * 0.9 + 0.1 * mesh.points.row(0);
-    TetrahedralMesh<S> const solid{mesh.points.cast<S>(), mesh.tetrahedra};
-    if (!validate(solid).empty()) continue;
+  cut_at_random<S>(90, [](TetrahedralMesh<S> const& mesh, std::uint64_t seed) {
     SolidOptions<S, StableNeoHookean<S>> options;
     if (seed % 5 == 4) options.prestrain = S(0.05);
-    auto tissue = solid_body(solid, options).tissue();
+    auto tissue = solid_body(mesh, options).tissue();
     for (int i = 0; i < tissue.size(); ++i)
       if (tissue.rest_position(i)[2] < S(1e-6)) tissue.nail(i);
-    int const particles = tissue.size();
-    SoftBody body(std::move(tissue), BackwardEuler{});
-    auto const saved = body.save();
-    testing::SolidCutInvariants before(body, {.least_height = 0.0199 * static_cast<double>(body.mean_edge()), .seed = Seed{seed}});
-    VolumeCutter<S> knife;
-    auto const momentum = [&] {
-      std::pair<Vector, double> sum{Vector::Zero(), 0.0};
-      for (int i = 0; i < body.size(); ++i) {
-        Vector const v = body.velocities().col(i).template cast<double>();
-        double const m = static_cast<double>(body.tissue().mass(i));
-        sum.first += m * v, sum.second += m * v.squaredNorm();
-      }
-      return sum;
-    };
-    std::string wrong;
-    for (int n = 0; n < 3 && wrong.empty(); ++n) {
-      Vector const middle = Vector::Constant(0.0075) + 0.006 * any(), blade = any().normalized(), way = any().normalized();
-      Vector const turn = 0.01 * random.uniform(0.0, 1.0) * any();
-      double const length = random.uniform(0.002, 0.03), far = random.uniform(0.001, 0.03);
-      int const ticks = 2 + static_cast<int>(random.below(20));
-      bool const back = random.below(4) == 0, moves = random.below(2) == 0;
-      for (int tick = 0; tick <= ticks && wrong.empty(); ++tick) {
-        double u = static_cast<double>(tick) / ticks;
-        if (back) u = 1 - std::abs(2 * u - 1);
-        Vector const at = middle + (2 * u - 1) * far * way;
-        auto const was = momentum();
-        knife.advance(body, {Vector(at - length / 2 * blade - u * turn).cast<S>(), Vector(at + length / 2 * blade + u * turn).cast<S>()});
-        auto const is = momentum();
-        wrong = testing::to_text(before.check(body));
-        double const digits = sizeof(S) == sizeof(float) ? 1e-5 : 1e-12;
-        double const size = std::sqrt(was.second * static_cast<double>(body.total_mass()));
-        if (!((is.first - was.first).norm() <= digits * size)) wrong += "the momentum is not what it was\n";
-        if (!(is.second <= was.second * (1 + digits))) wrong += "kinetic energy has risen\n";
-        if (!wrong.empty()) wrong = "seed " + std::to_string(seed) + ", stroke " + std::to_string(n) + ", tick " + std::to_string(tick) + ":\n" + wrong;
-        if (moves) body.step(S(1e-3));
-      }
-      made += knife.report().tetrahedra_added;
-      if (n < 2) knife.lift(body);
-    }
-    CHECK(wrong == "");
-    failures += wrong.empty() ? 0 : 1;
-    body.restore(saved);   // in mid-cut, too
-    CHECK(testing::to_text(before.check(body)) == "");
-    knife.advance(body, {Vector3<S>::Constant(1), Vector3<S>::Constant(S(1.01))});
-    CHECK(body.size() == particles);
-  }
-  CHECK(made > 10 * static_cast<int>(strokes));
+    return SoftBody(std::move(tissue), BackwardEuler{});
+  });
 }
 
 TEST_CASE("a cut body moves as its tetrahedra do, by leapfrog written out", "[volume_cutter]") {

@@ -3,6 +3,7 @@
 #include "catch.hpp"
 
 #include <palpate/body/soft_body.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
@@ -65,6 +66,11 @@ TEST_CASE("so does tissue with support springs, and tissue of a user's elements"
                               return palpate_test::UserTetrahedron<double>(rest, 3000.0, 0.3);
                             })));
   same_on_two(FiniteElements<double, StableNeoHookean<double>>(block, {.density = 1000.0, .material = {.young = 3000.0, .poisson = 0.3}}));
+  SoftBody cut(MassSpring<double>(block, {.mass = {.total = 3.0}, .link = {.stiffness = 30.0, .damping = 0.02}}), LeapfrogVerlet{}, WholeBody{});
+  VolumeCutter<double> knife;
+  for (double const y : {-0.01, 0.04, 0.08}) knife.advance(cut, {{0.0813, y, 0.05}, {0.0813, y, 0.2}});
+  REQUIRE(cut.size() > block.points.cols() + 50);
+  same_on_two(cut.tissue());
   same_on_two(FiniteElements<double, StableNeoHookean<double>>(
       block, {.density = 1000.0, .material = {.young = 3000.0, .poisson = 0.45}, .damping = {.alpha = 1.0, .beta = 1e-4}, .pressure = Pressure::nodal}));
 }

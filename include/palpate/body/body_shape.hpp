@@ -164,12 +164,25 @@ class BodyShape {
     return edit(c, std::array{w[0], w[1], w[2]}, [&] { return tissue_.insert_in_triangle(t, w); });
   }
 
-  /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and the one or two triangles at it. Returns the new particle.
+  /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and the one or two triangles at it; of a solid, the tetrahedra round it. Returns the new
+  /// particle.
   int insert_on_edge(int a, int b, Scalar s)
-    requires CuttableTissue<Tissue>
+    requires(CuttableTissue<Tissue> || CuttableSolid<Tissue>)
   {
-    make_permanent_on(a, b);
-    return edit(std::array{a, b}, std::array{1 - s, s}, [&] { return tissue_.insert_on_edge(a, b, s); });
+    std::array const weights{1 - s, s};
+    int n = -1;
+    if constexpr (CuttableTissue<Tissue>)
+      if (!is_solid()) {
+        make_permanent_on(a, b);
+        n = edit(std::array{a, b}, weights, [&] { return tissue_.insert_on_edge(a, b, s); });
+      }
+    if constexpr (CuttableSolid<Tissue>)
+      if (is_solid()) {
+        TopologyEdit const made = tissue_.divide_edge(a, b, s);
+        apply(made, weights);
+        n = made.vertex;
+      }
+    return n;
   }
 
   /// Gives `triangles`, all at p, a copy of p as their corner; mass and springs are shared by area. Returns the copy.
@@ -233,8 +246,8 @@ class BodyShape {
         look_at(p);
         tissue_.for_each_neighbour(p, look_at);
       }
-      evened_ = disturbed_.size();
     }
+    evened_ = disturbed_.size();
   }
 
   /// Slides a particle over the surface, to barycentric weights of a triangle at it: it is another point of the same surface then, undeformed,
@@ -256,16 +269,7 @@ class BodyShape {
     disturbed_.push_back(p);
   }
 
-  // --- the same of a solid ------------------------------------------------------------------------------------------
-  /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and the tetrahedra round it. Returns the new particle. After all edits of a tick:
-  /// finish_edits().
-  int insert_on_edge(int a, int b, Scalar s)
-    requires CuttableSolid<Tissue>
-  {
-    TopologyEdit const made = tissue_.insert_on_edge(a, b, s);
-    apply(made, std::array{1 - s, s});
-    return made.vertex;
-  }
+  // --- the same of a solid; after all edits of a tick: finish_edits() -------------------------------------------------
   /// Gives some of the tetrahedra at a particle a copy of it; faces between those and the others open. Returns the copy.
   int split_vertex(int p, std::span<int const> tetrahedra)
     requires CuttableSolid<Tissue>
@@ -281,7 +285,7 @@ class BodyShape {
   {
     tissue_.mark_cut(tetrahedron, face);
   }
-  /// Once after the edits of a tick: what is near what, and the normals at what they have opened.
+  /// Once after the edits of a tick: what is near what, the normals at what they have opened, and masses as even_masses() has them.
   void finish_edits()
     requires CuttableSolid<Tissue>
   {
@@ -301,7 +305,7 @@ class BodyShape {
       state_.normal[p] = sum.normalized();
     };
     for (std::size_t k = std::min(evened_, disturbed_.size()); k < disturbed_.size(); ++k) find_normal(disturbed_[k]);
-    evened_ = disturbed_.size();
+    even_masses();
   }
 
   // --- what is there for the eye only -------------------------------------------------------------------------------
@@ -441,6 +445,14 @@ class BodyShape {
 
   bool holds(int i) const noexcept { return state_.held[static_cast<std::size_t>(i)] != 0; }
   bool is_free(int i) const noexcept { return !tissue_.nailed(i) && !holds(i); }
+
+  /// Whether it is cut as a solid: a tissue may know both.
+  bool is_solid() const noexcept {
+    if constexpr (CuttableTissue<Tissue> && CuttableSolid<Tissue>)
+      return !tissue_.cuttable();
+    else
+      return CuttableSolid<Tissue>;
+  }
 
   void set_normals() {
     state_.normal.view() = vertex_normals(TriangleMesh<Scalar>{state_.home.view(), triangles()});

@@ -7,6 +7,7 @@
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/components.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/testing/cut_springs.hpp>
 #include <palpate/testing/violations.hpp>
 #include <palpate/tissue/concept.hpp>
 
@@ -76,7 +77,8 @@ class CutInvariants {
   static constexpr Scalar tolerance = sizeof(Scalar) == sizeof(float) ? Scalar(2e-4) : Scalar(1e-9);
 
   struct Sums {
-    double area = 0, mass = 0, stiffness = 0, damping = 0, stretch = 0;
+    double area = 0, mass = 0;
+    SpringSums springs;
     Vector3<double> moment = Vector3<double>::Zero();
   };
 
@@ -100,17 +102,8 @@ class CutInvariants {
       double const m = static_cast<double>(body.tissue().mass(i));
       s.mass += m;
       s.moment += m * rest.points.col(i).template cast<double>();
-      if constexpr (HasHomeSprings<typename Body::Tissue>) {
-        s.stiffness += static_cast<double>(body.tissue().home(i).stiffness);
-        s.damping += static_cast<double>(body.tissue().home(i).damping);
-      }
     }
-    if constexpr (HasLinks<typename Body::Tissue>)
-      for (int l = 0; l < body.tissue().links().size(); ++l) {
-        auto const& link = body.tissue().links()[l];
-        double const length = moves_vertices ? 1.0 : static_cast<double>((rest.points.col(link.a) - rest.points.col(link.b)).norm());
-        s.stretch += static_cast<double>(link.weight * tangent_stiffness_of(link.law, Scalar(0), link.rest_length)) * length * length;
-      }
+    s.springs = SpringSums::of(body.tissue(), !moves_vertices);
     return s;
   }
 
@@ -236,9 +229,9 @@ class CutInvariants {
     compare(found, "the mass that total_mass() says", static_cast<double>(body.total_mass()), sums_.mass, sums_.mass);
     for (int k = 0; k < 3 && !checks_.moves_vertices; ++k)
       compare(found, "the first moment of the mass", now.moment[k], sums_.moment[k], sums_.mass * static_cast<double>(size_), exact);
-    compare(found, "the sum of the home stiffness", now.stiffness, sums_.stiffness, sums_.stiffness);
-    compare(found, "the sum of the home damping", now.damping, sums_.damping, sums_.damping);
-    compare(found, checks_.moves_vertices ? "the sum of weight k over all links" : "the sum of weight k L^2 over all links", now.stretch, sums_.stretch, sums_.stretch);
+    compare(found, "the sum of the home stiffness", now.springs.stiffness, sums_.springs.stiffness, sums_.springs.stiffness);
+    compare(found, "the sum of the home damping", now.springs.damping, sums_.springs.damping, sums_.springs.damping);
+    compare(found, checks_.moves_vertices ? "the sum of weight k over all links" : "the sum of weight k L^2 over all links", now.springs.stretch, sums_.springs.stretch, sums_.springs.stretch);
     for (int i = 0; i < body.size(); ++i) {
       Scalar const mass = body.tissue().mass(i);
       if (!(mass > 0)) report(found, "particle ", i, " weighs ", mass, " kg");
@@ -267,33 +260,11 @@ class CutInvariants {
   }
 
   void check_links(Body const& body, Violations& found) const {
-    if constexpr (HasLinks<typename Body::Tissue>) {
-      std::vector<std::pair<int, int>> edges, links;
-      auto const triangles = body.triangles();
-      for (Eigen::Index t = 0; t < triangles.cols(); ++t)
-        for (int k = 0; k < 3; ++k) edges.push_back(std::minmax(int{triangles(k, t)}, int{triangles((k + 1) % 3, t)}));
-      auto const& all = body.tissue().links();
-      for (int l = 0; l < all.size(); ++l) {
-        auto const& link = all[l];
-        links.push_back(std::minmax(int{link.a}, int{link.b}));
-        if (!(link.weight > 0)) report(found, "the link between ", link.a, " and ", link.b, " has the weight ", link.weight);
-        Scalar const length = (body.tissue().rest_position(link.a) - body.tissue().rest_position(link.b)).norm();
-        Scalar const rest = (1 - body.tissue().link_prestrain()) * length;
-        if (!(std::abs(link.rest_length - rest) <= tolerance * size_))
-          report(found, "the link between ", link.a, " and ", link.b, " has the rest length ", link.rest_length, " m instead of ", rest);
-        auto const at = all.at(link.a), to = all.at(link.b);
-        if (std::find(at.begin(), at.end(), l) == at.end() || std::find(to.begin(), to.end(), l) == to.end())
-          report(found, "the link between ", link.a, " and ", link.b, " is not listed at both");
-      }
-      std::sort(edges.begin(), edges.end());
-      edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-      std::sort(links.begin(), links.end());
-      if (std::adjacent_find(links.begin(), links.end()) != links.end()) report(found, "two links join the same particles");
-      for (auto const& e : edges)
-        if (!std::binary_search(links.begin(), links.end(), e)) report(found, "the edge between ", e.first, " and ", e.second, " has no link");
-      for (auto const& l : links)
-        if (!std::binary_search(edges.begin(), edges.end(), l)) report(found, "the link between ", l.first, " and ", l.second, " lies on no edge");
-    }
+    std::vector<std::pair<int, int>> edges;
+    auto const triangles = body.triangles();
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t)
+      for (int k = 0; k < 3; ++k) edges.push_back(std::minmax(int{triangles(k, t)}, int{triangles((k + 1) % 3, t)}));
+    testing::check_links(body.tissue(), std::move(edges), static_cast<double>(tolerance * size_), [&](auto const&... parts) { report(found, parts...); });
   }
 
   void check_search(Body& body, Violations& found) const {

@@ -6,6 +6,7 @@
 #include <palpate/mesh/components.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/tetrahedral_topology.hpp>
+#include <palpate/testing/cut_springs.hpp>
 #include <palpate/testing/tetrahedral_topology.hpp>
 #include <palpate/testing/violations.hpp>
 #include <palpate/tissue/element.hpp>
@@ -17,6 +18,7 @@
 #include <limits>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace palpate::testing {
@@ -28,6 +30,14 @@ struct SolidCutChecks {
   Seed seed{1};
 };
 
+/// Tissue whose elements are its tetrahedra, as those of FiniteElements are.
+template <class T>
+concept HasTetrahedralElements = requires(T const& tissue, int i) {
+  tissue.list().elements;
+  tissue.elements_at(i);
+  tissue.stars();
+};
+
 /// What no cut through a solid may change, however the blade goes: taken from a body before the cut, checked after every tick.
 ///
 ///   testing::SolidCutInvariants before(body);
@@ -37,10 +47,13 @@ struct SolidCutChecks {
 /// Topology   what check_tetrahedral_topology checks: each face has one or two tetrahedra, the border is closed.
 /// Shape      at rest each tetrahedron has a positive volume, all together what there was; those that are new are no lower than least_height, or than the lowest
 ///            there was.
-/// Border     the area of the skin is what it was; wounds face each other: the sum of their areas as vectors is zero.
+/// Border     the area of the skin is what it was; wounds face each other: the sum of their areas as vectors is what it was.
 /// Pieces     tetrahedra that hang together at all do so over faces: nothing dangles on a vertex that a cut has made.
-/// Particles  Σ m and Σ m X are as they were; each mass is positive, and what its tetrahedra weigh; a particle between nailed ones alone is nailed.
-/// Tissue     its elements are the tetrahedra, with their volume; neighbours are those of a search of all; row bounds those of a sum over all.
+/// Particles  Σ m and Σ m X are as they were; each mass is positive, and of elements what its tetrahedra weigh.
+/// Tissue     neighbours are those of a search of all; row bounds those of a sum over all.
+/// Elements   where there are any, they are the tetrahedra, with their volume.
+/// Springs    the same: links are the edges of the tetrahedra, one each; rest lengths are those of the undeformed shape; Σ weight · k L² (the energy of a
+///            uniform stretch) and the sums of the home springs are as they were.
 /// Search     nearest point and nearest vertex are those of a search of all.
 /// Tolerances 1e-12 (double) or 1e-5 (float) of the total; row bounds 1e-6 or 1e-3.
 template <class Body>
@@ -65,7 +78,9 @@ class SolidCutInvariants {
     if (!found.empty()) return found;   // the rest would only repeat it
     check_shape(body, mesh, found);
     check_particles(body, found);
-    check_tissue(body, mesh, found);
+    check_neighbours(body, mesh, found);
+    if constexpr (HasTetrahedralElements<Tissue>) check_elements(body, mesh, found);
+    check_springs(body, mesh, found);
     check_search(body, found);
     return found;
   }
@@ -73,9 +88,11 @@ class SolidCutInvariants {
  private:
   static constexpr double exact = sizeof(Scalar) == sizeof(float) ? 1e-5 : 1e-12, bound_tolerance = sizeof(Scalar) == sizeof(float) ? 1e-3 : 1e-6;
   using Mesh = TetrahedralMesh<Scalar>;
+  using Tissue = typename Body::Tissue;
 
   struct Sums {
     double volume = 0, skin = 0, mass = 0;
+    SpringSums springs;
     Vector3<double> moment = Vector3<double>::Zero(), wounds = Vector3<double>::Zero();
   };
 
@@ -115,6 +132,7 @@ class SolidCutInvariants {
       double const m = static_cast<double>(body.tissue().mass(i));
       s.mass += m, s.moment += m * mesh.points.col(i).template cast<double>();
     }
+    s.springs = SpringSums::of(body.tissue());
     return s;
   }
   static int fans_too_many(Body const& body) {
@@ -124,8 +142,8 @@ class SolidCutInvariants {
     return more;
   }
 
-  void compare(Violations& found, char const* what, double now, double before, double scale) const {
-    if (!(std::abs(now - before) <= exact * scale)) report(found, what, " is ", now, ", before the cut it was ", before);
+  void compare(Violations& found, char const* what, double now, double before, double scale, double share = exact) const {
+    if (!(std::abs(now - before) <= share * scale)) report(found, what, " is ", now, ", before the cut it was ", before);
   }
 
   void check_shape(Body const& body, Mesh const& mesh, Violations& found) const {
@@ -140,34 +158,52 @@ class SolidCutInvariants {
     compare(found, "the mass", now.mass, sums_.mass, sums_.mass);
     for (int k = 0; k < 3; ++k) {
       compare(found, "the first moment of the mass", now.moment[k], sums_.moment[k], sums_.mass * size_);
-      compare(found, "the sum of the wounds' areas", now.wounds[k], 0, sums_.skin);
+      compare(found, "the sum of the wounds' areas", now.wounds[k], sums_.wounds[k], sums_.skin);
     }
     if (int const dangling = fans_too_many(body); dangling > dangling_) report(found, dangling - dangling_, " vertices hold together what no face does");
   }
 
   void check_particles(Body const& body, Violations& found) const {
-    std::vector<double> weighs(static_cast<std::size_t>(body.size()), 0.0);
-    auto const& list = body.tissue().list();
-    for (int e = 0; e < list.size(); ++e)
-      for (int const i : list.nodes[static_cast<std::size_t>(e)])
-        weighs[static_cast<std::size_t>(i)] += static_cast<double>(list.elements[static_cast<std::size_t>(e)].mass()) / 4;
     for (int i = 0; i < body.size(); ++i) {
-      double const mass = static_cast<double>(body.tissue().mass(i)), expected = weighs[static_cast<std::size_t>(i)];
+      double const mass = static_cast<double>(body.tissue().mass(i));
       if (!(mass > 0)) report(found, "particle ", i, " weighs ", mass, " kg");
-      if (!(std::abs(mass - expected) <= 1e3 * exact * expected)) report(found, "particle ", i, " weighs ", mass, " kg, its tetrahedra ", expected);
       if (!is_finite(body.positions().col(i)) || !is_finite(body.velocities().col(i))) report(found, "particle ", i, " has no finite state");
       bool const on_border = !body.tissue().surface().triangles_at(i).empty();
       if (on_border && !(std::abs(body.reference_normal(i).norm() - 1) < Scalar(1e-3))) report(found, "particle ", i, " has no unit normal");
     }
   }
 
-  void check_tissue(Body const& body, Mesh const& mesh, Violations& found) const {
+  static std::vector<int> sorted(std::vector<int> all) {
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  }
+  static constexpr bool has_wide_stencil(Tissue const& tissue) {   // then neighbours and row bounds are not those of the tetrahedra alone
+    if constexpr (HasTetrahedralElements<Tissue>)
+      return !tissue.stars().empty();
+    else
+      return false;
+  }
+
+  void check_neighbours(Body const& body, Mesh const& mesh, Violations& found) const {
+    if (has_wide_stencil(body.tissue())) return;
+    std::vector<std::vector<int>> near(static_cast<std::size_t>(body.size()));
+    for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t)
+      for (int k = 0; k < 12; ++k) near[static_cast<std::size_t>(mesh.tetrahedra(k / 3, t))].push_back(mesh.tetrahedra((k / 3 + 1 + k % 3) % 4, t));
+    for (int i = 0; i < body.size(); ++i) {
+      std::vector<int> listed;
+      body.tissue().for_each_neighbour(i, [&](int j) { listed.push_back(j); });
+      if (sorted(listed) != sorted(near[static_cast<std::size_t>(i)])) report(found, "the neighbours of particle ", i, " are not those of the mesh");
+    }
+  }
+
+  void check_elements(Body const& body, Mesh const& mesh, Violations& found) const {
     auto const& tissue = body.tissue();
     auto const& list = tissue.list();
     if (list.size() != mesh.tetrahedra.cols()) return report(found, "there are ", list.size(), " elements of ", mesh.tetrahedra.cols(), " tetrahedra");
     double const length = 1 - static_cast<double>(tissue.link_prestrain());
-    std::vector<std::vector<int>> near(static_cast<std::size_t>(body.size())), here(near);
-    std::vector<double> bounds(near.size(), 0.0);
+    std::vector<std::vector<int>> here(static_cast<std::size_t>(body.size()));
+    std::vector<double> bounds(here.size(), 0.0), weighs(bounds);
     for (int e = 0; e < list.size(); ++e) {
       auto const& nodes = list.nodes[static_cast<std::size_t>(e)];
       auto const& element = list.elements[static_cast<std::size_t>(e)];
@@ -178,27 +214,42 @@ class SolidCutInvariants {
       for (int k = 0; k < 4; ++k) rest.col(k) = mesh.points.col(nodes[static_cast<std::size_t>(k)]);
       palpate::detail::add_bounds_at_rest<std::remove_cvref_t<decltype(element)>, Scalar>(
           element, rest, [&](int k, Scalar stiffness, Scalar) { bounds[static_cast<std::size_t>(nodes[static_cast<std::size_t>(k)])] += static_cast<double>(stiffness); });
-      for (int const i : nodes) {
-        here[static_cast<std::size_t>(i)].push_back(e);
-        for (int const j : nodes)
-          if (i != j) near[static_cast<std::size_t>(i)].push_back(j);
-      }
+      for (int const i : nodes) here[static_cast<std::size_t>(i)].push_back(e), weighs[static_cast<std::size_t>(i)] += static_cast<double>(element.mass()) / 4;
     }
     for (int i = 0; i < body.size(); ++i) {
       auto const k = static_cast<std::size_t>(i);
-      auto sorted = [](auto values) {
-        std::vector<int> all(values.begin(), values.end());
-        std::sort(all.begin(), all.end());
-        all.erase(std::unique(all.begin(), all.end()), all.end());
-        return all;
-      };
-      if (sorted(tissue.elements_at(i)) != here[k]) report(found, "the list of elements at particle ", i, " is not that of the mesh");
-      std::vector<int> listed;
-      tissue.for_each_neighbour(i, [&](int j) { listed.push_back(j); });
-      if (tissue.stars().empty() && sorted(listed) != sorted(near[k])) report(found, "the neighbours of particle ", i, " are not those of the mesh");
-      double const bound = static_cast<double>(tissue.stiffness_bound(i));
-      if (tissue.stars().empty() && !(std::abs(bound - bounds[k]) <= bound_tolerance * bounds[k]))
-        report(found, "the row bound of particle ", i, " is ", bound, " N/m, the sum over its elements ", bounds[k]);
+      auto const listed = tissue.elements_at(i);
+      if (sorted({listed.begin(), listed.end()}) != here[k]) report(found, "the list of elements at particle ", i, " is not that of the mesh");
+      double const mass = static_cast<double>(tissue.mass(i));
+      if (!(std::abs(mass - weighs[k]) <= 1e3 * exact * weighs[k])) report(found, "particle ", i, " weighs ", mass, " kg, its tetrahedra ", weighs[k]);
+      if (!has_wide_stencil(tissue)) check_bound(body, i, bounds[k], found);
+    }
+  }
+  void check_bound(Body const& body, int i, double must, Violations& found) const {
+    double const bound = static_cast<double>(body.tissue().stiffness_bound(i));
+    if (!(std::abs(bound - must) <= bound_tolerance * must)) report(found, "the row bound of particle ", i, " is ", bound, " N/m, the sum over what acts on it ", must);
+  }
+
+  void check_springs(Body const& body, Mesh const& mesh, Violations& found) const {
+    if constexpr (HasLinks<Tissue>) {
+      SpringSums const now = SpringSums::of(body.tissue()), &before = sums_.springs;
+      compare(found, "the sum of the home stiffness", now.stiffness, before.stiffness, before.stiffness);
+      compare(found, "the sum of the home damping", now.damping, before.damping, before.damping);
+      compare(found, "the sum of weight k L^2 over all links", now.stretch, before.stretch, before.stretch, 100 * exact);
+      std::vector<std::pair<int, int>> edges;
+      for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t)
+        for (int a = 0; a < 4; ++a)
+          for (int b = a + 1; b < 4; ++b) edges.push_back(std::minmax(int{mesh.tetrahedra(a, t)}, int{mesh.tetrahedra(b, t)}));
+      check_links(body.tissue(), std::move(edges), exact * size_, [&](auto const&... parts) { report(found, parts...); });
+      std::vector<double> bounds(static_cast<std::size_t>(body.size()), 0.0);
+      for (int i = 0; i < body.size(); ++i)
+        if constexpr (HasHomeSprings<Tissue>) bounds[static_cast<std::size_t>(i)] += static_cast<double>(body.tissue().home(i).stiffness);
+      for (int l = 0; l < body.tissue().links().size(); ++l) {
+        auto const& link = body.tissue().links()[l];
+        double const twice = 2 * static_cast<double>(link.weight * tangent_stiffness_of(link.law, Scalar(0), link.rest_length));
+        bounds[static_cast<std::size_t>(link.a)] += twice, bounds[static_cast<std::size_t>(link.b)] += twice;
+      }
+      for (int i = 0; i < body.size(); ++i) check_bound(body, i, bounds[static_cast<std::size_t>(i)], found);
     }
   }
 

@@ -273,7 +273,7 @@ concept HasPotentialEnergy =
     };
 
 /// Refinement: lets its surface be cut: particles are inserted and split, triangles subdivided, and mass and springs follow.
-///   cuttable()       whether this one can be; one built from a volume, say, can not
+///   cuttable()       whether this one can be; one built from a volume, say, can not. One that is a CuttableSolid as well is a solid then.
 ///   triangle_area(t) of triangle t, undeformed [m²]
 ///   next_copy(i)     particles that cuts made of one, at one place undeformed, form a ring: the one after i, or i where there is no other
 template <class T>
@@ -290,7 +290,7 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, T const& seen, in
   tissue.balance_copies(i, i);
 };
 
-/// Refinement: a solid whose tetrahedra are divided and parted; see FiniteElements. finish_edits() follows the edits of a tick.
+/// Refinement: a solid whose tetrahedra are divided and parted; see FiniteElements and CutSolid. finish_edits() follows the edits of a tick.
 ///   topology()             a TetrahedralAdjacency
 ///   is_wound(triangle), is_cut(tetrahedron, face)
 template <class T>
@@ -298,7 +298,7 @@ concept CuttableSolid = TissueModel<T> && requires(T& tissue, T const& seen, int
   seen.topology();
   { seen.is_wound(i) } -> std::same_as<bool>;
   { seen.is_cut(i, i) } -> std::same_as<bool>;
-  tissue.insert_on_edge(i, i, s).vertex;
+  tissue.divide_edge(i, i, s).vertex;
   tissue.split_vertex(i, tetrahedra).vertex;
   tissue.mark_cut(i, i);
   tissue.finish_edits();

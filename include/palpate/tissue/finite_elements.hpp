@@ -70,7 +70,7 @@ struct SolidOptions<Scalar, M> {
 /// Units      kg, m, N, Pa.
 /// Errors     InvalidMesh: a tetrahedron that is flat, turned over or joins a vertex with itself. InvalidArgument: a density that is not positive, damping
 ///            below zero, pre-strain outside 0 … 1; what the material says of its numbers.
-/// Cuts       insert_on_edge and split_vertex, after which finish_edits() has to be called once; faces that a cut has opened are is_wound(). A face may also be
+/// Cuts       divide_edge and split_vertex, after which finish_edits() has to be called once; faces that a cut has opened are is_wound(). A face may also be
 ///            cut and not open, where no vertex of it has split: is_cut(t, k).
 /// Limits     near ν = ½ linear tetrahedra without nodal pressure are far too stiff.
 /// Source     \cite bonet1998 for nodal pressure.
@@ -151,8 +151,8 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and each tetrahedron round it in two of its material. The new particle takes its mass from a
   /// and b, (1 − s) and s of it, so that mass, centre of mass and, at the mean velocity, momentum stay: as masses lumped anew would have it, where they are
   /// lumped. It is nailed where both are. Throws as TetrahedralTopology does, and for s outside.
-  TopologyEdit insert_on_edge(int a, int b, Scalar s) {
-    if (!(s > 0 && s < 1)) throw InvalidArgument(detail::message("insert_on_edge: s is ", s, "; it must be between 0 and 1, ends excluded"));
+  TopologyEdit divide_edge(int a, int b, Scalar s) {
+    if (!(s > 0 && s < 1)) throw InvalidArgument(detail::message("divide_edge: s is ", s, "; it must be between 0 and 1, ends excluded"));
     TopologyEdit const edit = solid_.insert_on_edge(a, b);
     Scalar quarter = 0;
     for (int t = edit.first_tetrahedron; t < edit.end_tetrahedron; ++t) quarter += list().elements[at(solid_.whole_of(t, b))].mass() / 4;

@@ -11,7 +11,7 @@
 #include <palpate/tissue/linear_spring.hpp>
 #include <palpate/tissue/lumped_mass.hpp>
 #include <palpate/tissue/mass_spring_assembly.hpp>
-#include <palpate/tissue/mass_spring_elements.hpp>
+#include <palpate/tissue/mass_spring_solid.hpp>
 #include <palpate/tissue/whole_pieces.hpp>
 
 #include <algorithm>
@@ -34,12 +34,12 @@ namespace palpate {
 /// Source     \cite zheng2006 eq. 5-9 … 5-11.
 /// Cost       forces O(links); an Assembly holds those of a chosen set of particles.
 /// Invariant  masses > 0, rest lengths > 0, link stiffness > 0, other coefficients ≥ 0.
-///            A surface-built body has one link per edge of its mesh: a link's weight is the sum of the shares of the triangles
-///            at the edge, A_T / ΣA_T each at first.
-/// Limits     |d| = 0 has no direction: no force. Only a surface-built body can be cut.
+///            One link lies on each edge of the mesh: a link's weight is the sum of the shares of the triangles (of a volume: the
+///            tetrahedra) at the edge, A_T / ΣA_T (V_T / ΣV_T) each at first.
+/// Limits     |d| = 0 has no direction: no force.
 template <RealScalar S, class SpringType = LinearSpring<S>>
-class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<MassSpring<S, SpringType>, S> {
-  using Elements = MassSpringElements<S, SpringType>;
+class MassSpring : public MassSpringSolid<S, SpringType>, public ElementSums<MassSpring<S, SpringType>, S> {
+  using Elements = MassSpringSolid<S, SpringType>;
 
  public:
   using Scalar = S;
@@ -47,7 +47,7 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
   using Options = MassSpringOptions<Scalar, Law>;
   using Assembly = MassSpringAssembly<Scalar, Law>;
   using LinkType = Link<Scalar, Law>;
-  using Elements::cuttable, Elements::home, Elements::nailed, Elements::size, Elements::surface;
+  using Elements::cuttable, Elements::home, Elements::nailed, Elements::size, Elements::solid, Elements::surface;
 
   /// Springs on the edges of a surface. Throws InvalidMesh or InvalidArgument and says which value is wrong.
   MassSpring(TriangleMesh<Scalar> const& mesh, Options const& options) {
@@ -56,7 +56,8 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
     surface_ = SurfaceTopology(size(), mesh.triangles);
     start(options);
     add_links(edges(mesh), options.link);
-    add_elements();
+    elements_.resize(at(surface_.triangle_count()));
+    for (int t = 0; t < surface_.triangle_count(); ++t) elements_[at(t)].area = Elements::measured_area(t);
     for (int t = 0; t < surface_.triangle_count(); ++t)
       for (int k = 0; k < 3; ++k) {
         auto const corners = surface_.corners(t);
@@ -67,15 +68,14 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
     take_masses(lumped_masses(mesh, options.mass));
   }
 
-  /// Springs on the edges of a volume, whose tetrahedra are kept in solid(). It deforms like any other body; cutting it is for surface-built
-  /// bodies only.
+  /// Springs on the edges of a volume, whose tetrahedra are kept in solid(): what VolumeCutter cuts.
   MassSpring(TetrahedralMesh<Scalar> const& mesh, Options const& options) {
     require_valid(mesh);
     rest_ = Columns<Scalar, 3>(mesh.points);
-    solid_ = TetrahedralTopology(mesh);
+    solid_ = CutSolid(size(), mesh.tetrahedra);
     start(options);
     add_links(edges(mesh), options.link);
-    add_elements();
+    Elements::share_by_volume();
     take_masses(lumped_masses(mesh, options.mass));
   }
 
@@ -184,15 +184,15 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
       for (int t = 0; t < whole.surface_.triangle_count(); ++t)
         if (part.now(whole.surface_.corners(t)[0]) >= 0) elements_.push_back(whole.elements_[at(t)]);
     } else {
-      solid_ = TetrahedralTopology(size(), part.inside(whole.solid_.tetrahedra()));
-      add_elements();
+      solid_ = whole.solid_.part(part);
+      for (int t = 0; t < whole.solid().tetrahedron_count(); ++t)
+        if (part.now(whole.solid().corners(t)[0]) >= 0) shares_.push_back(whole.shares_[at(t)]);
     }
     exchange_ = whole.exchange_.part(part.particles, part.now());
     prestrain_ = whole.prestrain_, revision_ = whole.revision_, fastest_ = whole.fastest_;
   }
 
   using Elements::at;
-  using Elements::area_around;
   using Elements::elements_;
   using Elements::exchange_;
   using Elements::home_;
@@ -202,13 +202,9 @@ class MassSpring : public MassSpringElements<S, SpringType>, public ElementSums<
   using Elements::prestrain_;
   using Elements::rest_;
   using Elements::revision_;
+  using Elements::shares_;
   using Elements::solid_;
   using Elements::surface_;
-
-  void add_elements() {
-    elements_.resize(at(surface().triangle_count()));
-    for (int t = 0; t < surface().triangle_count(); ++t) elements_[at(t)].area = Elements::measured_area(t);
-  }
 
   static void require_valid_home(HomeSpring<Scalar> const& spring) {
     detail::require_non_negative("home stiffness", spring.stiffness, "N/m");

@@ -123,7 +123,13 @@ class Supported : public Tissue {
   };
   Supports supports() const noexcept { return Supports(*this); }
 
-  bool is_on_surface(int i) const noexcept { return !this->surface().triangles_at(i).empty(); }
+  bool is_on_surface(int i) const noexcept {
+    auto const around = this->surface().triangles_at(i);
+    if constexpr (CuttableSolid<Tissue>)   // what was inside before a cut has no support
+      return std::any_of(around.begin(), around.end(), [this](int t) { return !this->is_wound(t); });
+    else
+      return !around.empty();
+  }
 
   void start() {
     Scalar mass = 0, longest = 0;

@@ -48,7 +48,7 @@ class Blade {
     if (!(std::abs(tool.orientation.norm() - 1) < Scalar(1e-3)))
       throw InvalidArgument(message("the tool's orientation has the length ", tool.orientation.norm(), "; it must be a unit quaternion"));
     if (!body.tissue().cuttable())
-      throw InvalidArgument("this body is built from a volume; only a body built from a surface can be cut");
+      throw InvalidArgument("this body is built from a volume, and this cutter cuts surfaces; VolumeCutter cuts it");
     if (touch_.was_restored(body)) reset(body);
     if (edge_) edge_->axis = tool.orientation * axis_;
     bool const was_behind = is_behind(), was_lifted = is_lifted_;

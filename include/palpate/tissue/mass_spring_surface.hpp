@@ -1,74 +1,27 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/core/columns.hpp>
-#include <palpate/core/huge_page_vector.hpp>
-#include <palpate/mesh/surface_topology.hpp>
-#include <palpate/mesh/tetrahedral_topology.hpp>
-#include <palpate/tissue/link_set.hpp>
-#include <palpate/tissue/mass_exchange.hpp>
-#include <palpate/tissue/mass_spring_options.hpp>
-#include <palpate/tissue/spring_elements.hpp>
+#include <palpate/tissue/mass_spring_particles.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
-#include <utility>
 
 namespace palpate {
 
-/// The particles and links of mass-spring tissue, and how they follow a cut.
-/// A new particle takes mass and home spring from its parents by barycentric weight, so Σm, Σm X and the home totals stay.
-/// How much is what area lumping would give it: μ = min_i(m_i A/A_i), A the area of the triangles it divides, A_i that around parent i.
-/// A triangle's share of an edge's link is κ A/(L² k), κ the mean of k_e L_e²/A over its parent's edges: under a uniform isotropic
-/// stretch the energy of the pieces is that of the parent, and a lip keeps only its own side.
-/// Invariant  a link of a surface-built body exists where triangles share an edge with a weight above zero.
-/// Source     \cite zheng2006 ch. 3.
+/// How mass-spring tissue that was built from a surface follows a cut.
+/// Invariant  a link exists where triangles share an edge with a weight above zero, the sum of their shares.
 /// Cost       every edit is O(triangles at the particles it touches).
 template <RealScalar Scalar, class Law>
-class MassSpringElements {
+class MassSpringSurface : public MassSpringParticles<Scalar, Law> {
+  using Particles = MassSpringParticles<Scalar, Law>;
+
  public:
-  using LinkType = Link<Scalar, Law>;
   using Corners = SurfaceTopology::Corners;
-
-  int size() const noexcept { return rest_.size(); }
-  auto rest_positions() const noexcept { return rest_.view(); }
-  Vector3<Scalar> rest_position(int i) const noexcept { return rest_[i]; }
-  Scalar mass(int i) const noexcept { return mass_[at(i)]; }
-  HomeSpring<Scalar> home(int i) const noexcept { return home_[at(i)]; }
-  bool nailed(int i) const noexcept { return nailed_[at(i)] != 0; }
-  LinkSet<Scalar, Law> const& links() const noexcept { return links_; }
-  /// The triangles of a surface-built body; else the border of solid().
-  SurfaceTopology const& surface() const noexcept { return cuttable() ? surface_ : solid_.border(); }
-  /// The tetrahedra of a body built from a volume; else there are none.
-  TetrahedralTopology const& solid() const noexcept { return solid_; }
-  /// False for a body built from a volume, whose surface can not be cut.
-  bool cuttable() const noexcept { return solid_.tetrahedron_count() == 0; }
-
-  /// Particles that cuts made of one, at one place undeformed, form a ring: the one after i, or i where there is no other.
-  int next_copy(int i) const noexcept { return exchange_.next_copy(i); }
-
-  /// Counts the edits that changed masses, springs or nails: what was derived from them before is void.
-  std::size_t revision() const noexcept { return revision_; }
-
-  /// The home springs and links as elements, see ElementSums: visit(nodes, element). A link's weight and law stay where they are.
-  template <class Visit>
-  void for_each_element(Visit visit) const {
-    for (int i = 0; i < size(); ++i) visit(std::array{i}, anchor(i));
-    for (int l = 0; l < links_.size(); ++l) visit(std::array{links_[l].a, links_[l].b}, spring(l));
-  }
-  /// Those at one particle, which is their first node.
-  template <class Visit>
-  void for_each_element_at(int i, Visit visit) const {
-    visit(std::array{i}, anchor(i));
-    auto const others = links_.neighbours(i);
-    auto other = others.begin();
-    for (int const l : links_.at(i)) visit(std::array{i, *other++}, spring(l));
-  }
+  using Particles::cuttable, Particles::home, Particles::mass, Particles::nailed, Particles::size, Particles::surface;
 
   /// Rest area of a triangle [m²].
-  Scalar triangle_area(int t) const noexcept { return elements_[at(t)].area; }
+  Scalar triangle_area(int t) const noexcept { return cuttable() ? elements_[at(t)].area : measured_area(t); }
   /// Rest area of the triangles that meet at a particle [m²].
   Scalar area_around(int i) const noexcept {
     Scalar sum = 0;
@@ -82,9 +35,9 @@ class MassSpringElements {
     Scalar const area = triangle_area(t);
     Scalar const modulus = link_modulus(t, area);
     Law const law = links_[links_.find(c[0], c[1])].law;
-    int const n = add_particle(w[0] * rest_[c[0]] + w[1] * rest_[c[1]] + w[2] * rest_[c[2]],
-                               nailed(c[0]) && nailed(c[1]) && nailed(c[2]));
-    take_mass<3>(n, c, {w[0], w[1], w[2]}, area);
+    int const n = add_vertex(w[0] * rest_[c[0]] + w[1] * rest_[c[1]] + w[2] * rest_[c[2]],
+                             nailed(c[0]) && nailed(c[1]) && nailed(c[2]));
+    this->template take_mass<3>(n, c, {w[0], w[1], w[2]}, area, [this](int i) { return area_around(i); });
     surface_.set_triangle(t, {c[0], c[1], n});
     for (Corners const& child : {Corners{c[1], c[2], n}, Corners{c[2], c[0], n}}) add_triangle(child);
     for (int const child : {t, last_triangle() - 1, last_triangle()}) share_links(child, modulus, law);
@@ -101,8 +54,8 @@ class MassSpringElements {
     Scalar const left_area = left < 0 ? 0 : triangle_area(left), right_area = right < 0 ? 0 : triangle_area(right);
     Scalar const left_modulus = left < 0 ? 0 : link_modulus(left, left_area);
     Scalar const right_modulus = right < 0 ? 0 : link_modulus(right, right_area);
-    int const n = add_particle((1 - s) * rest_[a] + s * rest_[b], nailed(a) && nailed(b));
-    take_mass<2>(n, {a, b}, {1 - s, s}, left_area + right_area);
+    int const n = add_vertex((1 - s) * rest_[a] + s * rest_[b], nailed(a) && nailed(b));
+    this->template take_mass<2>(n, {a, b}, {1 - s, s}, left_area + right_area, [this](int i) { return area_around(i); });
     Division const division{{a, b}, n, {undeformed_length(a, n), undeformed_length(n, b)}, law};
     links_.change_end(divided, b, n);   // it is the first half from now on
     links_[divided].rest_length = (1 - prestrain_) * division.lengths[0];
@@ -125,7 +78,7 @@ class MassSpringElements {
 
   /// Gives `triangles`, all at p, a copy of p as their corner; mass and home spring are shared by area. Returns the copy.
   int split_particle(int p, std::span<int const> triangles) {
-    int const n = add_particle(rest_[p], nailed(p));
+    int const n = add_vertex(rest_[p], nailed(p));
     exchange_.set_copy_of(p);
     for (int const t : triangles) surface_.replace_corner(t, p, n);
     for (int const t : triangles) {
@@ -140,15 +93,7 @@ class MassSpringElements {
 
   /// Shares the mass and the home spring of two copies of one particle anew, by the area around each.
   void balance_copies(int p, int copy) {
-    Scalar const area = area_around(p), copy_area = area_around(copy);
-    Scalar const part = std::clamp(copy_area / (area + copy_area), Scalar(1e-3), Scalar(1) - Scalar(1e-3));
-    Scalar const m = mass(p) + mass(copy);
-    HomeSpring<Scalar> const both{home(p).stiffness + home(copy).stiffness, home(p).damping + home(copy).damping};
-    mass_[at(copy)] = part * m;
-    home_[at(copy)] = {part * both.stiffness, part * both.damping};
-    mass_[at(p)] = m - mass(copy);
-    home_[at(p)] = {both.stiffness - home(copy).stiffness, both.damping - home(copy).damping};
-    ++revision_;
+    this->share_between(p, copy, area_around(p), area_around(copy));
   }
 
   /// Undoes a split: the last particle's triangles, mass and home spring go to p.
@@ -157,7 +102,7 @@ class MassSpringElements {
     while (!surface_.triangles_at(last).empty()) change_corner(surface_.triangles_at(last).front(), last, p);
     mass_[at(p)] += mass(last);
     home_[at(p)].stiffness += home(last).stiffness, home_[at(p)].damping += home(last).damping;
-    pop_particle();
+    this->pop_particle(), surface_.pop_vertex();
   }
 
   /// Gives triangle t the corner `now` instead of `before`, both at the same place; its links follow, masses stay.
@@ -182,11 +127,9 @@ class MassSpringElements {
 
   /// Room for this many particles and triangles, so that edits up to there do not allocate.
   void reserve(int particles, int triangles) {
-    auto const n = at(particles);
-    rest_.reserve_and_prefault(particles), reserve_and_prefault(mass_, n), reserve_and_prefault(home_, n), reserve_and_prefault(nailed_, n), exchange_.reserve(particles);
+    this->reserve_particles(particles, 3 * triangles);
     reserve_and_prefault(elements_, at(triangles));
     surface_.reserve(particles, triangles);
-    links_.reserve(particles, 3 * triangles);
   }
 
  protected:
@@ -196,9 +139,9 @@ class MassSpringElements {
     Scalar area = 0;                 // m², undeformed
   };
 
-  static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
-  AnchorSpring<Scalar> anchor(int i) const noexcept { return {rest_[i], home_[at(i)]}; }
-  LinkSpring<Scalar, Law const&> spring(int link) const noexcept { return {links_[link].rest_length, links_[link].weight, links_[link].law}; }
+  using Particles::at, Particles::exchange_, Particles::home_, Particles::links_, Particles::mass_, Particles::prestrain_, Particles::rest_,
+      Particles::revision_, Particles::share_of, Particles::surface_, Particles::undeformed_length, Particles::weigh_link;
+
   int last_triangle() const noexcept { return surface_.triangle_count() - 1; }
 
   int third(int t, int a, int b) const noexcept {
@@ -216,45 +159,13 @@ class MassSpringElements {
     for (int const t : surface().triangles_at(particle)) elements_[at(t)].area = measured_area(t);
   }
 
-  Scalar undeformed_length(int a, int b) const noexcept { return (rest_[a] - rest_[b]).norm(); }
-
-  int add_particle(Vector3<Scalar> const& rest, bool nailed) {
-    rest_.push_back(rest);
-    mass_.push_back(0);
-    home_.push_back({});
-    nailed_.push_back(nailed ? 1 : 0);
+  int add_vertex(Vector3<Scalar> const& rest, bool is_nailed) {
     surface_.add_vertex();
-    links_.add_particle();
-    exchange_.add_particle();
-    return size() - 1;
+    return this->add_particle(rest, is_nailed);
   }
-
-  void pop_particle() noexcept {
-    rest_.pop_back(), mass_.pop_back(), home_.pop_back(), nailed_.pop_back();
-    surface_.pop_vertex();
-    links_.pop_particle();
-    exchange_.pop_particle();
-  }
-
   int add_triangle(Corners const& corners) {
     elements_.emplace_back();
     return surface_.add_triangle(corners);
-  }
-
-  template <std::size_t Parents>
-  void take_mass(int n, std::array<int, Parents> const& parents, std::array<Scalar, Parents> const& weights, Scalar divided_area) {
-    Scalar taken = mass(parents[0]) * divided_area / area_around(parents[0]);
-    for (std::size_t k = 1; k < Parents; ++k) taken = std::min(taken, mass(parents[k]) * divided_area / area_around(parents[k]));
-    for (std::size_t k = 0; k < Parents; ++k) {
-      int const p = parents[k];
-      Scalar const part = weights[k] * taken / mass(p);
-      home_[at(n)].stiffness += part * home(p).stiffness, home_[at(n)].damping += part * home(p).damping;
-      home_[at(p)].stiffness -= part * home(p).stiffness, home_[at(p)].damping -= part * home(p).damping;
-      mass_[at(p)] -= weights[k] * taken;
-    }
-    mass_[at(n)] = taken;
-    exchange_.set_parents(parents, weights);
-    ++revision_;
   }
 
   /// κ [N/m]: the mean over the triangle's edges of share · k L²/A.
@@ -263,9 +174,7 @@ class MassSpringElements {
     Scalar sum = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       int const l = links_.find(c[k], c[(k + 1) % 3]);
-      if (l < 0) continue;
-      Scalar const length = undeformed_length(c[k], c[(k + 1) % 3]);
-      sum += elements_[at(t)].share[k] * tangent_stiffness_of(links_[l].law, Scalar(0), links_[l].rest_length) * length * length;
+      if (l >= 0) sum += this->stretch(l, elements_[at(t)].share[k]);
     }
     return sum / (3 * area);
   }
@@ -277,17 +186,10 @@ class MassSpringElements {
     for (std::size_t k = 0; k < 3; ++k) {
       int const a = c[k], b = c[(k + 1) % 3];
       int const l = links_.find(a, b);
-      Scalar const length = undeformed_length(a, b);
-      Law const& held = l < 0 ? law : links_[l].law;
-      Scalar const share = modulus * area / (length * length * tangent_stiffness_of(held, Scalar(0), (1 - prestrain_) * length));
+      Scalar const share = share_of(modulus, area, undeformed_length(a, b), l < 0 ? law : links_[l].law);
       elements_[at(t)].share[k] = share;
       weigh_link(l, a, b, share + share_on(b, a), law);
     }
-  }
-
-  /// κ A/(L² k), for a link that has this law.
-  Scalar share_of(Scalar modulus, Scalar area, Scalar length, Law const& law) const {
-    return modulus * area / (length * length * tangent_stiffness_of(law, Scalar(0), (1 - prestrain_) * length));
   }
 
   /// An edge that was divided at n, how long its halves are, and the law of its link.
@@ -362,29 +264,7 @@ class MassSpringElements {
     weigh_link(links_.find(now, other), now, other, share + beside_now, law);
   }
 
-  /// Makes a link between a and b, which was found or is −1, one of this weight: adds it (with `law`), weighs it, or takes it away.
-  void weigh_link(int l, int a, int b, Scalar weight, Law const& law) {
-    if (l >= 0 ? links_[l].weight == weight : !(weight > 0)) return;
-    if (l >= 0 && weight > 0)
-      links_[l].weight = weight;
-    else if (l >= 0)
-      links_.remove(l);
-    else
-      links_.add({a, b, (1 - prestrain_) * undeformed_length(a, b), weight, law});
-    ++revision_;
-  }
-
-  Columns<Scalar, 3> rest_;
-  HugePageVector<Scalar> mass_;
-  HugePageVector<HomeSpring<Scalar>> home_;
-  HugePageVector<char> nailed_;
-  SurfaceTopology surface_;         // of a surface-built body
-  TetrahedralTopology solid_;       // of a body built from a volume
-  HugePageVector<Element> elements_;   // of each triangle
-  LinkSet<Scalar, Law> links_;
-  MassExchange<Scalar> exchange_;
-  Scalar prestrain_ = 0;
-  std::size_t revision_ = 0;
+  HugePageVector<Element> elements_;   // of each triangle of a surface-built body
 };
 
 }  // namespace palpate

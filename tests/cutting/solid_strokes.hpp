@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+// Strokes through solids, whatever they are made of, and what is asked of a solid after them.
+#pragma once
+
+#include "catch.hpp"
+
+#include <palpate/core/random.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/components.hpp>
+#include <palpate/mesh/validation.hpp>
+#include <palpate/testing/solid_cut_invariants.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace palpate_test {
+
+using Place = palpate::Vector3<double>;
+
+inline std::uint64_t from_environment(char const* name, std::uint64_t otherwise) {
+  char const* const asked = std::getenv(name);
+  return asked != nullptr ? std::stoull(asked) : otherwise;
+}
+
+int pieces(auto const& body) { return static_cast<int>(palpate::connected_components(body.rest_solid()).size()); }
+
+/// Each tetrahedron by where its corners rest, in order: the same for two bodies whatever their numbers are.
+auto shape(auto const& body) {
+  auto const mesh = body.rest_solid();
+  std::vector<std::array<std::array<long, 3>, 4>> all;
+  for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+    auto& corners = all.emplace_back();
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t d = 0; d < 3; ++d)
+        corners[k][d] = std::lround(1e9 * mesh.points(static_cast<int>(d), mesh.tetrahedra(static_cast<int>(k), t)));
+    std::sort(corners.begin(), corners.end());
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+/// Sweeps a blade of these ends along a way, in so many ticks.
+template <class Body>
+void stroke(palpate::VolumeCutter<double>& knife, Body& body, Place const& from, Place const& to, Place const& way, int ticks) {
+  for (int tick = 0; tick <= ticks; ++tick) {
+    Place const off = way * (static_cast<double>(tick) / ticks);
+    knife.advance(body, {from + off, to + off});
+  }
+}
+
+/// A plane stroke of any direction through a block of 15 mm: the blade and its way.
+struct Drawn {
+  Place middle, blade, way;
+  explicit Drawn(std::uint64_t seed) {
+    palpate::Random random(palpate::Seed{seed});
+    auto const any = [&] { return Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
+    middle = Place::Constant(0.0075) + 0.004 * any();
+    blade = any().normalized(), way = any().normalized();
+  }
+  template <class Body>
+  void cut(palpate::VolumeCutter<double>& knife, Body& body, int ticks) const {
+    stroke(knife, body, middle - 0.01 * way - 0.007 * blade, middle - 0.01 * way + 0.006 * blade, 0.02 * way, ticks);
+  }
+};
+
+/// A tetrahedron with a corner at 0 and edges of 10 mm along the axes, and planes through it. A corner is cut off: 3 vertices on edges, each twice; four edges: 4;
+/// X, Y: the vertices of the plane split too. Triangles and edges are those of both pieces.
+inline palpate::TetrahedralMesh<double> one_tetrahedron() {
+  palpate::TetrahedralMesh<double> mesh{palpate::Matrix3X<double>(3, 4), palpate::Matrix<int, 4, palpate::Dynamic>(4, 1)};
+  mesh.points << 0, 0.01, 0, 0, 0, 0, 0.01, 0, 0, 0, 0, 0.01;
+  mesh.tetrahedra << 0, 1, 2, 3;
+  return mesh;
+}
+struct PlaneCase {
+  char const* name;
+  Place at, normal;
+  int tetrahedra, particles, triangles, edges;
+
+  template <class Body>
+  void cut(palpate::VolumeCutter<double>& knife, Body& body) const {
+    Place const blade = normal.unitOrthogonal(), way = normal.normalized().cross(blade);
+    stroke(knife, body, at - 0.03 * blade - 0.0301 * way, at + 0.03 * blade - 0.0301 * way, 0.06 * way, 40);
+  }
+};
+inline std::array<PlaneCase, 5> plane_cases() {
+  return {PlaneCase{"A: three edges", Place(0.004, 0, 0), Place::UnitX(), 4, 10, 12, 18}, PlaneCase{"B: four edges", Place(0, 0.0042, 0), Place(0, 1, 1), 6, 12, 16, 24},
+          PlaneCase{"X: a vertex and two edges", Place(0, 0, 0.01), Place(1, 1, 0.4), 3, 9, 10, 15},
+          PlaneCase{"Y: two vertices and an edge", Place(0, 0, 0), Place(0.6, -0.4, 0), 2, 8, 8, 12},
+          PlaneCase{"Y: another", Place(0.0041, 0, 0), Place(1 / 0.0041, 100, 100), 2, 8, 8, 12}};
+}
+
+/// Strokes of any kind, three through each solid: blocks, balls and very uneven ones, of which make(mesh, seed) makes a body. All invariants after each tick; a
+/// solid is restored in mid-cut. Reports the first three that fail, and returns how many tetrahedra were made.
+/// PALPATE_SOLID_STROKES sets how many strokes, PALPATE_SEED with which seed they begin.
+template <class S, class Make>
+int cut_at_random(std::uint64_t otherwise, Make const& make) {
+  using namespace palpate;
+  std::uint64_t const strokes = from_environment("PALPATE_SOLID_STROKES", otherwise), first = from_environment("PALPATE_SEED", 1);
+  int made = 0, failures = 0;
+  for (std::uint64_t seed = first; 3 * (seed - first) < strokes && failures < 3; ++seed) {
+    Random random(Seed{seed});
+    auto const any = [&] { return Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
+    TetrahedralMesh<double> mesh = make_block<double>(4, 4, 4, 0.005, seed % 2 == 0 ? BlockPattern::alternating : BlockPattern::kuhn);
+    if (seed % 3 == 1)   // a ball
+      for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
+        Place const p = mesh.points.col(i) - Place::Constant(0.0075);
+        if (double const far = p.cwiseAbs().maxCoeff(); far > 0) mesh.points.col(i) = Place::Constant(0.0075) + p * (far / p.norm());
+      }
+    if (seed % 3 == 2)   // very uneven
+      mesh.points.row(0) = 0.015 * (mesh.points.row(0).array() / 0.015).square().matrix() * 0.9 + 0.1 * mesh.points.row(0);
+    TetrahedralMesh<S> const solid{mesh.points.cast<S>(), mesh.tetrahedra};
+    if (!validate(solid).empty()) continue;
+    auto body = make(solid, seed);
+    int const particles = body.size();
+    auto const saved = body.save();
+    testing::SolidCutInvariants before(body, {.least_height = 0.0199 * static_cast<double>(body.mean_edge()), .seed = Seed{seed}});
+    VolumeCutter<S> knife;
+    auto const momentum = [&] {
+      std::pair<Place, double> sum{Place::Zero(), 0.0};
+      for (int i = 0; i < body.size(); ++i) {
+        Place const v = body.velocities().col(i).template cast<double>();
+        double const m = static_cast<double>(body.tissue().mass(i));
+        sum.first += m * v, sum.second += m * v.squaredNorm();
+      }
+      return sum;
+    };
+    std::string wrong;
+    for (int n = 0; n < 3 && wrong.empty(); ++n) {
+      Place const middle = Place::Constant(0.0075) + 0.006 * any(), blade = any().normalized(), way = any().normalized();
+      Place const turn = 0.01 * random.uniform(0.0, 1.0) * any();
+      double const length = random.uniform(0.002, 0.03), far = random.uniform(0.001, 0.03);
+      int const ticks = 2 + static_cast<int>(random.below(20));
+      bool const back = random.below(4) == 0, moves = random.below(2) == 0;
+      for (int tick = 0; tick <= ticks && wrong.empty(); ++tick) {
+        double u = static_cast<double>(tick) / ticks;
+        if (back) u = 1 - std::abs(2 * u - 1);
+        Place const at = middle + (2 * u - 1) * far * way;
+        auto const was = momentum();
+        knife.advance(body, {Place(at - length / 2 * blade - u * turn).cast<S>(), Place(at + length / 2 * blade + u * turn).cast<S>()});
+        auto const is = momentum();
+        wrong = testing::to_text(before.check(body));
+        double const digits = sizeof(S) == sizeof(float) ? 1e-5 : 1e-12;
+        double const size = std::sqrt(was.second * static_cast<double>(body.total_mass()));
+        if (!((is.first - was.first).norm() <= digits * size)) wrong += "the momentum is not what it was\n";
+        if (!(is.second <= was.second * (1 + digits))) wrong += "kinetic energy has risen\n";
+        if (!wrong.empty()) wrong = "seed " + std::to_string(seed) + ", stroke " + std::to_string(n) + ", tick " + std::to_string(tick) + ":\n" + wrong;
+        if (moves) body.step(S(1e-3));
+      }
+      made += knife.report().tetrahedra_added;
+      if (n < 2) knife.lift(body);
+    }
+    CHECK(wrong == "");
+    failures += wrong.empty() ? 0 : 1;
+    body.restore(saved);   // in mid-cut, too
+    CHECK(testing::to_text(before.check(body)) == "");
+    knife.advance(body, {Vector3<S>::Constant(1), Vector3<S>::Constant(S(1.01))});
+    CHECK(body.size() == particles);
+  }
+  CHECK(made > 10 * static_cast<int>(strokes));
+  return made;
+}
+
+}  // namespace palpate_test
