@@ -148,7 +148,7 @@ static_assert(SpringLaw<LinearSpring<double>, double> && StatesStiffness<LinearS
 static_assert(SpringLaw<LockingSpring<double>, double> && StatesStiffness<LockingSpring<double>, double> &&
               StatesEnergy<LockingSpring<double>, double> && StatesMonotony<LockingSpring<double>, double>);
 static_assert(TissueModel<MassSpring<double>> && CuttableTissue<MassSpring<float>> && RedistributesMass<MassSpring<double>> && DivisibleTissue<MassSpring<float>> &&
-              HasTangentOperator<MassSpring<double>>);
+              CuttableSolid<MassSpring<double>> && HasTangentOperator<MassSpring<double>>);
 static_assert(SpringLaw<SaturatingSpring<double>, double> && StatesStiffness<SaturatingSpring<double>, double>);
 static_assert(Element<LinkSpring<double>, double> && HasElementProducts<LinkSpring<double>, double> && HasElementBounds<SupportSpring<float>, float> &&
               HasElementDamping<SupportSpring<float>, float> && HasSemidefiniteStiffness<LinkSpring<float>, float> &&

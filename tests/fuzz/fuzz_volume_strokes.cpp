@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Strokes out of any bytes through a small solid, everything checked after every tick: what no cut may change, and what the sanitizers see.
+// Strokes out of any bytes through a small solid of finite elements or of springs, everything checked after every tick: what no cut may change, and what the sanitizers see.
 // A tick is seven bytes: what is done, and both ends of the blade on a lattice of which some planes are the mesh's own. A case that fails is made smaller, tick
 // by tick, and printed.
 //
@@ -11,6 +11,7 @@
 #include <palpate/mesh/block.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
 #include <palpate/tissue/finite_elements.hpp>
+#include <palpate/tissue/mass_spring.hpp>
 
 #include <array>
 #include <cstddef>
@@ -26,9 +27,13 @@ using namespace palpate;
 
 using Tick = std::array<std::uint8_t, 7>;
 
-template <class S>
-std::string violations_of(std::vector<Tick> const& ticks, BlockPattern pattern) {
-  FiniteElements<S, StableNeoHookean<S>> tissue(make_block<S>(3, 3, 4, S(0.005), pattern), {.density = 1000, .material = {.young = S(1e4), .poisson = S(0.4)}});
+struct Solid {
+  BlockPattern pattern;
+  bool springs;
+};
+
+template <class S, class Tissue>
+std::string violations_in(Tissue tissue, std::vector<Tick> const& ticks) {
   for (int i = 0; i < 9; ++i) tissue.nail(i);
   SoftBody body(std::move(tissue), BackwardEuler{});
   auto const saved = body.save();
@@ -53,19 +58,27 @@ std::string violations_of(std::vector<Tick> const& ticks, BlockPattern pattern) 
 }
 
 template <class S>
-void check(std::vector<Tick> ticks, BlockPattern pattern) {
-  if (violations_of<S>(ticks, pattern).empty()) return;
+std::string violations_of(std::vector<Tick> const& ticks, Solid const& solid) {
+  auto const mesh = make_block<S>(3, 3, 4, S(0.005), solid.pattern);
+  if (solid.springs) return violations_in<S>(MassSpring<S>(mesh, {.mass = {.total = S(0.002)}, .link = {.stiffness = 50, .damping = S(0.01)}, .home = {.stiffness = 1}}), ticks);
+  return violations_in<S>(FiniteElements<S, StableNeoHookean<S>>(mesh, {.density = 1000, .material = {.young = S(1e4), .poisson = S(0.4)}}), ticks);
+}
+
+template <class S>
+void check(std::vector<Tick> ticks, Solid const& solid) {
+  if (violations_of<S>(ticks, solid).empty()) return;
   for (bool smaller = true; smaller;) {
     smaller = false;
     for (std::size_t k = 0; k < ticks.size() && !smaller; ++k) {
       auto fewer = ticks;
       fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(k));
-      if (!violations_of<S>(fewer, pattern).empty()) ticks = fewer, smaller = true;
+      if (!violations_of<S>(fewer, solid).empty()) ticks = fewer, smaller = true;
     }
   }
-  std::fprintf(stderr, "%zu ticks, %s, %s:\n", ticks.size(), sizeof(S) == sizeof(float) ? "float" : "double", pattern == BlockPattern::kuhn ? "kuhn" : "alternating");
+  std::fprintf(stderr, "%zu ticks, %s, %s, %s:\n", ticks.size(), sizeof(S) == sizeof(float) ? "float" : "double",
+               solid.pattern == BlockPattern::kuhn ? "kuhn" : "alternating", solid.springs ? "springs" : "elements");
   for (Tick const& tick : ticks) std::fprintf(stderr, "  {%d, %d, %d, %d, %d, %d, %d},\n", tick[0], tick[1], tick[2], tick[3], tick[4], tick[5], tick[6]);
-  std::fputs(violations_of<S>(ticks, pattern).c_str(), stderr);
+  std::fputs(violations_of<S>(ticks, solid).c_str(), stderr);
   std::abort();
 }
 
@@ -78,10 +91,10 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
     Tick& tick = ticks.emplace_back();
     for (std::size_t k = 0; k < 7; ++k) tick[k] = data[at + k];
   }
-  BlockPattern const pattern = (data[0] & 1) != 0 ? BlockPattern::kuhn : BlockPattern::alternating;
+  Solid const solid{(data[0] & 1) != 0 ? BlockPattern::kuhn : BlockPattern::alternating, (data[0] & 48) == 16};
   if ((data[0] & 14) == 2)
-    check<float>(ticks, pattern);
+    check<float>(ticks, solid);
   else
-    check<double>(ticks, pattern);
+    check<double>(ticks, solid);
   return 0;
 }

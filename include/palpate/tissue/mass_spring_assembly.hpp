@@ -136,7 +136,7 @@ class MassSpringAssembly {
   /// Memory for the springs of a tissue that grows to so many particles and triangles.
   template <class Tissue>
   void reserve(Tissue const& tissue, int particles, int triangles) {
-    layout_.reserve(particles, std::max(3 * triangles + particles, tissue.links().size()));   // a volume has more
+    layout_.reserve(particles, std::max(3 * triangles + particles, tissue.links().size() + 8 * std::max(0, particles - tissue.size())));   // a volume has more
   }
 
  private:
