@@ -357,14 +357,25 @@ class SolidCut {
     to_open_.insert(to_open_.end(), f.begin(), f.end());
   }
 
-  /// Whether a tetrahedron would be parted from all others, alone or with a few: they go to the other side then, if they lie on the cut or are no thicker than
-  /// what snaps.
+  /// Whether a tetrahedron would be parted from all others, alone or with some: they go to the other side then, if none is thicker than what snaps, and they are
+  /// a crumb or lie between this cut and the wall of an earlier one.
   template <class Body>
   bool joins_slice(Body const& body, int t) {
     auto const& solid = body.tissue().topology();
-    constexpr std::size_t most = 8;
+    constexpr std::size_t most = 64;
     slice_.assign(1, t);
-    for (std::size_t n = 0; n < slice_.size(); ++n)
+    double volume = 0;
+    bool is_between_walls = true;
+    for (std::size_t n = 0; n < slice_.size(); ++n) {
+      Corners const c = solid.corners(slice_[n]);
+      for (int const i : c) {
+        if (is_on(i)) continue;
+        if (thickness(body, slice_[n], i) > snap_.thickness) return false;
+        auto const border = body.tissue().surface().triangles_at(i);
+        is_between_walls = is_between_walls && std::ranges::any_of(border, [&](int triangle) { return body.tissue().is_wound(triangle); });
+      }
+      volume += (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0])).dot(rest(body, c[3]) - rest(body, c[0])) / 6;
+      if (!is_between_walls && 4 * volume > snap_.thickness * snap_.thickness * snap_.thickness) return false;
       for (int k = 0; k < 4; ++k) {
         int const u = solid.neighbour(slice_[n], k);
         if (u < 0 || std::find(slice_.begin(), slice_.end(), u) != slice_.end() || body.tissue().is_cut(slice_[n], k)) continue;
@@ -372,14 +383,7 @@ class SolidCut {
         if (slice_.size() == most) return false;
         slice_.push_back(u);
       }
-    double volume = 0;
-    for (int const s : slice_) {
-      Corners const c = solid.corners(s);
-      volume += (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0])).dot(rest(body, c[3]) - rest(body, c[0])) / 6;
-      for (int const i : c)
-        if (!is_on(i) && thickness(body, s, i) > snap_.thickness) return false;
     }
-    if (4 * volume > snap_.thickness * snap_.thickness * snap_.thickness) return false;
     for (int const s : slice_) sides_[static_cast<std::size_t>(s)] = static_cast<signed char>(-side_of_tetrahedron(body, s));
     ++report_.joined;
     return true;

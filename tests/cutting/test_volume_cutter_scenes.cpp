@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+// Cuts as a hand makes them: that cross, undermine, take out a wedge, a core or a slice. Yardsticks: pieces, areas and volumes of planes, a prism and a cylinder;
+// tetrahedra that a parallelogram meets, counted here. PALPATE_CROSSINGS sets how many pairs of planes (60 if not set).
+#include "catch.hpp"
+#include "solid_strokes.hpp"
+
+#include <palpate/body/soft_body.hpp>
+#include <palpate/core/random.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/components.hpp>
+#include <palpate/testing/solid_cut_invariants.hpp>
+#include <palpate/tissue/finite_elements.hpp>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace palpate;
+using namespace palpate_test;
+
+namespace {
+
+constexpr double edge = 0.005;   // m, of the blocks
+
+auto make_body(int nx, int ny, int nz, BlockPattern pattern, double prestrain = 0.0, double tolerance = 1e-3) {
+  FiniteElements<double, StableNeoHookean<double>> tissue(make_block<double>(nx, ny, nz, edge, pattern),
+                                                          {.density = 1000, .material = {.young = 1e4, .poisson = 0.4}, .damping = {.alpha = 30}, .prestrain = prestrain});
+  for (int i = 0; i < tissue.size(); ++i)
+    if (prestrain > 0 && tissue.rest_position(i)[2] < 1e-6) tissue.nail(i);
+  return SoftBody(std::move(tissue), BackwardEuler{.tolerance = tolerance});
+}
+
+auto invariants_of(auto& body) { return testing::SolidCutInvariants(body, {.least_height = 0.0199 * body.mean_edge()}); }
+
+/// m³ at rest of each piece, the largest first.
+std::vector<double> volumes(auto const& body) {
+  auto const mesh = body.rest_solid();
+  auto const parts = connected_components(mesh);
+  std::vector<std::size_t> of(static_cast<std::size_t>(mesh.points.cols()));
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    for (int const i : parts[k]) of[static_cast<std::size_t>(i)] = k;
+  std::vector<double> all(parts.size());
+  for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+    auto const corner = [&](int k) -> Place { return mesh.points.col(mesh.tetrahedra(k, t)); };
+    all[of[static_cast<std::size_t>(mesh.tetrahedra(0, t))]] += (corner(1) - corner(0)).cross(corner(2) - corner(0)).dot(corner(3) - corner(0)) / 6;
+  }
+  std::sort(all.rbegin(), all.rend());
+  return all;
+}
+
+/// A plane of any direction, through all of a cube of this side.
+struct AnyPlane {
+  Place at, normal;
+  AnyPlane(Random& random, double side) {
+    auto const any = [&] { return Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
+    normal = any().normalized(), at = Place::Constant(side / 2) + 0.1 * side * any();
+  }
+  template <class Body>
+  void cut(Body& body, double side, bool moves) const {
+    Place const blade = normal.unitOrthogonal(), way = normal.cross(blade);
+    VolumeCutter<double> knife;
+    for (int tick = 0; tick <= 40; ++tick) {
+      Place const o = at + way * (2 * side * (tick / 20.0 - 1));
+      knife.advance(body, {o - 2 * side * blade, o + 2 * side * blade});
+      if (moves) body.step(2e-3);
+    }
+    knife.lift(body);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("two planes that cross leave four pieces, whatever their directions", "[volume_cutter][scenes]") {
+  std::uint64_t const pairs = from_environment("PALPATE_CROSSINGS", 60);
+  int wrong = 0;
+  for (std::uint64_t seed = 0; seed < pairs && wrong < 3; ++seed) {
+    Random random(Seed{seed});
+    auto body = make_body(4, 4, 4, seed % 2 == 0 ? BlockPattern::kuhn : BlockPattern::alternating);
+    auto const before = invariants_of(body);
+    AnyPlane const first(random, 3 * edge);
+    AnyPlane second(random, 3 * edge);
+    while (std::abs(first.normal.dot(second.normal)) > 0.8) second = AnyPlane(random, 3 * edge);
+    first.cut(body, 3 * edge, false), second.cut(body, 3 * edge, false);
+    INFO("seed " << seed);
+    CHECK(pieces(body) == 4);
+    CHECK(testing::to_text(before.check(body)) == "");
+    wrong += pieces(body) == 4 ? 0 : 1;
+  }
+}
+
+TEST_CASE("cuts that cross in tissue that gapes and moves leave no more than a crumb in a few dozen", "[volume_cutter][scenes]") {
+  int others = 0;
+  for (std::uint64_t seed = 100; seed < 124; ++seed) {
+    Random random(Seed{seed});
+    auto body = make_body(5, 5, 4, BlockPattern::alternating, 0.08);
+    auto const before = invariants_of(body);
+    auto const upright = [&](double turn) {
+      AnyPlane plane(random, 4 * edge);
+      plane.normal = Place(std::cos(turn), std::sin(turn), 0.2 * random.uniform(-1.0, 1.0)).normalized();
+      plane.at[2] = 1.5 * edge;
+      return plane;
+    };
+    double const turn = random.uniform(0.0, 3.0);
+    upright(turn).cut(body, 4 * edge, true), upright(turn + random.uniform(0.9, 2.2)).cut(body, 4 * edge, true);
+    INFO("seed " << seed);
+    CHECK(testing::to_text(before.check(body)) == "");
+    others += pieces(body) == 4 ? 0 : 1;
+  }
+  CHECK(others <= 1);
+}
+
+TEST_CASE("a blade under the skin undermines it, and a cut down to it peels a layer off", "[volume_cutter][scenes]") {
+  // Yardstick: the area that was swept, and the volume of the layer.
+  auto body = make_body(9, 7, 4, BlockPattern::alternating);
+  auto const before = invariants_of(body);
+  double const top = 3 * edge, under = top - 0.0031, width = 6 * edge;
+  VolumeCutter<double> knife;
+  stroke(knife, body, Place(-0.01, -0.01, under), Place(-0.01, width + 0.01, under), Place(0.0335, 0, 0), 60);   // in from one end, 23.5 mm
+  knife.lift(body);
+  CHECK(pieces(body) == 1);
+  CHECK(knife.report().area == Approx(0.0235 * width).epsilon(0.25));
+  stroke(knife, body, Place(0.0157, -0.01, under - 0.0004), Place(0.0157, -0.01, top + 0.01), Place(0, width + 0.02, 0), 60);   // down to it
+  knife.lift(body);
+  CHECK(testing::to_text(before.check(body)) == "");
+  auto const parts = volumes(body);
+  REQUIRE(parts.size() == 2);
+  CHECK(parts[1] == Approx(0.0157 * width * 0.0031).epsilon(0.2));
+}
+
+TEST_CASE("two cuts that meet in the depth take out a wedge, and a closed one takes out a core", "[volume_cutter][scenes]") {
+  SECTION("wedge: a prism with a triangle of 17 mm by 13 mm") {
+    auto body = make_body(9, 7, 5, BlockPattern::alternating);
+    auto const before = invariants_of(body);
+    double const top = 4 * edge, length = 6 * edge, low = top - 0.013;
+    for (double const side : {-1.0, 1.0}) {
+      VolumeCutter<double> knife;
+      Place const bottom(0.0203 - 0.001 * side, -0.01, low - 0.0015), above(0.0203 + side * 0.0085 * 1.5, -0.01, top + 0.0065);
+      stroke(knife, body, bottom, above, Place(0, length + 0.02, 0), 60);
+      knife.lift(body);
+    }
+    CHECK(testing::to_text(before.check(body)) == "");
+    auto const parts = volumes(body);
+    REQUIRE(parts.size() == 2);
+    CHECK(parts[1] == Approx(0.017 * 0.013 / 2 * length).epsilon(0.15));
+  }
+  SECTION("core: a cylinder of 10 mm radius") {
+    auto body = make_body(9, 9, 4, BlockPattern::alternating);
+    auto const before = invariants_of(body);
+    VolumeCutter<double> knife;
+    double const radius = 0.0101;
+    for (int tick = 0; tick <= 200; ++tick) {
+      double const angle = 2.05 * std::numbers::pi * tick / 200;   // a little on, over where it began
+      Place const at(4 * edge + radius * std::cos(angle), 4 * edge + radius * std::sin(angle), 0);
+      knife.advance(body, {at - Place(0, 0, 0.01), at + Place(0, 0, 0.03)});
+    }
+    knife.lift(body);
+    CHECK(testing::to_text(before.check(body)) == "");
+    auto const parts = volumes(body);
+    REQUIRE(parts.size() == 2);
+    CHECK(parts[1] == Approx(std::numbers::pi * radius * radius * 3 * edge).epsilon(0.12));
+  }
+}
+
+TEST_CASE("a slice of most of an edge comes off; a thinner one than twice the snap stays, and the report says so", "[volume_cutter][scenes]") {
+  for (double const thickness : {0.0042, 0.0008}) {
+    auto body = make_body(6, 5, 5, BlockPattern::alternating);
+    auto const before = invariants_of(body);
+    double const side = 4 * edge;
+    VolumeCutReport report;
+    for (double const x : {0.0112, 0.0112 + thickness}) {
+      VolumeCutter<double> knife;
+      stroke(knife, body, Place(x, -0.01, -0.01), Place(x, -0.01, side + 0.01), Place(0, side + 0.02, 0), 60);
+      knife.lift(body);
+      report = knife.report();
+    }
+    INFO("a slice of " << thickness);
+    CHECK(testing::to_text(before.check(body)) == "");
+    auto const parts = volumes(body);
+    if (thickness > 0.002) {
+      REQUIRE(parts.size() == 3);
+      CHECK(parts[2] == Approx(thickness * side * side).epsilon(0.25));
+    } else {
+      CHECK(parts.size() == 2);
+      CHECK(report.joined + report.snapped > 0);
+    }
+  }
+}
+
+TEST_CASE("a stroke makes at most six tetrahedra of each that it goes through, and steps stay as easy to solve", "[volume_cutter][scenes]") {
+  // Yardsticks: tetrahedra with an edge through the parallelogram that the blade sweeps, counted one by one; iterations of a block of as many tetrahedra.
+  std::int64_t made = 0, crossed = 0;
+  double cut_iterations = 0, whole_iterations = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Random random(Seed{seed});
+    auto body = make_body(9, 9, 7, BlockPattern::alternating, 0.0, 1e-8);
+    double const top = 6 * edge, length = edge * random.uniform(3.0, 8.0), depth = edge * random.uniform(1.0, 3.0), turn = random.uniform(0.0, 6.28);
+    Place const way(std::cos(turn), std::sin(turn), 0), tilt = 0.3 * Place(-way[1], way[0], 0) * random.uniform(-1.0, 1.0);
+    Place const low = Place(4 * edge, 4 * edge, top - depth) - length / 2 * way, high = low + (depth + 0.01) * (Place::UnitZ() + tilt);
+    auto const mesh = body.rest_solid();
+    int through = 0;
+    for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+      bool meets = false;
+      for (int i = 0; i < 4; ++i)
+        for (int j = i + 1; j < 4; ++j) {
+          Place const a = mesh.points.col(mesh.tetrahedra(i, t)), b = mesh.points.col(mesh.tetrahedra(j, t));
+          Eigen::Matrix3d system;
+          system << high - low, length * way, a - b;
+          Place const at = system.fullPivLu().solve(a - low);
+          meets = meets || (at.minCoeff() >= 0 && at.maxCoeff() <= 1);
+        }
+      through += meets ? 1 : 0;
+    }
+    VolumeCutter<double> knife;
+    stroke(knife, body, low, high, length * way, 60);
+    knife.lift(body);
+    made += knife.report().tetrahedra_added, crossed += through;
+    CHECK(knife.report().tetrahedra_added <= 6 * through);
+
+    auto const iterations = [](auto& of) {
+      of.set_gravity({0, 0, -9.81});
+      for (int k = 0; k < 10; ++k) REQUIRE(of.step(2e-3));
+      return static_cast<double>(of.solve_statistics().iterations) / 10;
+    };
+    if (seed > 3) continue;
+    auto whole = make_body(10, 9, 7, BlockPattern::alternating, 0.0, 1e-8);
+    CHECK(std::abs(whole.tissue().tetrahedra() - body.tissue().tetrahedra()) < 0.2 * body.tissue().tetrahedra());
+    cut_iterations += iterations(body), whole_iterations += iterations(whole);
+  }
+  INFO(made << " tetrahedra made of " << crossed << "; " << cut_iterations / 3 << " iterations a step after a cut, " << whole_iterations / 3 << " of a block");
+  CHECK(made <= 6 * crossed);
+  CHECK(cut_iterations <= 1.5 * whole_iterations);
+}
