@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace viewer {
@@ -14,6 +15,7 @@ struct Box {
   bool contains(double px, double py) const noexcept { return px >= x && px < x + width && py >= y && py < y + height; }
   double top() const noexcept { return y + height; }
   double right() const noexcept { return x + width; }
+  friend bool operator==(Box const&, Box const&) = default;
 };
 
 enum class Button { record, replay, undo, undo_all };
@@ -24,13 +26,14 @@ struct Layout {
   Box scene, panel, title, rows, force_chart, energy_chart, help;
   std::array<Box, all_buttons.size()> buttons;
   double row_height = 22.0;
+  friend bool operator==(Layout const&, Layout const&) = default;
 };
 
-constexpr int row_count = 9;
+constexpr int row_count = 10;
 
 inline Layout layout_for(int width, int height) {
   constexpr double margin = 14.0, title = 50.0, button = 34.0, gap = 8.0;
-  double const w = width, h = height, panel = std::clamp(0.32 * w, 340.0, 460.0);
+  double const w = width, h = height, panel = std::round(std::clamp(0.32 * w, 340.0, 460.0));
   Layout layout;
   layout.scene = {0.0, 0.0, w - panel, h};
   layout.panel = {w - panel, 0.0, panel, h};

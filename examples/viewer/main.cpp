@@ -40,7 +40,7 @@ void run(viewer::Options const& options) {
 
   Engine engine(session ? setup_of(*session, options.setup) : options.setup, options.out, options.realtime);
   if (session) engine.play(std::move(*session));
-  double pictures = 0.0;   // a second
+  PictureClock pictures;
   {
     Window window(engine, options.width, options.height, options.realtime);
     if (options.realtime) engine.start();
@@ -49,15 +49,18 @@ void run(viewer::Options const& options) {
     else
       window.run(options.seconds);
     engine.stop();
-    pictures = window.picture_rate();
+    pictures = window.pictures();
   }
   engine.finish();
   for (auto const& file : engine.written()) std::printf("recorded %s\n", file.string().c_str());
   Live const live = engine.live();
   auto const count = [](std::uint64_t ticks) { return static_cast<unsigned long long>(ticks); };
-  std::printf("ran %.2f s, servo p99 %.0f us, late ticks %llu of %llu%s%s\n", live.time, 1e6 * live.servo.p99, count(live.servo.late),
-              count(live.servo.ticks), live.note.empty() ? "" : "; ", live.note.c_str());
-  if (pictures > 0.0) std::printf("%.0f pictures a second\n", pictures);
+  std::printf("ran %.2f s, servo ", live.time);
+  if (options.realtime) std::printf("%.0f Hz, ", live.servo.rate);
+  std::printf("p99 %.0f us, late ticks %llu of %llu%s%s\n", 1e6 * live.servo.p99, count(live.servo.late), count(live.servo.ticks),
+              live.note.empty() ? "" : "; ", live.note.c_str());
+  if (pictures.count() > 0 || pictures.is_plain())
+    std::printf("drew %.0f pictures a second%s\n", pictures.mean_rate(), pictures.is_plain() ? ", plain: there is no graphics card" : "");
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 namespace viewer {
 
 vtkStandardNewMacro(Panel)
+vtkStandardNewMacro(Cards)
 
 namespace {
 
@@ -72,6 +73,12 @@ std::string format(char const* pattern, Numbers... numbers) {
   return text;
 }
 
+std::string pictures_of(PictureClock const& pictures) {
+  std::string const rate = pictures.rate() > 0.0 ? format("%.0f a second", pictures.rate()) : std::string();
+  std::string const look = pictures.is_plain() ? "plain (no GPU)" : "edges smoothed";
+  return rate.empty() ? look : rate + ", " + look;
+}
+
 struct Phase {
   char const* word;
   Ink ink;
@@ -91,6 +98,10 @@ bool Panel::Paint(vtkContext2D* painter) {
   painter->DrawRect(static_cast<float>(panel.x), 0.0f, 1.0f, static_cast<float>(panel.height));
   paint_state(painter);
   paint_buttons(painter);
+  return true;
+}
+
+bool Cards::Paint(vtkContext2D* painter) {
   paint_legend(painter);
   if (helps_) paint_help(painter);
   return true;
@@ -115,7 +126,8 @@ void Panel::paint_state(vtkContext2D* painter) const {
       {"depth", format("%.1f mm  (press to %.0f mm)", 1000.0 * now.tick.depth, 1000.0 * press_depth_)},
       {"energy", format("%.2f mJ", std::abs(taken) < 0.005 ? 0.0 : taken)},
       {"passivity", passive ? "passive" : "gave more than it took", passive ? good : warning},
-      {"servo", format("p99 %.0f µs of 1000 µs%s", 1e6 * live_.servo.p99, realtime_ ? "" : ", lock-step")},
+      {"servo", (realtime_ ? format("%.0f Hz, ", live_.servo.rate) : "") + format("p99 %.0f µs of 1000 µs%s", 1e6 * live_.servo.p99, realtime_ ? "" : ", lock-step")},
+      {"pictures", pictures_of(pictures_)},
       {"tissue", to_string(live_.setup.tissue)},
       {"integrator", to_string(live_.setup.integrator)},
       {"coupling", to_string(live_.setup.coupling)},
@@ -161,7 +173,7 @@ void Panel::paint_buttons(vtkContext2D* painter) const {
   }
 }
 
-void Panel::paint_legend(vtkContext2D* painter) const {
+void Cards::paint_legend(vtkContext2D* painter) const {
   Box const& scene = layout_.scene;
   struct Entry {
     char const* word;
@@ -183,7 +195,7 @@ void Panel::paint_legend(vtkContext2D* painter) const {
   }
 }
 
-void Panel::paint_help(vtkContext2D* painter) const {
+void Cards::paint_help(vtkContext2D* painter) const {
   struct Line {
     char const *key, *what;
   };

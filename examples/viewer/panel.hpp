@@ -3,6 +3,7 @@
 
 #include "layout.hpp"
 #include "live.hpp"
+#include "picture_clock.hpp"
 
 #include <vtkContextItem.h>
 
@@ -10,7 +11,7 @@
 
 namespace viewer {
 
-/// Everything in the window that is words: the state, the buttons and the keys.
+/// What is written beside the scene: the state and the buttons.
 class Panel : public vtkContextItem {
  public:
   vtkTypeMacro(Panel, vtkContextItem);
@@ -21,13 +22,12 @@ class Panel : public vtkContextItem {
   bool Paint(vtkContext2D* painter) override;
 
   void place(Layout const& layout) { layout_ = layout; }
-  void show(Live const& live, double depth, bool realtime) {
+  void show(Live const& live, double depth, bool realtime, PictureClock const& pictures) {
     live_ = live;
     press_depth_ = depth;
     realtime_ = realtime;
+    pictures_ = pictures;
   }
-  void toggle_help() { helps_ = !helps_; }
-  bool helps() const noexcept { return helps_; }
 
  protected:
   Panel() = default;
@@ -36,13 +36,38 @@ class Panel : public vtkContextItem {
  private:
   void paint_state(vtkContext2D* painter) const;
   void paint_buttons(vtkContext2D* painter) const;
-  void paint_help(vtkContext2D* painter) const;
-  void paint_legend(vtkContext2D* painter) const;
 
   Layout layout_{};
   Live live_{};
   double press_depth_ = 0.0;   // m
-  bool realtime_ = false, helps_ = true;
+  bool realtime_ = false;
+  PictureClock pictures_;
+};
+
+/// What is written on the scene: what the colours mean, and the keys.
+class Cards : public vtkContextItem {
+ public:
+  vtkTypeMacro(Cards, vtkContextItem);
+  static Cards* New();
+  Cards(Cards const&) = delete;
+  Cards& operator=(Cards const&) = delete;
+
+  bool Paint(vtkContext2D* painter) override;
+
+  void place(Layout const& layout) { layout_ = layout; }
+  void toggle_help() { helps_ = !helps_; }
+  bool helps() const noexcept { return helps_; }
+
+ protected:
+  Cards() = default;
+  ~Cards() override = default;
+
+ private:
+  void paint_legend(vtkContext2D* painter) const;
+  void paint_help(vtkContext2D* painter) const;
+
+  Layout layout_{};
+  bool helps_ = true;
 };
 
 }  // namespace viewer

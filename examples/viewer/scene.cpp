@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "scene.hpp"
 
+#include <palpate/mesh/normals.hpp>
 #include <palpate/vtk/detail/poly_data.hpp>
 #include <palpate/vtk/detail/scalpel.hpp>
 #include <palpate/vtk/picture.hpp>
@@ -19,6 +20,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace viewer {
 
@@ -34,6 +36,22 @@ void set_pose(vtkActor* actor, Eigen::Affine3d const& pose) {
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column) matrix->SetElement(row, column, pose.matrix()(row, column));
   actor->SetUserMatrix(matrix);
+}
+
+/// What the upper side casts onto the table, from the left and from behind. Where it lies twice, what comes from higher lies a little higher and later in
+/// the list, so that both are blended.
+Mesh shadow_of(Mesh const& organ) {
+  Vector const ray(0.20, -0.04, -1.0);   // of 1 m downwards
+  double const table = organ.points.row(2).minCoeff();
+  Mesh cast{organ.points, {}};
+  for (Eigen::Index i = 0; i < cast.points.cols(); ++i) cast.points.col(i) += (1.0 - 1e-3) * (organ.points(2, i) - table) * ray;
+  std::vector<int> lit;
+  for (int t = 0; t < organ.triangles.cols(); ++t)
+    if (palpate::triangle_normal(organ, t).dot(ray) < 0.0) lit.push_back(t);
+  auto const height = [&](int t) { return cast.points(2, organ.triangles(0, t)); };
+  std::sort(lit.begin(), lit.end(), [&](int a, int b) { return height(a) < height(b); });
+  cast.triangles = organ.triangles(Eigen::all, lit);
+  return cast;
 }
 
 /// From the tip to the handle: held like a pen, from the right and from in front.
@@ -53,15 +71,14 @@ Scene::Scene() {
   organ_ = add(renderer_, colours::tissue);
   organ_->GetProperty()->SetSpecular(0.28);
   organ_->GetProperty()->SetSpecularPower(32.0);
-  vtkNew<vtkProperty> inside;
-  inside->DeepCopy(organ_->GetProperty());
-  inside->SetColor(colours::interior[0], colours::interior[1], colours::interior[2]);
-  inside->SetSpecular(0.05);
-  organ_->SetBackfaceProperty(inside);
+  inside_->DeepCopy(organ_->GetProperty());
+  inside_->SetColor(colours::interior[0], colours::interior[1], colours::interior[2]);
+  inside_->SetSpecular(0.05);
   walls_ = add(renderer_, colours::wound);
   shadow_ = add(renderer_, {0.10, 0.14, 0.18});
   shadow_->GetProperty()->LightingOff();
-  shadow_->GetProperty()->SetOpacity(0.08);   // the near and the far side of the organ both cast it
+  shadow_->GetProperty()->SetOpacity(0.15);
+  shadow_->ForceOpaqueOn();   // blended where it is drawn: a pass for translucent things costs as much as all the rest
 
   auto const tool_world = Eigen::Affine3d(Eigen::Scaling(tool_length));
   blade_ = add(renderer_, {0.80, 0.82, 0.85});
@@ -145,6 +162,8 @@ void Scene::place(double left, double low, double right, double high) {
 void Scene::show_body(palpate::BodySnapshot<double> const& body, bool is_uncut) {
   Mesh const mesh{body.points, body.triangles};
   mapper_of(organ_)->SetInputData(palpate::detail::to_smooth_poly_data(mesh));
+  organ_->GetProperty()->SetBackfaceCulling(is_uncut);   // the inside is seen through a cut alone
+  organ_->SetBackfaceProperty(is_uncut ? nullptr : inside_.Get());
   walls_->SetVisibility(!is_uncut);
   if (!is_uncut) mapper_of(walls_)->SetInputData(palpate::detail::coloured_walls(mesh, wall_depth, colours::wound, colours::interior));
 }
@@ -202,13 +221,7 @@ void Scene::look_at(Mesh const& organ) {
   middle_ = camera.target;
   framed_from_ = eye->GetDistance();
 
-  Mesh cast = organ;   // onto the table, from the left and from behind
-  double const table = organ.points.row(2).minCoeff();
-  for (Eigen::Index i = 0; i < cast.points.cols(); ++i) {
-    double const height = cast.points(2, i) - table;
-    cast.points.col(i) += height * Vector(0.20, -0.04, -1.0);
-  }
-  mapper_of(shadow_)->SetInputData(palpate::detail::to_poly_data(cast));
+  mapper_of(shadow_)->SetInputData(palpate::detail::to_poly_data(shadow_of(organ)));
 
   // A key light from above and the left, a weaker one from the right, one from the eye: they stay with the organ.
   Vector const ahead = (camera.target - camera.position).normalized(), right = ahead.cross(Vector::UnitZ()).normalized(), above = right.cross(ahead);

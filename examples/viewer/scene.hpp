@@ -9,6 +9,7 @@
 #include <vtkLineSource.h>
 #include <vtkNew.h>
 #include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 
@@ -53,6 +54,7 @@ class Scene {
   vtkNew<vtkRenderer> renderer_, in_front_;
   vtkActor *organ_, *walls_, *blade_, *handle_, *probe_, *stem_, *shadow_;
   vtkActor *tip_, *proxy_, *way_, *arrow_;
+  vtkNew<vtkProperty> inside_;   // of the organ
   vtkNew<vtkLineSource> way_line_;
   Vector middle_ = Vector::Zero();
   double framed_from_ = 1.0;   // m, the distance that shows the whole organ

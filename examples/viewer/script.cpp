@@ -29,19 +29,17 @@ class Player {
   Player(Engine& engine, Window& window, bool realtime) : engine_(engine), window_(window), realtime_(realtime) {}
 
   void wait(double seconds) {
-    int const frames = static_cast<int>(std::lround(seconds / frame));
-    for (int k = 0; k < frames; ++k) pass_frame();
+    pass(seconds, [](double) {});
   }
   void move(double x, double y, double seconds) {
     double const from_x = x_, from_y = y_;
-    int const frames = std::max(1, static_cast<int>(std::lround(seconds / frame)));
-    for (int k = 1; k <= frames; ++k) {
-      double const share = static_cast<double>(k) / frames;
+    auto const go = [&](double share) {
       x_ = from_x + share * (x - from_x);
       y_ = from_y + share * (y - from_y);
       send(vtkCommand::MouseMoveEvent);
-      if (seconds > 0.0) pass_frame();
-    }
+    };
+    if (seconds > 0.0) pass(seconds, go);
+    else go(1.0);
   }
   void send(unsigned long event, char const* key = nullptr) {
     vtkRenderWindowInteractor* const interactor = window_.interactor();
@@ -51,12 +49,28 @@ class Player {
   }
 
  private:
-  void pass_frame() {
-    if (realtime_)
-      std::this_thread::sleep_for(std::chrono::duration<double>(frame));
-    else
+  /// Lets time go by, and does something with each share of it, from above 0 to 1.
+  template <class Do>
+  void pass(double seconds, Do const& act) {
+    if (realtime_) return pass_by_the_clock(seconds, act);
+    int const frames = std::max(1, static_cast<int>(std::lround(seconds / frame)));
+    for (int k = 1; k <= frames; ++k) {
+      act(static_cast<double>(k) / frames);
       engine_.advance(frame);
-    window_.update();
+      window_.update();
+    }
+  }
+  template <class Do>
+  void pass_by_the_clock(double seconds, Do const& act) {
+    auto const begin = PictureClock::Clock::now();
+    for (double share = 0.0; share < 1.0;) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(4));   // some mice speak up 250 times a second
+      auto const now = PictureClock::Clock::now();
+      share = std::min(1.0, std::chrono::duration<double>(now - begin).count() / seconds);
+      act(share);
+      if (window_.pictures().is_due(now)) window_.draw();
+      else window_.update();
+    }
   }
 
   Engine& engine_;

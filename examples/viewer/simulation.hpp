@@ -15,7 +15,8 @@
 namespace viewer {
 
 struct ServoTimes {
-  double p99 = 0.0;   // s, of computing
+  double p99 = 0.0;    // s, of computing
+  double rate = 0.0;   // Hz, reached; 0 in lock-step
   std::uint64_t ticks = 0, late = 0;
 };
 

@@ -49,7 +49,7 @@ class SimulationOf final : public Simulation {
   Setup const& setup() const noexcept override { return setup_; }
   ServoTimes servo_times() const override {
     palpate::TickStatistics const servo = simulator_.live_statistics().servo;
-    return {std::chrono::duration<double>(servo.compute().p99()).count(), servo.ticks(), servo.overruns()};
+    return {std::chrono::duration<double>(servo.compute().p99()).count(), servo.rate(), servo.ticks(), servo.overruns()};
   }
   std::size_t revision() const noexcept override { return simulator_.body().topology_revision(); }
   bool is_uncut() const noexcept override { return marks_.size() == 1 && simulator_.body().topology_revision() == marked_; }

@@ -8,6 +8,10 @@
 #include <vtkContextScene.h>
 #include <vtkInteractorStyle.h>
 #include <vtkObjectFactory.h>
+#include <vtkOpenGLRenderWindow.h>
+
+#include <sstream>
+#include <string>
 
 VTK_MODULE_INIT(vtkInteractionStyle)
 VTK_MODULE_INIT(vtkRenderingUI)   // the interactor of this system's windows
@@ -16,7 +20,17 @@ namespace viewer {
 
 namespace {
 
-constexpr int frame_milliseconds = 16;
+constexpr int timer_milliseconds = 2, slice_milliseconds = 16;   // how often it is asked whether a picture is due; of lock-step
+
+/// Whether the window's pictures are made without a graphics card: by Mesa's llvmpipe or softpipe, SwiftShader, Apple's or Microsoft's renderer.
+bool draws_by_processor(vtkRenderWindow* window) {
+  std::istringstream report(window->ReportCapabilities());
+  for (std::string line; std::getline(report, line);)
+    if (line.find("renderer string") != std::string::npos)
+      for (char const* const name : {"llvmpipe", "softpipe", "swrast", "SWR", "SwiftShader", "Software", "GDI Generic", "Basic Render"})
+        if (line.find(name) != std::string::npos) return true;
+  return false;
+}
 
 /// Passes events on; none of VTK's own keys and gestures.
 class Gestures : public vtkInteractorStyle {
@@ -57,22 +71,31 @@ Window::Window(Engine& engine, int width, int height, bool realtime) : engine_(e
   window_->SetWindowName("palpate");
   window_->SetSize(width, height);
   window_->SetMultiSamples(8);
+  if (auto* const drawn = vtkOpenGLRenderWindow::SafeDownCast(window_)) drawn->SetFrameBlitModeToBlitToCurrent();   // without the depths, which nobody reads
   window_->SetNumberOfLayers(3);
   scene_.add_to(window_);
-  flat_->SetLayer(2);
-  flat_->InteractiveOff();
-  flat_->AddActor(words_);
-  window_->AddRenderer(flat_);
-  words_->GetScene()->AddItem(panel_);
-  charts_.add_to(words_->GetScene());
+  for (vtkRenderer* const words : {side_.Get(), over_.Get()}) {
+    words->SetLayer(2);
+    words->InteractiveOff();
+    words->PreserveDepthBufferOn();   // words are drawn in their order
+    window_->AddRenderer(words);
+  }
+  side_->AddActor(side_words_);
+  side_->AddActor(side_charts_);
+  over_->AddActor(scene_words_);
+  side_words_->GetScene()->AddItem(panel_);
+  charts_.add_to(side_charts_->GetScene());
+  scene_words_->GetScene()->AddItem(cards_);
   interactor_->SetRenderWindow(window_);
   vtkNew<Gestures> gestures;
   gestures->window = this;
   interactor_->SetInteractorStyle(gestures);
   update();
   scene_.look_at(shown_->home());
+  prepare(true);
   window_->Render();
   interactor_->Initialize();
+  if (draws_by_processor(window_)) pictures_.begin_by_processor();
 }
 
 Window::~Window() { interactor_->SetInteractorStyle(nullptr); }
@@ -81,56 +104,68 @@ void Window::arrange() {
   int const* const size = window_->GetSize();
   layout_ = layout_for(size[0], size[1]);
   scene_.place(0.0, 0.0, layout_.scene.width / size[0], 1.0);
-  charts_.place(layout_);
-  panel_->place(layout_);
 }
 
 void Window::update() {
   arrange();
   live_ = engine_.live();
-  bool const other = engine_.simulation() != shown_;
-  if (other) {
+  if (engine_.simulation() != shown_) {
     shown_ = engine_.simulation();
     pointer_.set_organ(shown_->home());
+    has_moved_ = true;
   }
-  bool const fresh = shown_->snapshots().fetch();
+  has_moved_ |= shown_->snapshots().fetch();
   palpate::BodySnapshot<double> const& body = shown_->snapshots().latest();
   live_.is_uncut = live_.began_uncut && body.topology_revision == live_.began_with;
   live_.triangles = static_cast<int>(body.triangles.cols());
-  if (fresh || other) scene_.show_body(body, live_.is_uncut);
+}
+
+void Window::prepare(bool with_panel) {
+  if (has_moved_) scene_.show_body(shown_->snapshots().latest(), live_.is_uncut);
+  has_moved_ = false;
   scene_.show(live_.now, live_.setup.blade, pointer_.place());
   scene_.renderer()->ResetCameraClippingRange();
+  cards_->place(layout_);
+  if (!with_panel) return;
+  charts_.place(layout_);
   charts_.show(live_);
-  panel_->show(live_, pointer_.depth(), realtime_);
+  panel_->place(layout_);
+  panel_->show(live_, pointer_.depth(), realtime_, pictures_);
 }
 
 void Window::write_picture(std::filesystem::path const& file) {
   update();
+  prepare(true);
   palpate::detail::write_png(file, window_);
 }
 
 void Window::run(double seconds) {
   seconds_left_ = seconds;
-  interactor_->CreateRepeatingTimer(frame_milliseconds);
+  interactor_->CreateRepeatingTimer(timer_milliseconds);
   interactor_->Start();
 }
 
 void Window::on_timer() {
-  if (!realtime_) engine_.advance(0.001 * frame_milliseconds);
-  update();
-  window_->Render();
-  last_ = std::chrono::steady_clock::now();
-  if (pictures_++ == 0) first_ = last_;
-  constexpr int looked_at = 10;
-  if (realtime_ && window_->GetMultiSamples() > 0 && pictures_ == looked_at && picture_rate() < 25.0) {   // drawn without a graphics card: rather more pictures than smooth edges
-    window_->SetMultiSamples(0);
-    pictures_ = 0;
-  }
+  if (!pictures_.is_due(PictureClock::Clock::now())) return;
+  if (!realtime_) engine_.advance(0.001 * slice_milliseconds);
+  draw();
   if (seconds_left_ > 0.0 && live_.time >= seconds_left_) interactor_->TerminateApp();
 }
 
-double Window::picture_rate() const noexcept {
-  return pictures_ > 1 ? static_cast<double>(pictures_ - 1) / std::chrono::duration<double>(last_ - first_).count() : 0.0;
+void Window::draw() {
+  auto const from = PictureClock::Clock::now();
+  update();
+  bool const with_panel = pictures_.is_panel_due(from) || layout_ != drawn_;
+  prepare(with_panel);
+  side_->SetDraw(with_panel);   // else it stays as it is in the frame
+  window_->Render();
+  side_->DrawOn();
+  drawn_ = layout_;
+  bool const was_plain = pictures_.is_plain();
+  pictures_.drew(from, PictureClock::Clock::now(), with_panel);
+  if (pictures_.is_plain() == was_plain) return;
+  window_->SetMultiSamples(0);
+  drawn_ = {};
 }
 
 void Window::aim(int x, int y) {
@@ -179,7 +214,7 @@ void Window::on_key(std::string const& key) {
   if (key == "p") engine_.post(Command::replay);
   if (key == "u") engine_.post(Command::undo);
   if (key == "space") engine_.post(Command::undo_all);
-  if (key == "h") panel_->toggle_help();
+  if (key == "h") cards_->toggle_help();
   if (key == "plus" || key == "equal" || key == "KP_Add") scene_.come_nearer(1.1);
   if (key == "minus" || key == "KP_Subtract") scene_.come_nearer(1.0 / 1.1);
   if (key == "q" || key == "Escape") interactor_->TerminateApp();

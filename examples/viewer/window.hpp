@@ -4,6 +4,7 @@
 #include "charts.hpp"
 #include "engine.hpp"
 #include "panel.hpp"
+#include "picture_clock.hpp"
 #include "pointer.hpp"
 #include "scene.hpp"
 
@@ -14,7 +15,6 @@
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 
-#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -33,6 +33,8 @@ class Window {
   void run(double seconds);
   /// Takes what is new from the engine.
   void update();
+  /// Takes it and draws a picture; the panel too, if it is due.
+  void draw();
   void write_picture(std::filesystem::path const& file);
 
   vtkRenderWindowInteractor* interactor() const noexcept { return interactor_; }
@@ -49,32 +51,34 @@ class Window {
   void on_key(std::string const& key);
   void on_timer();
 
-  /// How many pictures a second the timer has drawn so far.
-  double picture_rate() const noexcept;
+  PictureClock const& pictures() const noexcept { return pictures_; }
 
  private:
   void aim(int x, int y);
   void arrange();
+  /// Gives what is to be drawn to the scene, and to the panel.
+  void prepare(bool with_panel);
 
   Engine& engine_;
   bool realtime_;
   std::shared_ptr<Simulation> shown_;
   Live live_;
-  Layout layout_;
+  Layout layout_, drawn_;
   Pointer pointer_;
   bool turns_ = false;
   int last_x_ = 0, last_y_ = 0;
   double seconds_left_ = 0.0;
-  long long pictures_ = 0;
-  std::chrono::steady_clock::time_point first_{}, last_{};   // picture
+  bool has_moved_ = false;   // the body, since it was drawn
+  PictureClock pictures_;
 
   vtkNew<vtkRenderWindow> window_;
   vtkNew<vtkRenderWindowInteractor> interactor_;
   Scene scene_;
   Charts charts_;
   vtkNew<Panel> panel_;
-  vtkNew<vtkContextActor> words_;
-  vtkNew<vtkRenderer> flat_;   // of the panel, over everything
+  vtkNew<Cards> cards_;
+  vtkNew<vtkContextActor> side_words_, side_charts_, scene_words_;   // each keeps the pictures of 50 texts
+  vtkNew<vtkRenderer> side_, over_;   // of panel and charts, of the cards on the scene
 };
 
 }  // namespace viewer

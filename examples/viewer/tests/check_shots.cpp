@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Looks at the viewer's pictures and compares them with what the simulator says in report.txt. Where a point of the world is in a picture is worked
 // out here, from the camera alone, by a pinhole projection.
-//   check_shots FOLDER
+//   check_shots FOLDER           the pictures of stroke.script
+//   check_shots FOLDER NAME...   these
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
@@ -170,25 +171,31 @@ std::vector<Shot> read_report(std::string const& file) {
   return shots;
 }
 
-/// What has to be in each picture of stroke.script.
+/// What has to be in each picture.
 struct Expected {
   char const *name, *phase;
   bool has_wound;
   char const* note = "";   // a part of it
+  bool of_stroke = true;   // one of stroke.script's
 };
 constexpr Expected all_expected[] = {{"hovering", "no contact", false},        {"pressing", "indenting", false}, {"punctured", "moving", false},
                                      {"cutting", "moving", true},              {"cut", "no contact", true, "recorded"},
                                      {"replayed", "no contact", true, "same bytes"}, {"undone", "no contact", false, "took back"},
-                                     {"tight", "indenting", false},            {"proxy", "indenting", false, "proxy"}};
+                                     {"tight", "indenting", false},            {"proxy", "indenting", false, "proxy"},
+                                     {"firm", "indenting", false, "", false}};
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) return 2;
+  if (argc < 2) return 2;
   std::string const folder = argv[1];
+  auto const is_asked_for = [&](Expected const& shot) {
+    return argc == 2 ? shot.of_stroke : std::find(argv + 2, argv + argc, std::string(shot.name)) != argv + argc;
+  };
   auto const shots = read_report(folder + "/report.txt");
   bool good = true;
   for (Expected const& expected : all_expected) {
+    if (!is_asked_for(expected)) continue;
     auto const shot = std::find_if(shots.begin(), shots.end(), [&](Shot const& s) { return s.name == expected.name; });
     Picture picture(folder + "/" + expected.name + ".png");
     if (shot == shots.end() || !picture.is_good()) {

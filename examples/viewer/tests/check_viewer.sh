@@ -16,10 +16,25 @@ refused() {
   [ "$(wc -l <"$name.err")" -eq 1 ] && grep -q -e "$text" "$name.err" || fail "$name: not one line with \"$text\": $(cat "$name.err")"
 }
 
+# by_the_clock NAME ARGUMENTS...: the script NAME.script in real time, in a small window, meanwhile; its process is $NAME
+by_the_clock() {
+  name=$1
+  shift
+  "$program" --script "$name.script" --realtime --width 960 --height 680 "$@" --out "$name" >"$name.out" 2>"$name.err" &
+  eval "$name=$!"
+}
+
+# Each of two cuts, in one run until a key ends it, is remembered when the tool leaves it, and is taken back by itself.
+printf 'move 263 357 0.4\nleft down\nwait 0.4\nwheel 6\nwait 0.5\nmove 331 349 0.8\nleft up\nwait 0.6\n' >cuts.script
+printf 'move 161 374 0.5\nwait 0.3\nleft down\nwait 0.5\nmove 221 391 0.8\nleft up\nwait 0.6\nshot both\n' >>cuts.script
+printf 'key u\nwait 0.5\nshot one\nkey u\nwait 0.5\nshot none\nkey u\nwait 0.5\nshot no_more\n' >>cuts.script
+by_the_clock cuts --resolution 500
+
 "$program" --script "$tests/stroke.script" --resolution 1200 --out first >first.out 2>first.err
 code=$?
 cat first.out
 if [ "$code" -eq 2 ] && grep -q 'no X display' first.err; then
+  wait
   undrawn first.err
   finish
 fi
@@ -35,11 +50,15 @@ run replay 0 --script replay.script --replay record/recording_1.session --resolu
 grep -q '^note replayed: the same bytes' replay/report.txt || fail "replay: $(grep '^note' replay/report.txt)"
 grep -q '^uncut 0' replay/report.txt || fail "replay: nothing was cut"
 
-# A few moments with the other integrator and tissue, and by the clock.
+wait "$cuts" || fail "cuts: exit code $?: $(cat cuts.err)"
+[ "$(sed -n 's/^uncut //p' cuts/report.txt | tr -d '\n')" = 0011 ] || fail "cuts taken back: $(grep -e '^uncut' -e '^note' cuts/report.txt)"
+
+# A few moments with the other integrator and tissue, and by the clock, where pictures are drawn all the time.
+printf 'key t\nkey i\nmove 263 357\nwait 0.4\nleft down\nwait 1\nshot firm\n' >pressed.script
+by_the_clock pressed --resolution 500
 printf 'key t\nkey i\nmove 380 420\nwait 0.4\nleft down\nwait 0.4\nshot firm\n' >firm.script
 run firm 0 --script firm.script --resolution 500 --out firm
 grep -q '^phase indenting' firm/report.txt || fail "firm: $(cat firm/report.txt)"
-run realtime 0 --script firm.script --realtime --resolution 500 --out realtime
 
 # A solid: palpated, felt, not cut; the key for the cutter says so.
 printf 'move 380 420\nwait 0.4\nleft down\nwait 0.6\nshot solid\nkey k\nwait 0.1\nshot blunt\n' >solid.script
@@ -47,12 +66,9 @@ run solid 0 --script solid.script --tissue solid --coupling tight --resolution 5
 awk '/^phase indenting/ { phase = 1 } /^force / { if ($4 > 0.1) felt = 1 } END { exit !(phase && felt) }' solid/report.txt || fail "solid: $(cat solid/report.txt)"
 grep -q '^note a solid is palpated here and not cut yet' solid/report.txt || fail "solid: $(grep '^note' solid/report.txt)"
 
-# By the clock, in one run until a key ends it: each of two cuts was remembered when the tool left it, and is taken back by itself.
-printf 'move 380 420 0.4\nleft down\nwait 0.4\nwheel 6\nwait 0.8\nmove 460 410 1\nleft up\nwait 1\n' >cuts.script
-printf 'move 260 440 0.5\nwait 0.3\nleft down\nwait 1\nmove 330 460 1\nleft up\nwait 1\nshot both\n' >>cuts.script
-printf 'key u\nwait 1\nshot one\nkey u\nwait 1\nshot none\nkey u\nwait 1\nshot no_more\n' >>cuts.script
-run cuts 0 --script cuts.script --realtime --resolution 500 --out cuts
-[ "$(sed -n 's/^uncut //p' cuts/report.txt | tr -d '\n')" = 0011 ] || fail "cuts taken back: $(grep -e '^uncut' -e '^note' cuts/report.txt)"
+wait "$pressed" || fail "pressed: exit code $?: $(cat pressed.err)"
+"$check_shots" pressed firm || fail "the picture in real time and the report differ"
+grep -q '^drew .* pictures a second' pressed.out || fail "pressed: $(cat pressed.out)"
 
 # An organ from a file, its upper side along y: pressed, cut, recorded; replayed from a copy at another place, with the same bytes.
 ellipsoid | awk '$1 == "v" { print "v", $2, $4, -$3; next } { print }' >organ.obj
