@@ -10,7 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -55,6 +55,7 @@ class TetrahedralLaws {
   /// Corners are vertices, distinct; all faces, from the corners alone.
   bool check_corners() {
     auto const tetrahedra = topology_.tetrahedra();
+    faces_.reserve(4 * static_cast<std::size_t>(topology_.tetrahedron_count()));
     for (int t = 0; t < topology_.tetrahedron_count(); ++t) {
       std::array<int, 4> const c{tetrahedra(0, t), tetrahedra(1, t), tetrahedra(2, t), tetrahedra(3, t)};
       auto sorted = c;
@@ -134,14 +135,20 @@ class TetrahedralLaws {
     auto const& border = topology_.border();
     if (border.triangle_count() != single_) report("the border has ", border.triangle_count(), " triangles, but ", single_, " faces have one tetrahedron");
     if (!found_.empty()) return;
-    std::map<std::pair<int, int>, int> directed;
+    std::vector<std::pair<int, int>> directed;
     for (int t = 0; t < border.triangle_count(); ++t)
-      for (int k = 0; k < 3; ++k) ++directed[side(t, k)];
-    for (auto const& [edge, count] : directed) {
-      auto const opposite = directed.find({edge.second, edge.first});
-      if (opposite == directed.end() || opposite->second != count)
-        report("the border is open at the edge ", edge.first, " -> ", edge.second, ": ", count, " triangles, ",
-               opposite == directed.end() ? 0 : opposite->second, " opposite");
+      for (int k = 0; k < 3; ++k) directed.push_back(side(t, k));
+    std::sort(directed.begin(), directed.end());
+    auto const count_of = [&](std::pair<int, int> const& edge) {
+      auto const [first, end] = std::equal_range(directed.begin(), directed.end(), edge);
+      return static_cast<int>(end - first);
+    };
+    for (std::size_t k = 0; k < directed.size(); ++k) {
+      auto const& edge = directed[k];
+      if (k > 0 && directed[k - 1] == edge) continue;
+      int const count = count_of(edge), opposite = count_of({edge.second, edge.first});
+      if (opposite != count)
+        report("the border is open at the edge ", edge.first, " -> ", edge.second, ": ", count, " triangles, ", opposite, " opposite");
       if (count > 1 && checks_.manifold) report(count, " border triangles hold the edge ", edge.first, " -> ", edge.second);
       if (topology_.fans_round(edge.first, edge.second) != count)
         report("the tetrahedra round the border's edge ", edge.first, " -> ", edge.second, " are not ", count, " fans");
@@ -162,37 +169,45 @@ class TetrahedralLaws {
 
   /// Round each edge all its tetrahedra, in order; neighbours of each vertex.
   void check_edges() {
-    std::map<std::pair<int, int>, std::vector<int>> round;
-    std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(topology_.vertex_count()));
+    std::vector<std::vector<int>> at(static_cast<std::size_t>(topology_.vertex_count()));
     for (int t = 0; t < topology_.tetrahedron_count(); ++t)
-      for (int const a : topology_.corners(t))
+      for (int const v : topology_.corners(t)) at[static_cast<std::size_t>(v)].push_back(t);
+    std::vector<std::pair<int, int>> round;   // the other end of an edge and a tetrahedron that holds it
+    std::vector<int> neighbours, visited;
+    for (int a = 0; a < topology_.vertex_count(); ++a) {
+      round.clear();
+      for (int const t : at[static_cast<std::size_t>(a)])
         for (int const b : topology_.corners(t))
-          if (a != b) round[{a, b}].push_back(t);
-    for (auto const& [edge, expected] : round) {
-      auto const [a, b] = edge;
-      neighbours[static_cast<std::size_t>(a)].push_back(b);
-      std::vector<int> visited;
-      topology_.for_each_round(a, b, [&](int t) { visited.push_back(t); });
-      if (!std::is_permutation(visited.begin(), visited.end(), expected.begin(), expected.end())) {
-        report("round the edge ", a, " - ", b, " not each of its ", expected.size(), " tetrahedra is visited once");
-        continue;
+          if (b != a) round.emplace_back(b, t);
+      std::sort(round.begin(), round.end());
+      neighbours.clear();
+      for (auto begin = round.begin(), end = begin; begin != round.end(); begin = end) {
+        int const b = begin->first;
+        end = std::find_if(begin, round.end(), [&](auto const& held) { return held.first != b; });
+        neighbours.push_back(b);
+        check_edge(a, b, {begin, end});
       }
-      int breaks = 0;   // a step leads over the face a b c, outward from the first; there is one break less than fans
-      for (std::size_t i = 0; i + 1 < visited.size(); ++i) {
-        bool joined = false;
-        for (int const c : topology_.corners(visited[i]))
-          joined = joined || (c != a && c != b && topology_.tetrahedron_with_face(a, b, c) == visited[i] &&
-                              topology_.tetrahedron_with_face(b, a, c) == visited[i + 1]);
-        breaks += joined ? 0 : 1;
-      }
-      if (breaks + 1 != topology_.fans_round(a, b)) report("the tetrahedra round the edge ", a, " - ", b, " do not come in order");
-    }
-    for (int v = 0; v < topology_.vertex_count(); ++v) {
-      std::vector<int> visited;
-      topology_.for_each_neighbour(v, [&](int w) { visited.push_back(w); });
+      visited.clear();
+      topology_.for_each_neighbour(a, [&](int w) { visited.push_back(w); });
       std::sort(visited.begin(), visited.end());
-      if (visited != neighbours[static_cast<std::size_t>(v)]) report("the neighbours of vertex ", v, " are not what the tetrahedra say");
+      if (visited != neighbours) report("the neighbours of vertex ", a, " are not what the tetrahedra say");
     }
+  }
+  void check_edge(int a, int b, std::span<std::pair<int, int> const> expected) {
+    round_.clear();
+    topology_.for_each_round(a, b, [&](int t) { round_.push_back(t); });
+    ascending_ = round_;
+    std::sort(ascending_.begin(), ascending_.end());
+    if (!std::equal(ascending_.begin(), ascending_.end(), expected.begin(), expected.end(), [](int t, auto const& held) { return t == held.second; }))
+      return report("round the edge ", a, " - ", b, " not each of its ", expected.size(), " tetrahedra is visited once");
+    int breaks = 0;   // a step leads over the face a b c, outward from the first; there is one break less than fans
+    for (std::size_t i = 0; i + 1 < round_.size(); ++i) {
+      bool joined = false;
+      for (int const c : topology_.corners(round_[i]))
+        joined = joined || (c != a && c != b && topology_.tetrahedron_with_face(a, b, c) == round_[i] && topology_.tetrahedron_with_face(b, a, c) == round_[i + 1]);
+      breaks += joined ? 0 : 1;
+    }
+    if (breaks + 1 != topology_.fans_round(a, b)) report("the tetrahedra round the edge ", a, " - ", b, " do not come in order");
   }
 
   TetrahedralTopology const& topology_;
@@ -200,6 +215,7 @@ class TetrahedralLaws {
   Violations found_;
   std::vector<Face> faces_;
   int single_ = 0;   // faces with one tetrahedron
+  std::vector<int> round_, ascending_;   // tetrahedra round an edge
 };
 
 inline int euler_characteristic(TetrahedralTopology const& topology) {
