@@ -88,7 +88,7 @@ ellipsoid() {
 }
 
 # album NAME...: draws the album of an example of numbers; each NAME.png has to be there, a picture and small, and no other. Without a display, or built
-# without VTK, the numbers alone are checked, and finish says so. Then arguments that it does not take.
+# without VTK, the numbers alone are checked, and finish says so. Then arguments that it does not take. Leaves what it printed in drawn.out.
 album() {
   run drawn 0 pictures/here
   if grep -q 'no pictures' drawn.err; then
