@@ -108,6 +108,26 @@ TEST_CASE("a picture shows the tissue, the wound and the tool", "[vtk][picture]"
   CHECK_THROWS_AS(looking_at(Vector3<double>::Zero(), 0.0, {0, 0, 1}, {0, 1, 0}), InvalidArgument);
 }
 
+// Yardstick: of a square seen from straight above the diagonal goes through the middle of the picture, and each triangle's centroid is a sixth of the side away.
+TEST_CASE("a picture shows the edges of triangles where it is asked to", "[vtk][picture]") {
+  VirtualDisplay const display;
+  if (!display.ready()) PALPATE_SKIP(display.problem());
+  ScratchFolder const folder;
+  TriangleMesh<double> square{Matrix3X<double>(3, 4), Matrix<int, 3, Dynamic>(3, 2)};
+  square.points << -0.05, 0.05, 0.05, -0.05, -0.05, -0.05, 0.05, 0.05, 0.0, 0.0, 0.0, 0.0;
+  square.triangles << 0, 0, 1, 2, 2, 3;
+  Camera const above = looking_at(Vector3<double>::Zero(), 0.08, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0});
+  for (double const width : {0.0, 4.0}) {
+    CAPTURE(width);
+    PictureStyle const style{.width = 240, .height = 240, .lines = {0.0, 0.0, 0.0}, .line_width = width, .wound_depth = 0.0};
+    write_picture(folder.path() / "square.png", square, above, std::nullopt, style);
+    Pixels const picture(folder.path() / "square.png");
+    CHECK(red(picture.at(0.5, 0.5)) == (width == 0.0));
+    CHECK(red(picture.at(0.4, 0.4)));
+    CHECK(red(picture.at(0.6, 0.6)));
+  }
+}
+
 // Yardstick: the colours that the phases are documented to have, and their absence where the phase is absent.
 TEST_CASE("a chart shows each phase in its colour, and the way back in one of its own", "[vtk][chart]") {
   VirtualDisplay const display;

@@ -87,6 +87,8 @@ struct PictureStyle {
   std::array<double, 3> interior{0.16, 0.01, 0.02};   ///< deep in the wound, and the surface seen from inside
   std::array<double, 3> background{0.93, 0.95, 0.96};
   std::array<double, 3> background_top{0.62, 0.71, 0.76};
+  std::array<double, 3> lines{0.12, 0.12, 0.18};
+  double line_width = 0.0;      ///< pixels, of the triangles' edges; 0: none
   double wound_depth = 0.012;   ///< m, how far the walls below border edges reach; 0: none. A surface has no inside of its own
 };
 
@@ -122,6 +124,9 @@ void write_picture(std::filesystem::path const& file, TriangleMesh<Scalar> const
 
   vtkProperty* const tissue = add(detail::to_smooth_poly_data(mesh), style.tissue, 0.22, 28.0);
   tissue->SetInterpolationToPhong();
+  tissue->SetEdgeVisibility(style.line_width > 0.0);
+  tissue->SetLineWidth(static_cast<float>(style.line_width));
+  tissue->SetEdgeColor(style.lines[0], style.lines[1], style.lines[2]);
   vtkNew<vtkProperty> inside;
   inside->DeepCopy(tissue);
   inside->SetColor(style.interior[0], style.interior[1], style.interior[2]);
