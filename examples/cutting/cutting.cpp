@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -97,7 +98,7 @@ void part(Liver& liver, std::vector<int> const& piece, Vector const& shift) {
 }
 
 template <class Cutter>
-bool show(Stroke const& stroke, Cutter const& cutter, std::filesystem::path const& folder) {
+bool show(Stroke const& stroke, Cutter const& cutter, Canvas const& canvas) {
   Liver liver = make_liver();
   testing::CutInvariants const before(liver, {.moves_vertices = std::is_same_v<Cutter, SeparatingCutter<double>>});
   Counts counts;
@@ -122,7 +123,7 @@ bool show(Stroke const& stroke, Cutter const& cutter, std::filesystem::path cons
   auto pieces = connected_components(liver.mesh());
   std::sort(pieces.begin(), pieces.end(), [](auto const& a, auto const& b) { return a.size() > b.size(); });
   for (std::size_t k = 1; k < pieces.size(); ++k) part(liver, pieces[k], stroke.part);
-  write_pictures(folder, stroke.name, liver.mesh(), stroke.seen_from);
+  write_pictures(canvas, stroke.name, liver.mesh(), stroke.seen_from);
 
   std::printf(
       "%-11s pieces %d  particles %+4d  triangles %+4d  V-P %2d  V-V %2d  P-V %2d  P-P %3d  gap %4.1f mm  invariants %s\n",
@@ -141,19 +142,20 @@ void prepare(std::filesystem::path const& folder) {
 }
 
 template <class Cutter>
-int show_all(Cutter const& cutter, std::filesystem::path const& folder) {
+int show_all(Cutter const& cutter, Canvas const& canvas) {
   bool good = true;
-  for (Stroke const& stroke : strokes_over(make_liver().mesh())) good = show(stroke, cutter, folder) && good;
+  for (Stroke const& stroke : strokes_over(make_liver().mesh())) good = show(stroke, cutter, canvas) && good;
   return good ? 0 : 1;
 }
 
-constexpr char const* usage = "usage: cutting FOLDER [--cutter progressive|separating|volume]";
+constexpr char const* usage = "usage: cutting FOLDER [--cutter progressive|separating|volume] [--width PIXELS]";
 
 }  // namespace
 
 /// Exit codes: 0 done; 2 the arguments can not be used, or no pictures can be drawn; 1 an invariant is broken, or anything else.
 int main(int argc, char** argv) {
-  std::string folder, name = "progressive";
+  std::string name = "progressive";
+  Canvas canvas;
   for (int k = 1; k < argc; ++k) {
     std::string const argument = argv[k];
     if (argument == "--help") {
@@ -162,20 +164,23 @@ int main(int argc, char** argv) {
     }
     if (argument == "--cutter" && k + 1 < argc)
       name = argv[++k];
-    else if (folder.empty() && !argument.empty() && argument.front() != '-')
-      folder = argument;
+    else if (argument == "--width" && k + 1 < argc)
+      canvas.width = std::atoi(argv[++k]);
+    else if (canvas.folder.empty() && !argument.empty() && argument.front() != '-')
+      canvas.folder = argument;
     else
       return std::fprintf(stderr, "cutting: what is \"%s\"?\n%s\n", argument.c_str(), usage), 2;
   }
-  if (folder.empty()) return std::fprintf(stderr, "cutting: say in which folder the pictures go\n%s\n", usage), 2;
+  if (canvas.folder.empty()) return std::fprintf(stderr, "cutting: say in which folder the pictures go\n%s\n", usage), 2;
   if (name != "progressive" && name != "separating" && name != "volume")
     return std::fprintf(stderr, "cutting: no cutter is called \"%s\"\n%s\n", name.c_str(), usage), 2;
+  if (canvas.width < 160 || canvas.width > 7680) return std::fprintf(stderr, "cutting: a picture is 160 to 7680 pixels wide\n%s\n", usage), 2;
   return exit_code_of("cutting", [&]() -> int {
-    prepare(folder);
+    prepare(canvas.folder);
     VirtualDisplay const display;
     if (!display.ready()) throw FileError("no pictures can be drawn: " + display.problem());
-    if (name == "volume") return show_solid_cuts(folder) ? 0 : 1;
-    if (name == "separating") return show_all(SeparatingCutter<double>({.puncture_depth = puncture_depth}), folder);
-    return show_all(ProgressiveCutter<double>({.puncture_depth = puncture_depth}), folder);
+    if (name == "volume") return show_solid_cuts(canvas) ? 0 : 1;
+    if (name == "separating") return show_all(SeparatingCutter<double>({.puncture_depth = puncture_depth}), canvas);
+    return show_all(ProgressiveCutter<double>({.puncture_depth = puncture_depth}), canvas);
   });
 }

@@ -28,13 +28,14 @@ refused "no cutter is called \"blunt\"" pictures --cutter blunt
 refused "what is \"--color\"" pictures --color
 refused "what is \"--cutter\"" pictures --cutter
 refused "what is \"more\"" pictures more
+refused "160 to 7680 pixels" pictures --width 12
 : >file
 refused "choose another" file
-[ "$("$program" --help | head -n 1)" = "usage: cutting FOLDER [--cutter progressive|separating|volume]" ] || fail "--help: $("$program" --help)"
+[ "$("$program" --help | head -n 1)" = "usage: cutting FOLDER [--cutter progressive|separating|volume] [--width PIXELS]" ] || fail "--help: $("$program" --help)"
 
 strokes="straight curved crossing loop around two_blades"
 for cutter in progressive separating; do
-  "$program" "pictures/$cutter" --cutter "$cutter" >"$cutter.out" 2>"$cutter.err"
+  "$program" "pictures/$cutter" --cutter "$cutter" --width 640 >"$cutter.out" 2>"$cutter.err"
   code=$?
   cat "$cutter.out"
   if [ "$code" -eq 2 ] && grep -q 'no pictures can be drawn' "$cutter.err"; then
@@ -58,7 +59,7 @@ for name in $strokes; do
   says separating "$name" "triangles *+0 "
 done
 
-"$program" pictures/volume --cutter volume >volume.out 2>volume.err || fail "volume: exit code $?: $(cat volume.err)"
+"$program" pictures/volume --cutter volume --width 640 >volume.out 2>volume.err || fail "volume: exit code $?: $(cat volume.err)"
 cat volume.out
 [ "$(wc -l <volume.out)" -eq 6 ] || fail "volume: not six lines"
 for name in through partial curved crossing wedge slice; do
