@@ -32,6 +32,10 @@ auto make_body() {
   return SoftBody(std::move(tissue), BackwardEuler{});
 }
 
+using Body = decltype(make_body<double>());
+using Knife = VolumeCutter<double>;
+static_assert(FeelsReaction<Knife, Body> && ResettableCutter<Knife, Body> && ResistsBlade<Knife, Body> && CountsArea<Knife> && !HoldsTissue<Knife, Body>);
+
 struct Result {
   Recording recording;
   double area = 0;

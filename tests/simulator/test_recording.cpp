@@ -91,6 +91,24 @@ TEST_CASE("a recording is written as the agreed text", "[recording]") {
   CHECK(Recording().to_csv() == std::string(Recording::csv_header) + "\n");
 }
 
+TEST_CASE("a recording of a solid that was cut has the area in a last column", "[recording]") {
+  // Yardstick: the lines, by hand.
+  Recording recording;
+  recording.append({.time = 0.5, .force = {0.0, 0.25, 0.0}, .energy = 0.125});
+  recording.append({.time = 0.75, .cut_area = 1e-4});
+  std::string const text =
+      "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J,cut_area_m2\n"
+      "0.5,0,0,0,0,no contact,0,0.25,0,0.125,0\n"
+      "0.75,0,0,0,0,no contact,0,0,0,0,1e-04\n";
+  CHECK(recording.to_csv() == text);
+  TemporaryFolder const folder;
+  auto const back = Recording::read_csv(folder.file("cut.csv", text));
+  REQUIRE(back.ticks().size() == 2);
+  CHECK(same_bits(back.ticks()[1].cut_area, 1e-4));
+  CHECK(back.to_csv() == text);
+  CHECK_THROWS_WITH(Recording::read_csv(folder.file("short.csv", text.substr(0, text.size() - 7))), Catch::Contains("cells") || Catch::Contains("cut short"));
+}
+
 TEST_CASE("what was written is read back to the bit, and written again to the byte", "[recording]") {
   TemporaryFolder const folder;
   Recording const recording = random_recording(5, 3000);
