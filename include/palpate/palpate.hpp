@@ -118,6 +118,7 @@
 #include <palpate/body/touch.hpp>
 
 // cutting: how topology changes
+#include <palpate/cutting/aspirator.hpp>
 #include <palpate/cutting/blade_edge.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/no_cutter.hpp>

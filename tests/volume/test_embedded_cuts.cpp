@@ -8,6 +8,7 @@
 #include <palpate/body/soft_body.hpp>
 #include <palpate/collision/closest_point.hpp>
 #include <palpate/core/random.hpp>
+#include <palpate/cutting/aspirator.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
@@ -299,6 +300,38 @@ TEST_CASE("each piece of a skin goes with any affine motion of its piece of the 
     Vector const expected = A[first ? 0 : 1] * rest.col(i) + Vector(first ? -0.02 : 0.02, 0.01, 0);
     CHECK((skin.points().col(i) - expected).norm() < 1e-12 * 0.03 * 10);
   }
+}
+
+TEMPLATE_TEST_CASE("a skin goes with what is taken away under it", "[volume][embedded_cuts]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const block = make_block<double>(5, 5, 5, 0.005, BlockPattern::alternating);
+  Mesh const box = refined(border_of(block), 2);
+  auto body = solid_body(as<S>(block));
+  EmbeddedSurface<S> skin(as<S>(box), as<S>(block));
+  auto const whole = body.save();
+  auto const skin_area = [&] {   // of the body: its border, but for the walls of what is gone
+    double sum = 0;
+    auto const rest = body.rest_mesh();
+    for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) sum += body.tissue().is_wound(t) ? 0 : area(rest, t);
+    return sum;
+  };
+  double const all = skin_area();
+  VolumeCutter<S> knife;   // through a corner of it first
+  for (int tick = 0; tick <= 20; ++tick)
+    knife.advance(body, {Vector(0.0133, 0.0013 * tick - 0.003, 0.03).cast<S>(), Vector(0.0133, 0.0013 * tick - 0.003, 0.007).cast<S>()});
+  Aspirator<S> tool({.tip_radius = S(0.004), .reach = S(0.007), .most_tetrahedra = 5});
+  for (int tick = 0; tick < 30; ++tick) {
+    tool.advance(body, {Vector(0.006 + 0.0003 * tick, 0.009, 0.034 - 0.0006 * tick).cast<S>()});
+    skin.follow(body);
+    if (tick % 5 == 4) REQUIRE(faults(skin, body, skin_area()) == "");
+  }
+  REQUIRE(tool.report().tetrahedra > 40);
+  CHECK(skin_area() < 0.98 * all);
+  CHECK(skin.nearest(Vector(0.0125, 0.009, 0.02).cast<S>()).found());
+  body.restore(whole);
+  skin.follow(body);
+  CHECK(faults(skin, body, all) == "");
+  CHECK(skin.triangles().cols() == box.triangles.cols());
 }
 
 TEMPLATE_TEST_CASE("no triangle of a skin spans a wound, whatever is cut", "[volume][embedded_cuts][random]", PALPATE_TEST_SCALARS) {

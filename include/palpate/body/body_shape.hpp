@@ -48,6 +48,8 @@ class BodyShape {
   }
   /// How often the body was restored: triangles and particles that were remembered before may not exist any more.
   std::size_t restorations() const noexcept { return restorations_; }
+  /// How often that was so, or tetrahedra were taken away: those and triangles that were remembered before may have other numbers.
+  std::size_t renumberings() const noexcept { return restorations_ + removals_; }
   auto positions() const noexcept { return state_.position.view(); }
   auto velocities() const noexcept { return state_.velocity.view(); }
   auto triangles() const noexcept { return tissue_.surface().triangles(); }
@@ -285,6 +287,26 @@ class BodyShape {
   {
     tissue_.mark_cut(tetrahedron, face);
   }
+  /// Takes a tetrahedron away: the last one gets its number, and border triangles leave theirs to the last ones. Particles keep their numbers; one that no
+  /// tetrahedron holds any more stays where it is, nailed, and weighs nothing.
+  void remove_tetrahedron(int tetrahedron)
+    requires RemovableSolid<Tissue>
+  {
+    TetrahedronRemoval const removal = tissue_.remove_tetrahedron(tetrahedron);
+    auto const points = state_.position.view();
+    for (auto const& corners : removal.opened()) tree_.add(points, corners, removal.gone_count > 0 ? removal.gone()[0] : -1);
+    for (int const triangle : removal.gone()) {
+      changes_.edited(triangle);
+      tree_.remove(points, triangle);
+      changes_.triangles_fell_to(tree_.size());
+    }
+    for (int const p : removal.corners) {
+      disturbed_.push_back(p);
+      if (!(tissue_.mass(p) > 0)) state_.velocity[p].setZero(), state_.remembered[p].setZero();
+    }
+    solid_edits_.push_back({.kind = SolidEdit<Scalar>::Kind::removed, .first = tetrahedron, .second = removal.last});
+    ++topology_revision_, ++removals_;
+  }
   /// Once after the edits of a tick: what is near what, the normals at what they have opened, and masses as even_masses() has them.
   void finish_edits()
     requires CuttableSolid<Tissue>
@@ -491,7 +513,7 @@ class BodyShape {
   HugePageVector<unsigned> last_look_;   // which of its calls looked at each particle last
   unsigned look_ = 0;
   std::size_t topology_revision_ = 0;
-  std::size_t restorations_ = 0;
+  std::size_t restorations_ = 0, removals_ = 0;
   Scalar mean_edge_ = 0;   // m
   Vector home_low_ = Vector::Zero(), home_high_ = Vector::Zero();   // m, of the undisturbed body
   bool home_box_is_known_ = false;

@@ -12,13 +12,13 @@
 namespace palpate {
 
 /// The particles of each piece of a body, in rising order: two belong together where a chain of neighbours joins them. Pieces come in the order of their
-/// first particle.
+/// first particle. Particles that no tetrahedron holds any more are of none.
 /// Cost       O(body); allocates.
 template <class Body>
 std::vector<std::vector<int>> pieces_of(Body const& body) {
   detail::DisjointSets joined(static_cast<std::size_t>(body.size()));
   for (int i = 0; i < body.size(); ++i) body.tissue().for_each_neighbour(i, [&](int j) { joined.join(i, j); });
-  return joined.sets([](int) { return true; });
+  return joined.sets([&](int i) { return body.tissue().mass(i) > 0; });
 }
 
 /// A body of its own of some of a body's particles, one or more whole pieces: with their shape, motion, forces, nails and hands, at the same time.

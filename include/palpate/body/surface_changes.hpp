@@ -46,6 +46,8 @@ class ChangeRecord {
   }
   void particles_fell_to(int count) noexcept { first_particle_ = std::min(first_particle_, count); }
 
+  void triangles_fell_to(int count) noexcept { first_triangle_ = std::min(first_triangle_, count); }
+
   /// Those listed that are not new, ascending.
   std::span<int const> sorted() noexcept {
     std::sort(listed_.begin(), listed_.end());

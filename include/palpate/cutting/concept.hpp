@@ -46,8 +46,8 @@ concept TellsTipRadius = requires(C const& cutter) { { cutter.tip_radius() } -> 
 ///   state()                     no contact → indenting → moving → no contact
 ///   report()                    what the current or last cut did
 ///   tip_radius()                of the ball that the tip is [m]: contact, coupling and the depth that a force is asked for reckon with it; 0 for a point
-/// What the syntax can not say: the body's mesh is valid after every tick, and its mass is unchanged. So is its rest area, unless the cutter moves
-/// vertices; then its report says by how much the area has changed.
+/// What the syntax can not say: the body's mesh is valid after every tick, and its mass is unchanged, unless the cutter takes tissue away. So is its rest area,
+/// unless it moves vertices. Then its report says by how much.
 template <class C, class Body>
 concept Cutter = std::copyable<C> && detail::FollowsTool<C, Body, typename Body::Scalar> && detail::TellsContact<C, typename Body::Scalar> && detail::TellsState<C> &&
                  detail::TellsReport<C> && detail::TellsTipRadius<C, typename Body::Scalar>;

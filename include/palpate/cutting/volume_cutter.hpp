@@ -200,7 +200,7 @@ class VolumeCutter {
 
   template <class Body>
   bool was_restored(Body const& body) const noexcept {
-    return restorations_ != body.restorations() || body.size() < size_;
+    return renumberings_ != body.renumberings() || body.size() < size_;
   }
   void forget() noexcept {
     cut_.forget();
@@ -247,7 +247,7 @@ class VolumeCutter {
   template <class Body>
   void cut(Body& body, std::span<Vector const> blade, Scalar puncture_depth) {
     if (was_restored(body) || pieces_ != blade.size()) forget();
-    restorations_ = body.restorations(), pieces_ = blade.size();
+    renumberings_ = body.renumberings(), pieces_ = blade.size();
     follow(body, blade, puncture_depth);
     size_ = body.size();
   }
@@ -363,7 +363,7 @@ class VolumeCutter {
   detail::TracedBlade<Scalar> traced_;   // where it was at the end of the last sweep
   std::vector<Vector3<double>> at_;      // its samples: where they were then,
   std::vector<Vector3<double>> from_, to_, begin_, end_;   // where they are carried to by now, where they have to go, and a part of that way
-  std::size_t pieces_ = 0, restorations_ = 0;
+  std::size_t pieces_ = 0, renumberings_ = 0;
   int size_ = 0;                  // of the body, after the last tick
   bool punctured_ = false, is_behind_ = false;
   bool waits_ = false;            // the way since the last sweep is too short to be worth one

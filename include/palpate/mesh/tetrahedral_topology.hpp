@@ -132,6 +132,32 @@ class TetrahedralTopology : public TetrahedralAdjacency {
     detach(tetrahedron_count() - 1);
     drop();
   }
+  /// Takes any tetrahedron away: the last one gets its number. Its vertices stay.
+  TetrahedronRemoval remove_tetrahedron(int tetrahedron) {
+    detail::check_index("tetrahedron", tetrahedron, tetrahedron_count());
+    int const t = tetrahedron, last = tetrahedron_count() - 1;
+    TetrahedronRemoval removal{.tetrahedron = t, .last = last, .corners = corners(t)};
+    Beyond const beyond = at(t);
+    for (int k = 0; k < 4; ++k)
+      if (beyond[k] >= 0) {
+        add_border(beyond[k] / 4, beyond[k] % 4);
+        removal.opened_triangles[removal.opened_count++] = face(beyond[k] / 4, beyond[k] % 4);
+      }
+    for (int k = 0; k < 4; ++k)
+      if (beyond[k] < 0) {
+        removal.gone_triangles[removal.gone_count++] = ~at(t)[k];
+        remove_border(~at(t)[k]);
+      }
+    for (int const v : removal.corners) at_.remove(v, t);
+    if (t != last) {
+      Corners const c = corners(last);
+      for (int const v : c) at_.rename(v, last, t);
+      corners_[t] = Matrix<int, 4, 1>(c[0], c[1], c[2], c[3]);
+      for (int k = 0; k < 4; ++k) take_link(t, last, k);
+    }
+    corners_.pop_back(), beyond_.pop_back();
+    return removal;
+  }
   void set_tetrahedron(int tetrahedron, Corners const& corners) {
     detail::check_index("tetrahedron", tetrahedron, tetrahedron_count());
     require_sound(corners, tetrahedron);

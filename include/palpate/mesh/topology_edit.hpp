@@ -25,4 +25,21 @@ struct TopologyEdit {
   bool is_copy() const noexcept { return parent_count == 1; }
 };
 
+/// What taking a tetrahedron away has changed in a topology.
+///   tetrahedron       it had this number, which the one that was the last has now
+///   last              the number that the last one had
+///   corners           its vertices, which stay
+///   opened()          border triangles where it had neighbours, appended in this order
+///   gone()            then border triangles that were its faces went, in this order: each left its number to the one that was the last then
+struct TetrahedronRemoval {
+  int tetrahedron = -1, last = -1;
+  std::array<int, 4> corners{-1, -1, -1, -1};
+  std::array<std::array<int, 3>, 4> opened_triangles{};
+  std::array<int, 4> gone_triangles{-1, -1, -1, -1};
+  std::size_t opened_count = 0, gone_count = 0;
+
+  std::span<std::array<int, 3> const> opened() const noexcept { return {opened_triangles.data(), opened_count}; }
+  std::span<int const> gone() const noexcept { return {gone_triangles.data(), gone_count}; }
+};
+
 }  // namespace palpate

@@ -38,6 +38,13 @@ concept HasTetrahedralElements = requires(T const& tissue, int i) {
   tissue.stars();
 };
 
+/// What has been taken away from a solid besides, by its report.
+struct SolidTaken {
+  double volume = 0, mass = 0;   // m³, kg
+
+  bool is_some() const noexcept { return volume > 0; }
+};
+
 /// What no cut through a solid may change, however the blade goes: taken from a body before the cut, checked after every tick.
 ///
 ///   testing::SolidCutInvariants before(body);
@@ -49,12 +56,15 @@ concept HasTetrahedralElements = requires(T const& tissue, int i) {
 ///            there was.
 /// Border     the area of the skin is what it was; wounds face each other: the sum of their areas as vectors is what it was.
 /// Pieces     tetrahedra that hang together at all do so over faces: nothing dangles on a vertex that a cut has made.
-/// Particles  Σ m and Σ m X are as they were; each mass is positive, and of elements what its tetrahedra weigh.
+/// Particles  Σ m and Σ m X are as they were; each mass is positive, and of elements what its tetrahedra weigh; one of no tetrahedron weighs nothing and
+///            is nailed.
 /// Tissue     neighbours are those of a search of all; row bounds those of a sum over all.
 /// Elements   where there are any, they are the tetrahedra, with their volume.
 /// Springs    the same: links are the edges of the tetrahedra, one each; rest lengths are those of the undeformed shape; Σ weight · k L² (the energy of a
 ///            uniform stretch) and the sums of the home springs are as they were.
 /// Search     nearest point and nearest vertex are those of a search of all.
+/// Taken      where tetrahedra were taken away, volume and mass are less by what is said; the skin is not larger, and the border is a manifold at its edges and
+///            vertices wherever it was.
 /// Tolerances 1e-12 (double) or 1e-5 (float) of the total; row bounds 1e-6 or 1e-3.
 template <class Body>
 class SolidCutInvariants {
@@ -66,17 +76,19 @@ class SolidCutInvariants {
     size_ = (rest_.points.rowwise().maxCoeff() - rest_.points.rowwise().minCoeff()).template cast<double>().norm();
     for (Eigen::Index t = 0; t < rest_.tetrahedra.cols(); ++t) lowest_ = std::min(lowest_, height(rest_, t));
     dangling_ = fans_too_many(body);
+    pinched_ = static_cast<int>(pinched(body.tissue().topology()).size());
   }
 
   /// All that is not as it must be. The body is only asked; asking fits its search tree to where it is.
-  Violations check(Body& body) const {
+  Violations check(Body& body, SolidTaken const& taken = {}) const {
     auto const& solid = body.tissue().topology();
     if (body.positions().cols() != body.size() || body.tissue().size() != body.size() || solid.vertex_count() != body.size())
       return {"the body, its tissue and its tetrahedra do not count the same particles"};
     auto const mesh = body.rest_solid();
     Violations found = check_tetrahedral_topology(solid);
     if (!found.empty()) return found;   // the rest would only repeat it
-    check_shape(body, mesh, found);
+    check_shape(body, mesh, taken, found);
+    if (taken.is_some()) check_manifold(solid, found);
     check_particles(body, found);
     check_neighbours(body, mesh, found);
     if constexpr (HasTetrahedralElements<Tissue>) check_elements(body, mesh, found);
@@ -146,27 +158,59 @@ class SolidCutInvariants {
     if (!(std::abs(now - before) <= share * scale)) report(found, what, " is ", now, ", before the cut it was ", before);
   }
 
-  void check_shape(Body const& body, Mesh const& mesh, Violations& found) const {
+  void check_shape(Body const& body, Mesh const& mesh, SolidTaken const& taken, Violations& found) const {
     double const least = std::min(checks_.least_height, lowest_) * (1 - 1e-6);
     for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
       if (!(volume(mesh, t) > 0)) report(found, "tetrahedron ", static_cast<int>(t), " has a volume of ", volume(mesh, t), " m3 at rest");
       if (!(height(mesh, t) >= least)) report(found, "tetrahedron ", static_cast<int>(t), " is ", height(mesh, t), " m high, below ", least);
     }
     Sums const now = sums(body);
-    compare(found, "the volume", now.volume, sums_.volume, sums_.volume);
-    compare(found, "the area of the skin", now.skin, sums_.skin, sums_.skin);
-    compare(found, "the mass", now.mass, sums_.mass, sums_.mass);
-    for (int k = 0; k < 3; ++k) {
+    compare(found, "the volume", now.volume, sums_.volume - taken.volume, sums_.volume);
+    compare(found, "the mass", now.mass, sums_.mass - taken.mass, sums_.mass);
+    if (taken.is_some() && !(now.skin <= sums_.skin * (1 + exact))) report(found, "the area of the skin is ", now.skin, ", before it was ", sums_.skin);
+    if (!taken.is_some()) compare(found, "the area of the skin", now.skin, sums_.skin, sums_.skin);
+    for (int k = 0; k < 3 && !taken.is_some(); ++k) {
       compare(found, "the first moment of the mass", now.moment[k], sums_.moment[k], sums_.mass * size_);
       compare(found, "the sum of the wounds' areas", now.wounds[k], sums_.wounds[k], sums_.skin);
     }
     if (int const dangling = fans_too_many(body); dangling > dangling_) report(found, dangling - dangling_, " vertices hold together what no face does");
   }
 
+  /// Vertices where the border triangles are not one ring: each side there with one triangle on either hand, and a walk round comes to all.
+  static std::vector<int> pinched(TetrahedralTopology const& solid) {
+    auto const& border = solid.border();
+    std::vector<int> found, next;
+    for (int v = 0; v < solid.vertex_count(); ++v) {
+      auto const around = border.triangles_at(v);
+      if (around.empty()) continue;
+      auto const after = [&](int triangle, int step) {
+        return border.corners(triangle)[static_cast<std::size_t>((border.corner_of(triangle, v) + step) % 3)];
+      };
+      next.assign(around.size(), 0);
+      bool is_ring = true;
+      for (std::size_t i = 0; i < around.size(); ++i) {
+        int beside = 0;
+        for (std::size_t j = 0; j < around.size(); ++j)
+          if (after(around[j], 1) == after(around[i], 2)) next[i] = static_cast<int>(j), ++beside;
+        is_ring = is_ring && beside == 1;
+      }
+      std::size_t steps = 1;
+      for (int at = next[0]; at != 0 && steps <= around.size(); ++steps) at = next[static_cast<std::size_t>(at)];
+      if (!is_ring || steps != around.size()) found.push_back(v);
+    }
+    return found;
+  }
+  void check_manifold(TetrahedralTopology const& solid, Violations& found) const {
+    auto const now = pinched(solid);
+    if (static_cast<int>(now.size()) > pinched_)
+      report(found, "the border is no manifold at ", static_cast<int>(now.size()), " vertices, the last is ", now.back(), "; before it was at ", pinched_);
+  }
+
   void check_particles(Body const& body, Violations& found) const {
     for (int i = 0; i < body.size(); ++i) {
       double const mass = static_cast<double>(body.tissue().mass(i));
-      if (!(mass > 0)) report(found, "particle ", i, " weighs ", mass, " kg");
+      bool const is_left = body.tissue().topology().tetrahedra_at(i).empty() && mass == 0 && body.tissue().nailed(i);   // all round it was taken away
+      if (!(mass > 0) && !is_left) report(found, "particle ", i, " weighs ", mass, " kg");
       if (!is_finite(body.positions().col(i)) || !is_finite(body.velocities().col(i))) report(found, "particle ", i, " has no finite state");
       bool const on_border = !body.tissue().surface().triangles_at(i).empty();
       if (on_border && !(std::abs(body.reference_normal(i).norm() - 1) < Scalar(1e-3))) report(found, "particle ", i, " has no unit normal");
@@ -276,7 +320,7 @@ class SolidCutInvariants {
   Mesh rest_;
   Sums sums_;
   double size_ = 0, lowest_ = std::numeric_limits<double>::infinity();
-  int dangling_ = 0;
+  int dangling_ = 0, pinched_ = 0;
 };
 
 }  // namespace palpate::testing

@@ -304,6 +304,10 @@ concept CuttableSolid = TissueModel<T> && requires(T& tissue, T const& seen, int
   tissue.finish_edits();
 };
 
+/// Refinement: tetrahedra can be taken away, see FiniteElements::remove_tetrahedron.
+template <class T>
+concept RemovableSolid = CuttableSolid<T> && requires(T& tissue, int i) { tissue.remove_tetrahedron(i).last; };
+
 /// Refinement: evens out the masses around a particle that a cut has left too light, and says where there is too little to divide an edge or a
 /// triangle; see MassSpring::even_mass and has_mass_to_divide.
 template <class T>

@@ -63,6 +63,19 @@ class CutSolid {
     return edit;
   }
 
+  /// As TetrahedralTopology does it; what opens is a wound.
+  TetrahedronRemoval remove_tetrahedron(int tetrahedron) {
+    for (int k = 0; k < 4; ++k)
+      if (int const other = topology_.neighbour(tetrahedron, k); other >= 0)
+        for (int l = 0; l < 4; ++l)
+          if (topology_.neighbour(other, l) == tetrahedron) set(other, l, false);
+    TetrahedronRemoval const removal = topology_.remove_tetrahedron(tetrahedron);
+    cut_[at(tetrahedron)] = cut_.back(), cut_.pop_back();
+    wound_.insert(wound_.end(), removal.opened_count, 1);
+    for (int const triangle : removal.gone()) wound_[at(triangle)] = wound_.back(), wound_.pop_back();
+    return removal;
+  }
+
   /// That of some pieces, in their order of particles. Throws as WholePieces does.
   CutSolid part(detail::WholePieces const& pieces) const {
     CutSolid made(static_cast<int>(pieces.particles.size()), pieces.inside(topology_.tetrahedra()));

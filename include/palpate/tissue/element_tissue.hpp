@@ -260,6 +260,24 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     own = nodes, kind.list.elements[at(e)] = element;
     kind.bounds[at(e)] = {};
   }
+  /// The last one of its kind gets the number.
+  template <class E>
+  void remove_element(int e) noexcept {
+    auto& kind = std::get<Kind<E>>(kinds_);
+    int const last = kind.list.size() - 1;
+    for (int const i : kind.list.nodes[at(e)]) kind.at.remove(i, e);
+    if (e != last) {
+      for (int const i : kind.list.nodes[at(last)]) kind.at.rename(i, last, e);
+      kind.list.nodes[at(e)] = kind.list.nodes[at(last)], kind.list.elements[at(e)] = kind.list.elements[at(last)];
+      kind.bounds[at(e)] = kind.bounds[at(last)];
+    }
+    kind.list.nodes.pop_back(), kind.list.elements.pop_back(), kind.bounds.pop_back();
+  }
+  /// A particle that weighs so much less; 0: it is of no element any more, and stays where it is.
+  void lighten(int i, S factor) noexcept {
+    mass_[at(i)] *= factor;
+    if (!(mass_[at(i)] > 0)) mass_[at(i)] = 0, nailed_[at(i)] = 1;
+  }
   /// The same element, of which a particle is another one at the same place.
   template <class E>
   void rename_node(int e, int before, int now) {
@@ -417,7 +435,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
 
   void set_nailed(int i, bool nailed) {
     detail::check_index("particle", i, size());
-    nailed_[at(i)] = nailed ? 1 : 0;
+    nailed_[at(i)] = nailed || !(mass_[at(i)] > 0) ? 1 : 0;
     ++revision_;
   }
 

@@ -70,8 +70,8 @@ struct SolidOptions<Scalar, M> {
 /// Units      kg, m, N, Pa.
 /// Errors     InvalidMesh: a tetrahedron that is flat, turned over or joins a vertex with itself. InvalidArgument: a density that is not positive, damping
 ///            below zero, pre-strain outside 0 … 1; what the material says of its numbers.
-/// Cuts       divide_edge and split_vertex, after which finish_edits() has to be called once; faces that a cut has opened are is_wound(). A face may also be
-///            cut and not open, where no vertex of it has split: is_cut(t, k).
+/// Cuts       divide_edge, split_vertex and remove_tetrahedron, after which finish_edits() has to be called once; faces that a cut has opened are is_wound().
+///            A face may also be cut and not open, where no vertex of it has split: is_cut(t, k).
 /// Limits     near ν = ½ linear tetrahedra without nodal pressure are far too stiff.
 /// Source     \cite bonet1998 for nodal pressure.
 template <RealScalar Scalar, class M>
@@ -185,6 +185,24 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     follow(edit);
     for (int const t : topology().tetrahedra_at(p)) edited_.insert(edited_.end(), list().nodes[at(t)].begin(), list().nodes[at(t)].end());
     return edit;
+  }
+
+  /// Takes a tetrahedron away with its share of its corners' masses; the last one gets its number. Faces where it had neighbours are wounds. A particle
+  /// that no tetrahedron holds any more keeps its number: it weighs nothing and is nailed. Throws OutOfRange, and InvalidArgument for the only one.
+  TetrahedronRemoval remove_tetrahedron(int tetrahedron) {
+    detail::check_index("tetrahedron", tetrahedron, tetrahedra());
+    if (tetrahedra() == 1) throw InvalidArgument("remove_tetrahedron: it is the only one; a solid has at least one tetrahedron");
+    auto const corners = list().nodes[at(tetrahedron)];
+    std::array<Scalar, 4> before;
+    for (int k = 0; k < 4; ++k) before[at(k)] = lumped_mass(corners[at(k)]);
+    TetrahedronRemoval const removal = solid_.remove_tetrahedron(tetrahedron);
+    this->template remove_element<Element>(tetrahedron);
+    group_[at(tetrahedron)] = group_.back(), group_.pop_back();
+    if constexpr (remembers) history_[at(tetrahedron)] = history_.back(), history_.pop_back();
+    for (int k = 0; k < 4; ++k) this->lighten(corners[at(k)], elements_at(corners[at(k)]).empty() ? Scalar(0) : lumped_mass(corners[at(k)]) / before[at(k)]);
+    edited_.insert(edited_.end(), corners.begin(), corners.end());
+    this->count_edit();
+    return removal;
   }
 
   /// After edits, before anything else is asked: neighbours, and with nodal pressure the stars of the whole body.

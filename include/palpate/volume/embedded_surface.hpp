@@ -44,10 +44,11 @@ namespace palpate {
 ///
 /// Cuts       a triangle that an open wound crosses is parted there, and has vertices of both lips, at one place at rest. The side of a point outside of
 ///            the tetrahedra is that of the tetrahedron below it, along the skin's normal there: its shadow. No triangle has corners on two sides of an
-///            opened face. Triangles that no wound crosses stay whole, and vertices keep their numbers; those of the lips have higher ones.
+///            opened face. Triangles that no wound crosses stay whole, and vertices keep their numbers; those of the lips have higher ones. What lies over
+///            tetrahedra that are taken away goes with them.
 /// Units      m.
 /// Invariant  weights of a point sum to 1, so a force that is spread by them keeps its sum, and its moment about any point; at rest, and after any affine
-///            motion, the skin is exact. Its area at rest is what it was, however it is cut.
+///            motion, the skin is exact. Its area at rest is what it was, however it is cut, less what was taken away.
 /// Errors     InvalidMesh: a skin without triangles, corners that are no points; tetrahedra that are flat or none. InvalidArgument: a body of other tetrahedra.
 /// Cost       O(skin) an update with its normals; neither update nor nearest nor for_each_weight allocates, all are noexcept. follow() besides that
 ///            O(triangles in the tetrahedra, as they were made, that were edited), and allocates where there are any.
@@ -194,17 +195,18 @@ class EmbeddedSurface {
     auto const& topology = body.tissue().topology();
     bool const anew = restorations_ != body.restorations();   // then all that was touched before is looked at again
     auto const since = edits.subspan(anew ? 0 : seen_);
-    auto const divided = std::count_if(since.begin(), since.end(), [](auto const& edit) { return edit.kind == decltype(edit.kind)::divided; });
-    if ((anew ? solid_.roots() : solid_.size()) + divided != topology.tetrahedron_count())
+    std::ptrdiff_t count = anew ? solid_.roots() : solid_.size();
+    for (auto const& edit : since) count += edit.kind == decltype(edit.kind)::divided ? 1 : edit.kind == decltype(edit.kind)::removed ? -1 : 0;
+    if (count != topology.tetrahedron_count())
       throw InvalidArgument(detail::message("the skin was made for ", solid_.roots(),
                                             " tetrahedra, and the body had other ones before it was cut; make the skin from the mesh that its tissue was made of"));
     std::vector<int> vertices, roots;
     if (anew) solid_.forget(), roots = touched_;
     for (auto const& edit : since) {
-      if (edit.kind == decltype(edit.kind)::divided)
-        roots.push_back(solid_.root_of(edit.first));
-      else
+      if (edit.kind == decltype(edit.kind)::split)
         vertices.push_back(edit.first), vertices.push_back(edit.second);
+      else
+        roots.push_back(solid_.root_of(edit.first));
       solid_.follow(edit);
     }
     restorations_ = body.restorations(), seen_ = edits.size();
@@ -218,7 +220,11 @@ class EmbeddedSurface {
     detail::HangTogether<Body> solid(body);
     std::vector<int> triangles;
     for (int const root : roots) {
-      for (int const i : vertices_in_[root]) carriers_[at(i)] = carrier_of(tetrahedron_at(i), rest(i), solid);
+      for (int const i : vertices_in_[root])
+        if (int const t = tetrahedron_at(i); t >= 0)
+          carriers_[at(i)] = carrier_of(t, rest(i), solid);
+        else   // triangles beside it that are still there need another point
+          for (int const f : made_.triangles_at(i)) triangles.push_back(f);
       for (int const f : triangles_in_[root]) triangles.push_back(f);
     }
     detail::sort_each_once(triangles);
@@ -257,7 +263,7 @@ class EmbeddedSurface {
       triangles_.set_parts(f, now, points_.view());
     }
   }
-  /// Divides a triangle as its shadow is by the tetrahedra; whether they do not all hang together.
+  /// Divides a triangle as its shadow is by the tetrahedra; whether they do not all hang together, or not all are there any more.
   template <class Hang>
   bool divide(int f, Parts& parts, Hang& solid) const {
     auto const c = made_.corners(f);
@@ -311,8 +317,9 @@ class EmbeddedSurface {
       parts.triangulate(polygon, [&](int p, int q, int r) { all.push_back({number(p), number(q), number(r)}); });
     };
     if (open_.contains(f)) {
-      for (auto const& part : parts.parts) add(part.corners, [&](int) { return part.leaf; });
-    } else {   // whole, but for points that those beside it have
+      for (auto const& part : parts.parts)
+        if (solid_.tetrahedron(part.leaf) >= 0) add(part.corners, [&](int) { return part.leaf; });
+    } else if (solid_.tetrahedron(parts.parts[0].leaf) >= 0) {   // whole, but for points that those beside it have
       std::sort(round.begin(), round.end(), [&](int p, int q) { return parts.way_round(p) < parts.way_round(q); });
       round.erase(std::unique(round.begin(), round.end()), round.end());
       add(round, [&](int p) { return parts.leaf_at(p); });

@@ -45,6 +45,7 @@ class DividedSolid {
   /// Of tetrahedra now.
   int size() const noexcept { return static_cast<int>(leaf_of_.size()); }
   int root_of(int tetrahedron) const noexcept { return node(leaf_of_[at(tetrahedron)]).root; }
+  /// −1: it was taken away.
   int tetrahedron(int leaf) const noexcept { return node(leaf).tetrahedron; }
   std::array<Point, 4> corners_of_root(int root) const noexcept { return corners(node(root)); }
 
@@ -56,6 +57,7 @@ class DividedSolid {
   }
   template <RealScalar Scalar>
   void follow(SolidEdit<Scalar> const& edit) {
+    if (edit.kind == SolidEdit<Scalar>::Kind::removed) return remove(edit.first);
     if (edit.kind != SolidEdit<Scalar>::Kind::divided) return;
     int const leaf = leaf_of_[at(edit.first)];
     auto const a = static_cast<std::size_t>(edit.from), b = static_cast<std::size_t>(edit.to);
@@ -118,6 +120,11 @@ class DividedSolid {
   };
 
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
+  void remove(int tetrahedron) noexcept {
+    nodes_[at(leaf_of_[at(tetrahedron)])].tetrahedron = -1;
+    if (tetrahedron + 1 < size()) leaf_of_[at(tetrahedron)] = leaf_of_.back(), nodes_[at(leaf_of_.back())].tetrahedron = tetrahedron;
+    leaf_of_.pop_back();
+  }
   Node const& node(int i) const noexcept { return nodes_[at(i)]; }
   Point const& point(int i) const noexcept { return points_[at(i)]; }
   std::array<Point, 4> corners(Node const& of) const noexcept {

@@ -12,7 +12,7 @@
 namespace palpate::detail {
 
 /// Whether two tetrahedra that meet at a point of the undeformed solid hang together there: a chain of faces leads from one to the other, all at that point.
-/// Where a wound is open they do not, but at its end.
+/// Where a wound is open they do not, but at its end; and one that was taken away, −1, only with another such.
 template <class Body>
 class HangTogether {
  public:
@@ -20,7 +20,7 @@ class HangTogether {
   explicit HangTogether(Body const& body) : body_(body), solid_(body.tissue().topology()) {}
 
   bool operator()(int a, int b, Point const& x) {
-    if (a == b) return true;
+    if (a == b || a < 0 || b < 0) return a == b;
     double const slack = near + 4 * std::max({0.0, -weights(a, x).minCoeff(), -weights(b, x).minCoeff()});   // where they reach beyond the border
     reached_.assign(1, a);
     for (std::size_t i = 0; i < reached_.size() && i < 64; ++i)
