@@ -128,7 +128,11 @@ Organ prepare_organ(Options const& options) {
   if (solid && organ.puncture_depth > 0.7 * organ.edge)   // a tip pushes a single triangle, which folds when it goes deeper
     throw palpate::InvalidArgument(message("--puncture-depth is ", organ.puncture_depth, " m; a solid with edges of ", organ.edge, " m is pressed no deeper than ", 0.7 * organ.edge,
                                            " m: give less, or a larger --edge"));
-  organ.cut_depth = solid ? std::max(1.6 * organ.edge, 1.15 * organ.puncture_depth) : 1.15 * organ.puncture_depth;
+  organ.cut_depth = 1.15 * organ.puncture_depth;
+  if (solid) {   // well into the tetrahedra, and well above the bed
+    Eigen::RowVectorXd const heights = organ.up.transpose() * organ.mesh.points;
+    organ.cut_depth = std::max(organ.cut_depth, std::min(1.6 * organ.edge, 0.3 * (heights.maxCoeff() - heights.minCoeff())));
+  }
   double const volume = std::abs(palpate::volume(organ.mesh));   // m³
   organ.mass = options.mass.value_or(1060.0 * volume);
   if (options.puncture_depth) check_depth(*options.puncture_depth, organ);

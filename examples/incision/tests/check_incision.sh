@@ -67,11 +67,11 @@ run realtime 0 --resolution 600 --realtime --seconds 1 --out realtime --no-pictu
 
 # --- a solid ----------------------------------------------------------------------------------------------------------
 # The run that cuts, and the same begun again: up to there to the byte. It costs the hand no less than the toughness times the area, both from the file.
-run solid 0 --tissue fem --young 4000 --poisson 0.4 --edge 0.022 --toughness 50 --resolution 600 --out solid
-run solid_again 0 --tissue fem --young 4000 --poisson 0.4 --edge 0.022 --toughness 50 --resolution 600 --seconds 2 --out solid_again --no-pictures
+run solid 0 --tissue fem --young 4000 --poisson 0.4 --edge 0.016 --toughness 50 --resolution 600 --out solid
+run solid_again 0 --tissue fem --young 4000 --poisson 0.4 --edge 0.016 --toughness 50 --resolution 600 --seconds 2 --out solid_again --no-pictures
 head -n 2000 solid/session.csv | cut -d, -f1-10 >solid.first
 head -n 2000 solid_again/session.csv | cut -d, -f1-10 | cmp -s solid.first - || fail "two runs of a solid differ in session.csv"
-grep -q '^tissue  *finite elements, stable neo-Hooke, E 4000 Pa, nu 0.4; edge 22.00 mm' solid.out || fail "solid: $(cat solid.out)"
+grep -q '^tissue  *finite elements, stable neo-Hooke, E 4000 Pa, nu 0.4; edge 16.00 mm' solid.out || fail "solid: $(cat solid.out)"
 awk '/^cut / { found = 1; exit !($2 > 3 && $2 < 40) } END { if (!found) exit 1 }' solid.out || fail "solid: not cut: $(cat solid.out)"
 awk '/^wound gap/ { found = 1; exit !($3 > 0.5) } END { if (!found) exit 1 }' solid.out || fail "solid: no gap above 0.5 mm: $(cat solid.out)"
 grep -q '^pieces  *1$' solid.out || fail "solid: not one piece: $(cat solid.out)"

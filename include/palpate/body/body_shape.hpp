@@ -604,7 +604,8 @@ class BodyShape {
         tree_.replace(points, t, surface.corners(t));
       changes_.edited(t);
     }
-    if constexpr (CuttableSolid<Tissue>) record(edit, weights);
+    if constexpr (CuttableSolid<Tissue>)
+      if (is_solid()) record(edit, weights);
     ++topology_revision_;
   }
   void record(TopologyEdit const& edit, std::span<Scalar const> weights)

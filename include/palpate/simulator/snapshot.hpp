@@ -21,7 +21,7 @@ struct BodySnapshot {
   std::size_t topology_revision = 0;
   Matrix3X<Scalar> points;
   Matrix<int, 3, Dynamic> triangles;
-  std::vector<char> is_wound;        // of each triangle of a solid, whether a cut has made it; of a surface empty
+  std::vector<char> is_wound;        // of each triangle of a solid, whether a cut has made it; of a surface none
   Vector3<Scalar> tip = Vector3<Scalar>::Zero();
   CuttingPhase phase = CuttingPhase::no_contact;
 };
@@ -39,8 +39,8 @@ class SnapshotChannel {
     if (next.triangles.cols() == 0 || next.topology_revision != body.topology_revision()) {
       body.draw_triangles(next.triangles);
       if constexpr (CuttableSolid<std::remove_cvref_t<decltype(body.tissue())>>) {
-        next.is_wound.resize(static_cast<std::size_t>(next.triangles.cols()));
-        for (std::size_t t = 0; t < next.is_wound.size(); ++t) next.is_wound[t] = body.tissue().is_wound(static_cast<int>(t));
+        next.is_wound.assign(static_cast<std::size_t>(next.triangles.cols()), 0);
+        for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) next.is_wound[static_cast<std::size_t>(t)] = body.tissue().is_wound(t);
       }
     }
     next.topology_revision = body.topology_revision();
