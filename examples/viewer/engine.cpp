@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <utility>
@@ -18,6 +19,12 @@ namespace {
 
 constexpr double longest_recording = 600.0;   // s
 constexpr double longest_stretch = 60.0;      // s, of a run in real time, which keeps room for all its ticks
+
+std::string text_of(Wound const& wound) {
+  char text[80];
+  std::snprintf(text, sizeof text, "cut: %.1f cm2, %d piece%s", 1e4 * wound.area, wound.pieces, wound.pieces == 1 ? "" : "s");
+  return text;
+}
 
 }  // namespace
 
@@ -132,7 +139,7 @@ void Engine::run(double seconds) {
   }
   palpate::Recording const recording = simulation_->run(realtime_ ? stretch() : seconds, realtime_);
   keep(recording);
-  simulation_->remember();
+  if (simulation_->remember() && simulation_->wound().area > 0.0) next_.note = text_of(simulation_->wound());
   if (simulation_->hand().replay_is_over()) end_replay();
   if (next_.doing == Doing::recording && ticks_.ticks().size() == ticks_.capacity()) end_recording();
   show();
@@ -170,6 +177,7 @@ void Engine::show() {
   next_.setup = simulation_->setup();
   next_.began_uncut = simulation_->is_uncut();
   next_.began_with = simulation_->revision();
+  next_.wound = simulation_->wound();
   next_.can_replay = session_.has_value();
   std::lock_guard const lock(mutex_);
   live_ = next_;
@@ -196,8 +204,7 @@ void Engine::obey(Command command) {
       break;
     case Command::blade:
       simulation_->choose(after(setup.blade));
-      next_.note = setup.tissue == TissueName::solid ? std::string("a solid is palpated here and not cut yet")
-                                                     : std::string("cutter: ") + to_string(after(setup.blade));
+      next_.note = std::string("cutter: ") + to_string(simulation_->setup().blade);
       break;
     case Command::record:
       if (was != Doing::recording) begin_recording();

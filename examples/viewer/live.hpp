@@ -40,6 +40,7 @@ struct Live {
   Setup setup{};
   std::size_t began_with = 0;   // the body's revision when the run began, and whether it was uncut then
   bool began_uncut = true;
+  Wound wound{};
   Doing doing = Doing::nothing;
   double doing_seconds = 0.0;
   bool can_replay = false;

@@ -34,11 +34,11 @@ Parsed parse_options(int argc, char** argv) {
   app.add_option("--up", o.setup.up, "where its upper side looks: x, -x, y, -y, z, -z or auto (across the flattest extent)")
       ->check(CLI::IsMember({"auto", "x", "-x", "y", "-y", "z", "-z"}))->needs(mesh)->capture_default_str()->group(start);
   app.add_option("--resolution", o.setup.vertices, "vertices of the library's own liver")->check(CLI::Range(500, 20000))->capture_default_str()->group(start);
-  app.add_option("--tissue", tissue, "soft or firm: a skin of springs; solid: finite elements, palpated and not cut yet")->check(CLI::IsMember(tissues))->capture_default_str()->group(start);
+  app.add_option("--tissue", tissue, "soft or firm: a skin of springs; solid: finite elements")->check(CLI::IsMember(tissues))->capture_default_str()->group(start);
   app.add_option("--integrator", integrator, "leapfrog or backward-euler")->check(CLI::IsMember(integrators))->capture_default_str()->group(start);
   app.add_option("--coupling", coupling, "loose: force curves; tight: the tissue's own reaction; proxy: a spring to the surface, with friction")
       ->check(CLI::IsMember(couplings))->capture_default_str()->group(start);
-  app.add_option("--cutter", blade, "none, progressive or separating")->check(CLI::IsMember(blades))->capture_default_str()->group(start);
+  app.add_option("--cutter", blade, "none, progressive or separating; the last for a skin of springs only")->check(CLI::IsMember(blades))->capture_default_str()->group(start);
 
   auto const running = "Running";
   auto* const real = app.add_flag("--realtime", realtime, "two threads by the clock; the default without --script")->group(running);

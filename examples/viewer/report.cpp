@@ -38,6 +38,8 @@ void Report::add(std::string const& name, Window const& window) {
   line("depth", {now.tick.depth});
   line("energy", {now.energy});
   line("triangles", {static_cast<double>(live.triangles)});
+  line("pieces", {static_cast<double>(live.wound.pieces)});
+  line("cut_area", {live.wound.area});
   line("uncut", {live.is_uncut ? 1.0 : 0.0});
   out << "phase " << to_string(now.tick.phase) << '\n';
   auto const chart = [&](char const* what, LiveChart const& of, double value) {

@@ -160,12 +160,27 @@ void Scene::place(double left, double low, double right, double high) {
 }
 
 void Scene::show_body(palpate::BodySnapshot<double> const& body, bool is_uncut) {
+  bool const has_flesh = std::find(body.is_wound.begin(), body.is_wound.end(), 1) != body.is_wound.end();
+  walls_->GetProperty()->SetAmbient(has_flesh ? 0.45 : 0.18);   // flesh lets light through
+  if (has_flesh) return show_solid(body);
   Mesh const mesh{body.points, body.triangles};
   mapper_of(organ_)->SetInputData(palpate::detail::to_smooth_poly_data(mesh));
   organ_->GetProperty()->SetBackfaceCulling(is_uncut);   // the inside is seen through a cut alone
   organ_->SetBackfaceProperty(is_uncut ? nullptr : inside_.Get());
   walls_->SetVisibility(!is_uncut);
   if (!is_uncut) mapper_of(walls_)->SetInputData(palpate::detail::coloured_walls(mesh, wall_depth, colours::wound, colours::interior));
+}
+
+/// Skin, and the walls of wounds with normals of their own: sharp along the lips.
+void Scene::show_solid(palpate::BodySnapshot<double> const& body) {
+  std::vector<int> skin, flesh;
+  for (int t = 0; t < body.triangles.cols(); ++t) (body.is_wound[static_cast<std::size_t>(t)] != 0 ? flesh : skin).push_back(t);
+  auto const part = [&](std::vector<int> const& triangles) { return palpate::detail::to_smooth_poly_data(Mesh{body.points, body.triangles(Eigen::all, triangles)}); };
+  mapper_of(organ_)->SetInputData(part(skin));
+  mapper_of(walls_)->SetInputData(part(flesh));
+  organ_->GetProperty()->BackfaceCullingOn();   // a solid has no inside to be seen
+  organ_->SetBackfaceProperty(nullptr);
+  walls_->VisibilityOn();
 }
 
 void Scene::show(Moment const& now, Blade blade, Vector const& place) {

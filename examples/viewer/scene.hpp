@@ -50,6 +50,7 @@ class Scene {
 
  private:
   vtkActor* add(vtkRenderer* renderer, Colour const& colour);
+  void show_solid(palpate::BodySnapshot<double> const& body);
 
   vtkNew<vtkRenderer> renderer_, in_front_;
   vtkActor *organ_, *walls_, *blade_, *handle_, *probe_, *stem_, *shadow_;

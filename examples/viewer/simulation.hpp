@@ -20,8 +20,14 @@ struct ServoTimes {
   std::uint64_t ticks = 0, late = 0;
 };
 
+/// What cuts have done to a body.
+struct Wound {
+  double area = 0.0;   // m², undeformed: half of both walls, in a solid
+  int pieces = 1;
+};
+
 /// A simulator behind one interface, so that the window need not know its type. Policies are chosen at compile time: here the integrator of springs and
-/// a solid make types. Springs differ in values, cutters and couplings in a flag (AnyCutter, HandForce): three simulators instead of 39.
+/// a solid make types. Springs differ in values, cutters and couplings in a flag (AnyCutter, HandForce): three simulators instead of 42.
 /// Threads    the first group from any, meanwhile too, one reader at a time; the others from one thread, between runs.
 class Simulation {
  public:
@@ -46,11 +52,13 @@ class Simulation {
   virtual bool is_uncut() const noexcept = 0;
   virtual std::size_t revision() const noexcept = 0;   // of the body's triangles
 
+  virtual Wound const& wound() = 0;
+
   virtual void choose(Coupling coupling) = 0;
   virtual void choose(Blade blade) = 0;
 
-  /// Remembers the body, where it was cut since it was remembered last and nothing touches it.
-  virtual void remember() = 0;
+  /// Remembers the body, where it was cut since it was remembered last and nothing touches it. Returns whether it was.
+  virtual bool remember() = 0;
   /// Takes the last cut back; false when there is none.
   virtual bool undo() = 0;
   /// All cuts.

@@ -5,10 +5,12 @@
 #include "hand_force.hpp"
 #include "simulation.hpp"
 
+#include <palpate/body/pieces.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/simulator/simulator.hpp>
+#include <palpate/tissue/concept.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
 #include <chrono>
@@ -54,6 +56,21 @@ class SimulationOf final : public Simulation {
   std::size_t revision() const noexcept override { return simulator_.body().topology_revision(); }
   bool is_uncut() const noexcept override { return marks_.size() == 1 && simulator_.body().topology_revision() == marked_; }
 
+  Wound const& wound() override {
+    Body const& body = simulator_.body();
+    if (wound_of_ == body.topology_revision()) return wound_;
+    wound_of_ = body.topology_revision();
+    wound_ = {.area = 0.0, .pieces = static_cast<int>(palpate::pieces_of(body).size())};
+    if constexpr (palpate::CuttableSolid<typename Body::Tissue>)
+      for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) {
+        if (!body.tissue().is_wound(t)) continue;
+        auto const corners = body.tissue().surface().corners(t);
+        Vector const o = body.tissue().rest_position(corners[0]);
+        wound_.area += (body.tissue().rest_position(corners[1]) - o).cross(body.tissue().rest_position(corners[2]) - o).norm() / 4;
+      }
+    return wound_;
+  }
+
   void choose(Coupling coupling) override {
     setup_.coupling = coupling;
     simulator_.force().choose(coupling);
@@ -62,11 +79,12 @@ class SimulationOf final : public Simulation {
     setup_.blade = simulator_.cutter().change(simulator_.body(), blade);
   }
 
-  void remember() override {
-    if (simulator_.cutter().state() != palpate::CuttingPhase::no_contact || simulator_.cutter().is_behind() || simulator_.body().topology_revision() == marked_) return;
+  bool remember() override {
+    if (simulator_.cutter().state() != palpate::CuttingPhase::no_contact || simulator_.cutter().is_behind() || simulator_.body().topology_revision() == marked_) return false;
     if (marks_.size() > max_marks) marks_.erase(marks_.begin() + 1);   // the first is the uncut body
     marks_.push_back(simulator_.mark());
     marked_ = simulator_.body().topology_revision();
+    return true;
   }
   bool undo() override {
     bool const since = simulator_.body().topology_revision() != marked_;   // a cut that is still being made
@@ -105,6 +123,8 @@ class SimulationOf final : public Simulation {
   Simulator simulator_;
   std::vector<Mark> marks_;
   std::size_t marked_ = 0;   // the revision that the last mark, or the restoration to it, has
+  Wound wound_;
+  std::size_t wound_of_ = static_cast<std::size_t>(-1);   // the revision
 };
 
 /// A liver on a table: what looks down or sideways is nailed, and each link is a quarter shorter than its edge, so that a cut gapes.

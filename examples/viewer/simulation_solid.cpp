@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "simulation_of.hpp"
+#include "solid_blade.hpp"
 
-#include <palpate/cutting/no_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/boundary.hpp>
@@ -12,41 +12,26 @@
 
 namespace viewer {
 
-namespace {
-
-/// The blunt tool in the place of all: a solid is not cut yet.
-class OnlyProbe : public palpate::NoCutter<double> {
- public:
-  OnlyProbe(Blade, double) {}
-  template <class Body>
-  Blade change(Body& body, Blade) {
-    this->reset(body);
-    return Blade::none;
-  }
-  bool is_behind() const noexcept { return false; }
-};
-
-}  // namespace
-
 std::shared_ptr<Simulation> make_solid(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets) {
   constexpr double cells_across = 18.0, body_rate = 250.0;   // Hz: a step of so many tetrahedra takes some 2 ms
   double const diagonal = palpate::bounding_box(organ).diagonal().norm();
   auto const filling = palpate::fill(organ, {.edge = diagonal / cells_across});
   palpate::FiniteElements<double, palpate::StableNeoHookean<double>> tissue(filling.mesh,
-                                                                            {.density = 1060.0, .material = {5000.0, 0.45}, .damping = {.alpha = 30.0}});
-  Mesh border = palpate::surface(filling.mesh);
+                                                                            {.density = 1060.0, .material = {5000.0, 0.45}, .damping = {.alpha = 30.0}, .prestrain = 0.1});
+  Mesh const border = palpate::surface(filling.mesh);
   auto const normals = palpate::vertex_normals(border);
-  for (int i = 0; i < normals.cols(); ++i)
-    if (normals.col(i).norm() > 0.5 && normals(2, i) < 0.1) tissue.nail(i);
+  for (int i = 0; i < normals.cols(); ++i)   // its sides hang on to what is around it, so that a wound gapes
+    if (normals.col(i).norm() > 0.5 && normals(2, i) < 0.4) tissue.nail(i);
   palpate::SoftBody body(std::move(tissue), palpate::BackwardEuler{.tolerance = 1e-3, .max_iterations = 25});
-  palpate::repair(border);   // without the vertices inside
+  Mesh home = body.mesh();   // it has settled under its pre-strain
+  palpate::repair(home);     // without the vertices inside
   Setup own = setup;
-  own.blade = Blade::none;
+  if (own.blade == Blade::separating) own.blade = Blade::progressive;
   own.integrator = IntegratorName::backward_euler;
   MouseHand hand(std::move(targets), HandTarget{}.position);
   palpate::SimulatorOptions options;
   options.body_rate = body_rate;
-  return std::make_shared<SimulationOf<decltype(body), OnlyProbe>>(own, std::move(body), std::move(hand), std::move(border), options);
+  return std::make_shared<SimulationOf<decltype(body), SolidBlade>>(own, std::move(body), std::move(hand), std::move(home), options);
 }
 
 }  // namespace viewer

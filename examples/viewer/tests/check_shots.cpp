@@ -182,7 +182,9 @@ constexpr Expected all_expected[] = {{"hovering", "no contact", false},        {
                                      {"cutting", "moving", true},              {"cut", "no contact", true, "recorded"},
                                      {"replayed", "no contact", true, "same bytes"}, {"undone", "no contact", false, "took back"},
                                      {"tight", "indenting", false},            {"proxy", "indenting", false, "proxy"},
-                                     {"firm", "indenting", false, "", false}};
+                                     {"firm", "indenting", false, "", false},
+                                     {"solid", "indenting", false, "", false}, {"solid_cut", "no contact", true, "cut: ", false},
+                                     {"solid_undone", "no contact", false, "took back", false}};
 
 }  // namespace
 

@@ -60,11 +60,17 @@ printf 'key t\nkey i\nmove 380 420\nwait 0.4\nleft down\nwait 0.4\nshot firm\n' 
 run firm 0 --script firm.script --resolution 500 --out firm
 grep -q '^phase indenting' firm/report.txt || fail "firm: $(cat firm/report.txt)"
 
-# A solid: palpated, felt, not cut; the key for the cutter says so.
-printf 'move 380 420\nwait 0.4\nleft down\nwait 0.6\nshot solid\nkey k\nwait 0.1\nshot blunt\n' >solid.script
+# A solid: palpated, felt, then cut; the cut is taken back, and the key for the cutter knows two.
+printf 'move 300 430\nwait 0.3\nleft down\nwait 0.4\nshot solid\nwheel 6\nwait 0.3\nmove 500 412 1.2\nleft up\nwait 0.3\nshot solid_cut\n' >solid.script
+printf 'key u\nwait 0.1\nshot solid_undone\nkey k\nwait 0.02\nshot blunt\nkey k\nwait 0.02\nshot sharp\n' >>solid.script
 run solid 0 --script solid.script --tissue solid --coupling tight --resolution 500 --out solid
-awk '/^phase indenting/ { phase = 1 } /^force / { if ($4 > 0.1) felt = 1 } END { exit !(phase && felt) }' solid/report.txt || fail "solid: $(cat solid/report.txt)"
-grep -q '^note a solid is palpated here and not cut yet' solid/report.txt || fail "solid: $(grep '^note' solid/report.txt)"
+"$check_shots" solid solid solid_cut solid_undone || fail "solid: the pictures and the report differ"
+awk '/^shot/ { name = $2 } /^phase indenting/ && name == "solid" { phase = 1 } /^force / && name == "solid" { felt = $4 > 0.1 } END { exit !(phase && felt) }' solid/report.txt || fail "solid: $(cat solid/report.txt)"
+[ "$(sed -n 's/^note cutter: //p' solid/report.txt | tr '\n' ' ')" = "none, palpate only progressive " ] || fail "solid: $(grep '^note' solid/report.txt)"
+# The edge reaches 26 mm into the tissue and is drawn 200 pixels, 47 mm: 12 cm2, less what does not open at the ends.
+awk '/^shot/ { name = $2 } /^pieces/ { pieces[name] = $2 } /^cut_area/ { area[name] = 1e4 * $2 } END {
+  exit !(pieces["solid_cut"] == 1 && area["solid"] == 0 && area["solid_undone"] == 0 && area["solid_cut"] > 8 && area["solid_cut"] < 13) }' solid/report.txt ||
+  fail "solid: $(grep -e '^shot' -e '^pieces' -e '^cut_area' solid/report.txt)"
 
 wait "$pressed" || fail "pressed: exit code $?: $(cat pressed.err)"
 "$check_shots" pressed firm || fail "the picture in real time and the report differ"
