@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A blade through a solid of finite elements or of springs: time for each tetrahedron that a cut makes, with topology, masses, border, search and neighbours; a
-// tick with the blade inside that cuts nothing; and beside them, in the same run, the step that gathers the tetrahedra anew, and making tissue and body from the mesh.
+// A blade through a solid of finite elements or of springs: time for each tetrahedron that a cut makes, part by part; a tick with the blade inside that cuts
+// nothing; and beside them, in the same run, gathering all packs anew, and making tissue and body from the mesh.
 //   bench_volume_cut
 #include <palpate/body/soft_body.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
@@ -15,6 +15,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
+#include <numeric>
+#include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -31,56 +35,111 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-struct Elements {};
-struct Springs {};
-auto make_body(Elements, int n) {
-  return SoftBody(FiniteElements<double, StableNeoHookean<double>>(make_block<double>(n, n, n, 0.005, BlockPattern::alternating),
-                                                                   {.density = 1000.0, .material = {.young = 1e4, .poisson = 0.4}}),
-                  BackwardEuler{});
-}
+/// Finite elements that say how long their own part of a cut takes.
+template <bool is_nodal>
+class Elements : public FiniteElements<double, StableNeoHookean<double>> {
+  using Solid = FiniteElements<double, StableNeoHookean<double>>;
 
-auto make_body(Springs, int n) {
+ public:
+  explicit Elements(int n)
+      : Solid(make_block<double>(n, n, n, 0.005, BlockPattern::alternating),
+              {.density = 1000.0, .material = {.young = 1e4, .poisson = 0.4}, .pressure = is_nodal ? Pressure::nodal : Pressure::element}) {}
+  void finish_edits() {
+    auto const now = std::chrono::steady_clock::now();
+    Solid::finish_edits();
+    finishing += microseconds_since(now);
+  }
+  void follow_edits(std::span<int const> moving, Assembly& assembly) const {
+    auto const now = std::chrono::steady_clock::now();
+    Solid::follow_edits(moving, assembly);
+    *packing += microseconds_since(now);
+  }
+
+  double finishing = 0;                                                  // µs
+  std::shared_ptr<double> packing = std::make_shared<double>(0.0);   // µs, of all copies
+};
+struct Springs {};
+
+template <bool is_nodal>
+auto make_body(std::type_identity<Elements<is_nodal>>, int n) {
+  return SoftBody(Elements<is_nodal>(n), BackwardEuler{.max_iterations = 1});
+}
+auto make_body(std::type_identity<Springs>, int n) {
   return SoftBody(MassSpring<double>(make_block<double>(n, n, n, 0.005, BlockPattern::alternating), {.mass = {.total = 1e-4 * n * n * n}, .link = {.stiffness = 50.0}}),
                   LeapfrogVerlet{});
 }
 
-/// Argument: vertices along each side of the block. 60 % of it is cut through, 40 ticks an edge, down to 40 % of its height.
+/// Argument: vertices along each side of the block. 60 % of it is cut through, 40 ticks an edge, 100 to 500 at most, down to 40 % of its height; a step after each tick.
+///   us_each            of a tick, for each tetrahedron that it makes: cutter, topology, masses, border, search, neighbours; of this
+///   us_each_finish     neighbours, row bounds, with nodal pressure its stars;
+///   us_each_packs      in the step after it: packs that forces are computed in
+///   us_idle_tick       of a tick that cuts nothing
+///   ms_step, ms_step_after_cut, ms_packs_anew, ms_made_anew   a step (of elements implicit, of one iteration), one after a tick that cuts, gathering all packs, making body and tissue from the mesh
 template <class Kind>
 void cut_block(benchmark::State& state) {
   int const n = static_cast<int>(state.range(0));
   double const side = 0.005 * (n - 1);
+  constexpr bool is_timed = !std::is_same_v<Kind, Springs>;
   for (auto _ : state) {
     auto const start = std::chrono::steady_clock::now();
-    auto body = make_body(Kind{}, n);
+    auto body = make_body(std::type_identity<Kind>{}, n);
     double const made_in = microseconds_since(start);
-    auto const& topology = body.tissue().topology();
-    int const tetrahedra = topology.tetrahedron_count();
-    body.reserve(2 * body.size(), 20 * n * n);
+    auto const& tissue = body.tissue();
+    int const tetrahedra = tissue.topology().tetrahedron_count();
+    body.reserve(body.size() + body.size() / 5, 20 * n * n);
+    auto const finishing = [&] {
+      if constexpr (is_timed)
+        return tissue.finishing;
+      else
+        return 0.0;
+    };
+    auto const packing = [&] {
+      if constexpr (is_timed)
+        return *tissue.packing;
+      else
+        return 0.0;
+    };
+    auto const step = [&] {
+      auto const now = std::chrono::steady_clock::now();
+      body.step(1e-6);
+      return microseconds_since(now);
+    };
+    step();
     VolumeCutter<double> knife;
-    std::vector<double> each, idle;
-    for (int tick = 0; tick <= 40 * n; ++tick) {
+    std::vector<double> each, finish, packs, idle, steps, steps_after;
+    for (int tick = 0; tick <= std::min(40 * n, n > 24 ? 100 : 500); ++tick) {
       double const y = -0.002 + 0.6 * side * tick / (40.0 * n);
-      int const before = topology.tetrahedron_count();
+      int const before = tissue.topology().tetrahedron_count();
+      double const finished = finishing(), packed = packing();
+      body.nearest_vertex({side / 2, y, side});   // fits the search tree, as a tool that touches does
       auto const now = std::chrono::steady_clock::now();
       knife.advance(body, {{side / 2 + 0.0013, y, 0.4 * side}, {side / 2 + 0.0013, y, side + 0.01}});
       double const took = microseconds_since(now);
-      if (int const made = topology.tetrahedron_count() - before; made > 0)
-        each.push_back(took / made);
+      double const stepped = step();
+      if (int const made = tissue.topology().tetrahedron_count() - before; made > 0)
+        each.push_back(took / made), finish.push_back((finishing() - finished) / made), packs.push_back((packing() - packed) / made), steps_after.push_back(stepped);
       else
-        idle.push_back(took);
+        idle.push_back(took), steps.push_back(stepped);
     }
-    auto const now = std::chrono::steady_clock::now();
-    body.step(1e-5);
-    double const first = microseconds_since(now);
     state.counters["tetrahedra"] = tetrahedra;
-    state.counters["made"] = topology.tetrahedron_count() - tetrahedra;
+    state.counters["made"] = tissue.topology().tetrahedron_count() - tetrahedra;
     state.counters["us_each"] = median(std::move(each));
+    if (is_timed) state.counters["us_each_finish"] = median(std::move(finish)), state.counters["us_each_packs"] = median(std::move(packs));
     state.counters["us_idle_tick"] = median(std::move(idle));
-    state.counters["ms_step_after"] = first / 1e3;
+    state.counters["ms_step"] = median(std::move(steps)) / 1e3;
+    state.counters["ms_step_after_cut"] = median(std::move(steps_after)) / 1e3;
+    std::vector<int> all(static_cast<std::size_t>(body.size()));
+    std::iota(all.begin(), all.end(), 0);
+    typename std::remove_cvref_t<decltype(tissue)>::Assembly assembly;
+    tissue.assemble(all, assembly);
+    auto const now = std::chrono::steady_clock::now();
+    tissue.assemble(all, assembly);
+    state.counters["ms_packs_anew"] = microseconds_since(now) / 1e3;
     state.counters["ms_made_anew"] = made_in / 1e3;
   }
 }
-BENCHMARK(cut_block<Elements>)->Arg(6)->Arg(12)->Arg(24)->Arg(48)->Iterations(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(cut_block<Elements<false>>)->Arg(6)->Arg(12)->Arg(24)->Arg(48)->Arg(59)->Iterations(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(cut_block<Elements<true>>)->Arg(6)->Arg(12)->Arg(24)->Iterations(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(cut_block<Springs>)->Arg(6)->Arg(12)->Arg(24)->Arg(48)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -234,6 +234,7 @@ class BodyMotion : public BodyShape<TissueType> {
     bool remembers;
     Scalar time, last_step;
     std::vector<SolidEdit<Scalar>> solid_edits;
+    typename BodySystem<Tissue, ExecutionType>::Layout layout;
   };
   /// While a cut is in progress the wound is saved as if it ended where the blade is.
   State save() const {
@@ -245,7 +246,7 @@ class BodyMotion : public BodyShape<TissueType> {
       }
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
-            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_};
+            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, system_.layout(tissue_)};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
@@ -253,6 +254,8 @@ class BodyMotion : public BodyShape<TissueType> {
     held_ = saved.held;
     forces_.restore(state_, saved.forced);
     moving_.restore(saved.moving);
+    system_.restore(saved.layout);
+    modal_estimate_.forget();
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
     this->solid_edits_ = saved.solid_edits;

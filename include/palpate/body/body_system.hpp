@@ -24,6 +24,20 @@
 
 namespace palpate {
 
+namespace detail {
+
+/// What assemblies that follow edits say of their order; of others nothing.
+template <class Tissue>
+struct LayoutOf {
+  struct type {};
+};
+template <FollowsEdits Tissue>
+struct LayoutOf<Tissue> {
+  using type = typename Tissue::Assembly::Layout;
+};
+
+}  // namespace detail
+
 /// The moving particles of a body as an integrator sees them (concept `System`): columns 0 … n−1, with the particles that hold the
 /// border of the moving set behind them.
 /// Where all of the body moves, the columns are the body's own; else they are gathered, stay from step to step, and are handed back
@@ -38,6 +52,7 @@ class BodySystem {
   using Scalar = typename Tissue::Scalar;
   using Matrix = Matrix3X<Scalar>;
   using State = ParticleState<Scalar>;
+  using Layout = typename detail::LayoutOf<Tissue>::type;
 
   StridedView<Scalar> positions() noexcept { return now(x_, &State::position).view(moving_); }
   StridedView<Scalar> velocities() noexcept { return now(v_, &State::velocity).view(moving_); }
@@ -192,7 +207,10 @@ class BodySystem {
     for (int const p : assembly_.particles())
       if (static_cast<std::size_t>(p) < place_.size()) place_[static_cast<std::size_t>(p)] = -1;
     place_.resize(static_cast<std::size_t>(tissue.size()), -1);
-    tissue.assemble(moving, assembly_);
+    if constexpr (FollowsEdits<Tissue>)
+      tissue.follow_edits(moving, assembly_);
+    else
+      tissue.assemble(moving, assembly_);
     moving_ = static_cast<int>(moving.size());
     all_ = static_cast<int>(assembly_.particles().size());
     for (auto* columns : {&x_, &v_, &memory_, &border_x_, &border_v_}) columns->resize(all_);
@@ -209,6 +227,17 @@ class BodySystem {
       inverse_mass_[static_cast<std::size_t>(k)] = 1 / tissue.mass(p);
     }
     is_gathered_ = false;
+  }
+
+  /// What of the assembly belongs to what makes the body's future, and it back, with tissue that belongs to it.
+  Layout layout(Tissue const& tissue) const {
+    if constexpr (FollowsEdits<Tissue>)
+      return assembly_.layout(tissue);
+    else
+      return {};
+  }
+  void restore([[maybe_unused]] Layout const& layout) {
+    if constexpr (FollowsEdits<Tissue>) assembly_.take(layout);
   }
 
   /// Room for sets up to this size, so that choosing them does not allocate.

@@ -46,6 +46,7 @@ Body part_of(Body const& body, std::span<int const> particles) {
   follow(state.held), follow(state.forced), follow(state.moving.particles);
   state.tissue = std::move(tissue);
   state.solid_edits.clear();   // it is made of what it is made of now
+  state.layout = {};
   state.particles = state.particles.part(particles);
   Body made = body;
   made.restore(state);

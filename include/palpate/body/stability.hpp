@@ -66,7 +66,10 @@ class WholeTangent<Tissue> {
     if (d_.size() != tissue.size() || revision_ != tissue.revision()) {
       all_.resize(static_cast<std::size_t>(tissue.size()));
       std::iota(all_.begin(), all_.end(), 0);
-      tissue.assemble(all_, assembly_);
+      bool const is_another = d_.size() == 0;
+      if constexpr (FollowsEdits<Tissue>)
+        if (!is_another) tissue.follow_edits(all_, assembly_);
+      if (is_another || !FollowsEdits<Tissue>) tissue.assemble(all_, assembly_);
       d_.resize(tissue.size()), y_.resize(tissue.size());
       revision_ = tissue.revision();
     }
@@ -80,6 +83,8 @@ class WholeTangent<Tissue> {
     assembly_.multiply_tangent(Scalar(0), damping, stiffness, d_.padded_view().data(), y_.padded_view().data());
     y = y_.view();
   }
+  /// The tissue is another.
+  void forget() noexcept { d_.resize(0); }
 
  private:
   typename Tissue::Assembly assembly_;
@@ -143,6 +148,11 @@ class ModalEstimate {
     } else {
       return row_bounds(tissue, x, moves);
     }
+  }
+
+  /// The tissue is another one.
+  void forget() noexcept {
+    if constexpr (HasFastTangent<Tissue>) whole_.forget();
   }
 
   /// What the last answer cost: products with the stiffness and with the damping.

@@ -94,7 +94,7 @@ struct VolumeCutOptions {
 /// Blade      moves straight between two ticks; in a deformed solid it is followed at points half a mean edge apart.
 /// Force      with a toughness Gc or a friction φ of the lips the tissue resists the blade: it stays where it is until the tool pulls it with Gc L⊥ + φ L, L the
 ///            blade's length in tissue and L⊥ its part across the way. So the hand's work is at least Gc times the area cut; see grip().
-/// Cost       O(tetrahedra near the way of the blade); and for the step after it O(moving tetrahedra), whose assembly is made anew. Memory grows as the body does.
+/// Cost       O(tetrahedra near the way of the blade). Memory grows as the body does.
 /// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges; the body stays as it was.
 /// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. Two edges with a gap between them
 ///            are one blade of three pieces.

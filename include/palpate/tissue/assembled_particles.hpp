@@ -6,7 +6,9 @@
 #include <palpate/tissue/column_force.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -15,6 +17,7 @@ namespace palpate {
 /// The particles of an assembly: 0 … moving−1 are the chosen ones; after them comes the border, particles that are only a node of an element.
 /// Block      chosen particles that follow each other, 2,048 or more; at most eight. Blocks can be walked at once: an element at the seam of two is
 ///            computed in both, and each takes the forces on its own particles.
+/// Growth     after edits others may follow the chosen ones: they are of the last block, until there are a quarter more.
 template <RealScalar Scalar>
 class AssembledParticles {
  public:
@@ -23,7 +26,7 @@ class AssembledParticles {
   int moving() const noexcept { return static_cast<int>(inverse_mass_.size()); }
   int force_columns() const noexcept { return static_cast<int>(particles_.size()); }
   static int max_force_columns(int particles) noexcept { return particles; }
-  int blocks() const noexcept { return std::clamp(moving() / min_block_size, 1, max_blocks); }
+  int blocks() const noexcept { return blocks_; }
 
  protected:
   static constexpr int min_block_size = 2048, max_blocks = 8;
@@ -44,6 +47,30 @@ class AssembledParticles {
       local_[at(moving[i])] = static_cast<int>(i);
       inverse_mass_.push_back(1 / tissue.mass(moving[i]));
     }
+    chosen_ = this->moving();
+    blocks_ = std::clamp(chosen_ / min_block_size, 1, max_blocks);
+    for (int b = 0; b <= blocks_; ++b) starts_[at(b)] = static_cast<int>(static_cast<long long>(chosen_) * b / blocks_);
+  }
+  /// Whether these are the chosen ones, and behind them some that are not here yet, not too many.
+  bool can_grow_to(std::span<int const> moving) const noexcept {
+    std::size_t const known = inverse_mass_.size();
+    if (moving.size() < known || known == 0 || 4 * moving.size() > 5 * at(chosen_)) return false;
+    auto const is_new = [this](int p) { return at(p) >= local_.size() || local_[at(p)] < 0; };
+    auto const end = moving.begin() + this->moving();
+    return std::equal(moving.begin(), end, particles_.begin()) && std::all_of(end, moving.end(), is_new);
+  }
+  /// These are the chosen ones now: the border moves on behind them.
+  template <class Tissue>
+  void grow_to(Tissue const& tissue, std::span<int const> moving) {
+    int const before = this->moving();
+    local_.resize(at(tissue.size()), -1);
+    if (static_cast<int>(moving.size()) > before) {
+      particles_.insert(particles_.begin() + before, moving.begin() + before, moving.end());
+      for (std::size_t k = at(before); k < particles_.size(); ++k) local_[at(particles_[k])] = static_cast<int>(k);
+    }
+    inverse_mass_.resize(moving.size());
+    for (std::size_t k = 0; k < moving.size(); ++k) inverse_mass_[k] = 1 / tissue.mass(moving[k]);
+    starts_[at(blocks_)] = this->moving();
   }
   /// The local particle of one of the body, which joins the border if it is not there.
   int local(int particle) {
@@ -51,10 +78,12 @@ class AssembledParticles {
     if (place < 0) place = static_cast<int>(particles_.size()), particles_.push_back(particle);
     return place;
   }
+  /// The same, or −1 where it is neither chosen nor of the border.
+  int known(int particle) const noexcept { return at(particle) < local_.size() ? local_[at(particle)] : -1; }
   void reserve(int particles) { particles_.reserve(at(particles)), local_.reserve(at(particles)), inverse_mass_.reserve(at(particles)); }
 
   Scalar inverse_mass(int i) const noexcept { return inverse_mass_[at(i)]; }
-  int first_of(int block) const noexcept { return static_cast<int>(static_cast<long long>(moving()) * block / blocks()); }
+  int first_of(int block) const noexcept { return starts_[at(block)]; }
   int block_of(int i) const noexcept {
     int b = 0;
     while (i >= first_of(b + 1)) ++b;
@@ -66,7 +95,7 @@ class AssembledParticles {
     bool operator()(int i) const noexcept { return static_cast<unsigned>(i - first) < static_cast<unsigned>(count); }
   };
   Own own(int block) const noexcept {
-    if (blocks() == 1) return {0, force_columns()};
+    if (blocks() == 1) return {0, std::numeric_limits<int>::max() / 4};
     return {first_of(block), first_of(block + 1) - first_of(block)};
   }
 
@@ -103,6 +132,8 @@ class AssembledParticles {
   std::vector<int> particles_;
   std::vector<int> local_;             // particle of the body → local particle, −1 outside
   std::vector<Scalar> inverse_mass_;   // 1/kg, of the moving ones
+  int chosen_ = 0, blocks_ = 1;        // so many particles when they were chosen
+  std::array<int, max_blocks + 1> starts_{};   // of the blocks
 };
 
 }  // namespace palpate

@@ -194,30 +194,6 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
  protected:
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
 
-  /// Lists of whole numbers, one after the other in memory.
-  struct Lists {
-    std::vector<int> ends, items;
-    Lists() = default;
-    explicit Lists(std::vector<std::vector<int>> const& lists) {
-      for (auto const& list : lists) {
-        items.insert(items.end(), list.begin(), list.end());
-        ends.push_back(static_cast<int>(items.size()));
-      }
-    }
-    /// In order, each number once.
-    static Lists of_sets(std::vector<std::vector<int>>& lists) {
-      for (auto& list : lists) {
-        std::sort(list.begin(), list.end());
-        list.erase(std::unique(list.begin(), list.end()), list.end());
-      }
-      return Lists(lists);
-    }
-    std::span<int const> operator[](int i) const noexcept {
-      int const begin = i > 0 ? ends[at(i - 1)] : 0;
-      return std::span(items).subspan(at(begin), at(ends[at(i)] - begin));
-    }
-  };
-
   /// Only these stay. May throw half-way.
   void keep(detail::WholePieces const& part) {
     auto const take = [&](auto& values) {

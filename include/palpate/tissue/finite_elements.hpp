@@ -2,11 +2,13 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/core/growing_lists.hpp>
 #include <palpate/material/concept.hpp>
 #include <palpate/material/viscoelastic.hpp>
 #include <palpate/material/with_pressure.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/tissue/cut_solid.hpp>
+#include <palpate/tissue/edit_log.hpp>
 #include <palpate/tissue/element_tissue.hpp>
 #include <palpate/tissue/linear_tetrahedron.hpp>
 #include <palpate/tissue/pressure_stars.hpp>
@@ -15,7 +17,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -108,6 +112,8 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   RayleighDamping<Scalar> const& damping() const noexcept { return damping_; }
   Scalar link_prestrain() const noexcept { return prestrain_; }
   bool assembles_stiffness() const noexcept { return assembles_; }
+  /// Which tetrahedra have changed, for its assembly.
+  EditLog const& edits() const noexcept { return log_; }
 
   /// These tetrahedra are of another material from now on, and weigh what it does. With nodal pressure they share it with each other, not with the rest.
   void set_material(std::span<int const> some, M const& material, Scalar density) {
@@ -126,7 +132,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   FiniteElements part(std::span<int const> particles) const {
     detail::WholePieces const pieces(particles, this->size());
     FiniteElements made = *this;
-    made.group_.clear(), made.history_.clear();
+    made.group_.clear(), made.history_.clear(), made.log_.forget_all();
     for (std::size_t e = 0; e < group_.size(); ++e)
       if (pieces.hold(list().nodes[e])) {
         made.group_.push_back(group_[e]);
@@ -153,6 +159,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// lumped. It is nailed where both are. Throws as TetrahedralTopology does, and for s outside.
   TopologyEdit divide_edge(int a, int b, Scalar s) {
     if (!(s > 0 && s < 1)) throw InvalidArgument(detail::message("divide_edge: s is ", s, "; it must be between 0 and 1, ends excluded"));
+    begin_edit();
     TopologyEdit const edit = solid_.insert_on_edge(a, b);
     Scalar quarter = 0;
     for (int t = edit.first_tetrahedron; t < edit.end_tetrahedron; ++t) quarter += list().elements[at(solid_.whole_of(t, b))].mass() / 4;
@@ -165,6 +172,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
       Element const old = list().elements[at(whole)];
       this->template add_element<Element>(topology().corners(t), same_material(t, old));
       this->replace_element(whole, topology().corners(whole), same_material(whole, old));
+      log_.add(whole);
       group_.push_back(group_[at(whole)]);
       if constexpr (remembers) history_.push_back(PronyHistory<Scalar>(history_[at(whole)]));
     }
@@ -175,13 +183,14 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// Gives some of the tetrahedra at a particle a copy of it as their corner, with their share of its mass. Faces between those and the others open; they
   /// are wounds. Throws as TetrahedralTopology does.
   TopologyEdit split_vertex(int p, std::span<int const> some) {
+    begin_edit();
     TopologyEdit const edit = solid_.split_vertex(p, some);
     Scalar const all = lumped_mass(p);
     Scalar share = 0;
     for (int const t : some) share += list().elements[at(t)].mass() / 4;
     this->add_particle(this->rest_position(p), Scalar(0), this->nailed(p));
     this->move_mass(p, edit.vertex, share / all * this->mass(p));
-    for (int const t : topology().tetrahedra_at(edit.vertex)) this->template rename_node<Element>(t, p, edit.vertex);
+    for (int const t : topology().tetrahedra_at(edit.vertex)) this->template rename_node<Element>(t, p, edit.vertex), log_.add(t);
     follow(edit);
     for (int const t : topology().tetrahedra_at(p)) edited_.insert(edited_.end(), list().nodes[at(t)].begin(), list().nodes[at(t)].end());
     return edit;
@@ -201,24 +210,25 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     if constexpr (remembers) history_[at(tetrahedron)] = history_.back(), history_.pop_back();
     for (int k = 0; k < 4; ++k) this->lighten(corners[at(k)], elements_at(corners[at(k)]).empty() ? Scalar(0) : lumped_mass(corners[at(k)]) / before[at(k)]);
     edited_.insert(edited_.end(), corners.begin(), corners.end());
+    log_.forget_all();   // numbers have changed
     this->count_edit();
     return removal;
   }
 
-  /// After edits, before anything else is asked: neighbours, and with nodal pressure the stars of the whole body.
+  /// After edits, before anything else is asked: neighbours, row bounds, and with nodal pressure stars.
   void finish_edits() {
     if (edited_.empty()) return;
     std::sort(edited_.begin(), edited_.end());
     edited_.erase(std::unique(edited_.begin(), edited_.end()), edited_.end());
     for (int const i : edited_) this->follow_edits_at(i);
     edited_.clear();
-    if (!stars_.empty()) find_stars();
+    if (!stars_.empty()) follow_stars();
   }
 
   /// Memory for a body that cuts have made so large.
   void reserve(int particles, int triangles) {
     int const more = particles - this->size();
-    if (more > 0) solid_.reserve(particles, tetrahedra() + 6 * more, triangles);
+    if (more > 0) solid_.reserve(particles, tetrahedra() + 6 * more, triangles), log_.reserve(20 * at(more));
   }
 
   /// A step of h seconds has ended at x: what the tetrahedra remember is moved on, of all of them.
@@ -240,6 +250,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   }
 
   void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
+  void follow_edits(std::span<int const> moving, Assembly& assembly) const { assembly.follow(*this, moving); }
 
   /// The lowest J = det F at x, and of which tetrahedron: at 0 it is flat, below it is turned over.
   template <class X>
@@ -422,6 +433,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// κ (J̄ − 1) of a star [Pa].
   template <class X>
   Scalar pressure(int s, X const& x) const noexcept {
+    if (stars_.elements(s).empty()) return 0;
     Scalar sum = 0;
     for (int const e : stars_.elements(s)) sum += volume(e, x);
     return stars_.bulk_modulus(s) * (sum / stars_.volume(s) - 1);
@@ -499,17 +511,15 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     for (int k = 0; k < 4; ++k) rest.col(k) = (1 - prestrain_) * this->rest_position(topology().corners(t)[at(k)]);
     return Element(rest, old.law(), old.density());
   }
+  void begin_edit() noexcept {
+    if (edited_.empty()) log_.trim(2 * at(tetrahedra()));
+  }
   void follow(TopologyEdit const& edit) {
     for (int const t : topology().tetrahedra_at(edit.vertex)) edited_.insert(edited_.end(), list().nodes[at(t)].begin(), list().nodes[at(t)].end());
     edited_.insert(edited_.end(), edit.parents().begin(), edit.parents().end());
     this->count_edit();
   }
 
-  void add_nodes(int star, int but, std::vector<int>& to) const {
-    for (int const e : stars_.elements(star))
-      for (int const j : list().nodes[at(e)])
-        if (j != but) to.push_back(j);
-  }
   template <class Density>
   void give_material(std::span<int const> some, M const& material, Density const& density) {
     auto const law = Law::of(material);
@@ -518,26 +528,97 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     if constexpr (remembers)
       for (int const t : some) history_[static_cast<std::size_t>(t)] = {};
     this->template change_elements<Element>(some, [&](auto const& rest, Element const& old) { return element(rest, law, density(old), prestrain_); });
+    log_.forget_all();
     find_stars();
   }
   void find_stars() {
     if constexpr (can_average) {
       if (!averages_) return;
-      auto const& all = list().elements;
-      stars_ = PressureStars<Scalar>(
-          this->size(), list().nodes, [&](int e) { return all[at(e)].volume(); }, [&](int e) { return group_[at(e)]; },
-          [&](int e) { return all[at(e)].law().bulk_modulus(); });
-      std::vector<std::vector<int>> lists(at(this->size()));
-      for (int i = 0; i < this->size(); ++i) {
-        auto& near = lists[at(i)];
-        Base::for_each_neighbour(i, [&](int j) { near.push_back(j); });
-        Known done;
-        for (int const e : elements_at(i))
-          for (int const s : stars_.at_corners(e)) done.of(s, [&](int star) { return add_nodes(star, i, near), Scalar(0); });
-      }
-      star_neighbours_ = Base::Lists::of_sets(lists);
-      bound_at_rest_.clear();
-      for (int i = 0; i < this->size(); ++i) bound_at_rest_.push_back(stiffness_bound(i, this->rest_positions()));
+      stars_ = {}, star_neighbours_ = {}, starred_ = log_.end();
+      with_elements([&](auto const&... of) { stars_ = PressureStars<Scalar>(list().nodes, of...); });
+      found_.resize(at(this->size()));
+      std::iota(found_.begin(), found_.end(), 0);
+      follow_stars_at(found_);
+    }
+  }
+  /// Stars of what was edited since, and what hangs on them.
+  void follow_stars() {
+    if constexpr (can_average) {
+      auto const edits = log_.since(starred_);
+      std::vector<int>& some = found_;
+      some.assign(edits.begin(), edits.end());
+      for (int e = stars_.elements_known(); e < tetrahedra(); ++e) some.push_back(e);
+      keep_once(some);
+      starred_ = log_.end();
+      std::span<int const> changed;
+      with_elements([&](auto const&... of) { changed = stars_.follow(some, list().nodes, of...); });
+      some.clear();
+      for (int const s : changed) add_nodes(s, some);
+      for (int i = star_neighbours_.size(); i < this->size(); ++i) some.push_back(i);
+      keep_once(some);
+      follow_stars_at(some);
+    }
+  }
+  template <class Use>
+  void with_elements(Use const& use) const {
+    auto const& all = list().elements;
+    use([this](int i) { return elements_at(i); }, [&](int e) { return all[at(e)].volume(); }, [this](int e) { return group_[at(e)]; },
+        [&](int e) { return all[at(e)].law().bulk_modulus(); });
+  }
+  static void keep_once(std::vector<int>& all) {
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+  }
+  void add_nodes(int star, std::vector<int>& to) const {
+    for (int const e : stars_.elements(star)) to.insert(to.end(), list().nodes[at(e)].begin(), list().nodes[at(e)].end());
+  }
+  /// Neighbours and row bounds of these particles, in order: those that are in a star that has changed.
+  void follow_stars_at(std::vector<int> const& some) {
+    bool const is_all = static_cast<int>(some.size()) == this->size();
+    std::vector<int>&all = star_list_, &elements = element_list_, of, near;
+    all.clear(), elements.clear(), last_look_.resize(at(this->size()), 0);
+    for (int const i : some) {
+      ++look_;
+      of.clear(), near.clear();
+      for (int const e : elements_at(i)) of.insert(of.end(), stars_.at_corners(e).begin(), stars_.at_corners(e).end());
+      keep_once(of);
+      last_look_[at(i)] = look_;
+      for (int const s : of)
+        for (int const e : stars_.elements(s))
+          for (int const j : list().nodes[at(e)])
+            if (std::exchange(last_look_[at(j)], look_) != look_) near.push_back(j);
+      std::sort(near.begin(), near.end());
+      star_neighbours_.set(i, near);
+      if (is_all) continue;
+      all.insert(all.end(), of.begin(), of.end());
+      elements.insert(elements.end(), elements_at(i).begin(), elements_at(i).end());
+    }
+    if (is_all) {
+      all.resize(at(stars_.size())), elements.resize(at(tetrahedra()));
+      std::iota(all.begin(), all.end(), 0), std::iota(elements.begin(), elements.end(), 0);
+    }
+    keep_once(all), keep_once(elements);
+    bound_at_rest_.resize(at(this->size()));
+    for (int const i : some) bound_at_rest_[at(i)] = 0;
+    auto const add = [&](int i, Scalar bound) {
+      if (is_all || std::binary_search(some.begin(), some.end(), i)) bound_at_rest_[at(i)] += bound;
+    };
+    auto const rest = this->rest_positions();
+    std::vector<Scalar> pressures;
+    for (int const s : all) {
+      pressures.push_back(pressure(s, rest));
+      Gradient const gradient(*this, s, rest);
+      Scalar sum = 0;
+      for (int k = 0; k < gradient.count; ++k) sum += gradient.of[at(k)].norm();
+      for (int k = 0; k < gradient.count; ++k) add(gradient.node[at(k)], weight(s) * gradient.of[at(k)].norm() * sum);
+    }
+    for (int const e : elements) {
+      Scalar sum = 0;
+      for (int const s : stars_.at_corners(e)) sum += pressures[static_cast<std::size_t>(std::lower_bound(all.begin(), all.end(), s) - all.begin())];
+      with_pressure(e, sum / 4, [&](auto const& element) {
+        auto const stiffness = element.stiffness(gather(list().nodes[at(e)], rest));
+        for (int k = 0; k < 4; ++k) add(list().nodes[at(e)][at(k)], detail::row_norm<Scalar, 12>(stiffness, k));
+      });
     }
   }
 
@@ -549,8 +630,13 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   std::vector<int> group_;   // of each tetrahedron: those of one share a material
   CutSolid solid_;
   std::vector<int> edited_;   // particles whose neighbours are to be found anew
+  EditLog log_;
   PressureStars<Scalar> stars_;
-  typename Base::Lists star_neighbours_;
+  std::size_t starred_ = 0;   // of the edits: the stars have followed so far
+  std::vector<int> found_, star_list_, element_list_;   // while they follow
+  std::vector<unsigned> last_look_;   // at which each particle was found last
+  unsigned look_ = 0;
+  GrowingLists star_neighbours_;
   std::vector<Scalar> bound_at_rest_;   // row bounds, with nodal pressure
 };
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/index_lists.hpp>
 #include <palpate/core/matrix.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <numeric>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -19,49 +21,70 @@ class PressureStars {
  public:
   PressureStars() = default;
 
-  /// volume(e) [m³]; group(e) ≥ 0, the same for tetrahedra that share pressure; bulk_modulus(e) [Pa].
-  template <class Volume, class Group, class Bulk>
-  PressureStars(int particles, std::span<std::array<int, 4> const> nodes, Volume const& volume, Group const& group, Bulk const& bulk_modulus) {
-    std::vector<std::vector<std::pair<int, int>>> at_node(static_cast<std::size_t>(particles));   // group, star
-    std::vector<std::vector<int>> elements;
-    for (std::size_t e = 0; e < nodes.size(); ++e) {
-      auto& corners = corners_.emplace_back();
+  /// volume(e) [m³]; group(e) ≥ 0, the same for tetrahedra that share pressure; bulk_modulus(e) [Pa]. at(i): the tetrahedra at particle i.
+  template <class At, class Volume, class Group, class Bulk>
+  PressureStars(std::span<std::array<int, 4> const> nodes, At const& at, Volume const& volume, Group const& group, Bulk const& bulk_modulus) {
+    std::vector<int> all(nodes.size());
+    std::iota(all.begin(), all.end(), 0);
+    follow(all, nodes, at, volume, group, bulk_modulus);
+  }
+
+  /// These tetrahedra, in order, have other nodes or another volume than before, or are new; no other is new. Returns the stars that have changed, in order.
+  template <class At, class Volume, class Group, class Bulk>
+  std::span<int const> follow(std::span<int const> edited, std::span<std::array<int, 4> const> nodes, At const& at, Volume const& volume, Group const& group,
+                              Bulk const& bulk_modulus) {
+    corners_.resize(nodes.size(), {-1, -1, -1, -1});
+    changed_.clear();
+    for (int const e : edited)
       for (std::size_t k = 0; k < 4; ++k) {
-        auto& here = at_node[static_cast<std::size_t>(nodes[e][k])];
-        int star = -1;
-        for (auto const& [of, known] : here)
-          if (of == group(static_cast<int>(e))) star = known;
-        if (star < 0) {
-          star = static_cast<int>(elements.size());
-          here.emplace_back(group(static_cast<int>(e)), star);
-          elements.emplace_back(), node_.push_back(nodes[e][k]), volume_.push_back(0), bulk_.push_back(bulk_modulus(static_cast<int>(e)));
-        }
-        elements[static_cast<std::size_t>(star)].push_back(static_cast<int>(e));
-        volume_[static_cast<std::size_t>(star)] += volume(static_cast<int>(e));
-        corners[k] = star;
+        int& star = corners_[index(e)][k];
+        if (star < 0) continue;
+        changed_.push_back(star);
+        if (node(star) != nodes[index(e)][k]) elements_.remove(star, e), star = -1;
       }
+    for (int const e : edited)
+      for (std::size_t k = 0; k < 4; ++k) {
+        int& star = corners_[index(e)][k];
+        if (star >= 0) continue;
+        int const node = nodes[index(e)][k];
+        for (int const other : at(node))   // one beside it that knows
+          for (std::size_t l = 0; l < 4 && star < 0 && group(other) == group(e); ++l)
+            if (other != e && nodes[index(other)][l] == node) star = corners_[index(other)][l];
+        if (star < 0) {
+          star = size();
+          node_.push_back(node), volume_.push_back(0), bulk_.push_back(bulk_modulus(e));
+          elements_.add_list();
+        }
+        elements_.add(star, e, 0);
+        changed_.push_back(star);
+      }
+    std::sort(changed_.begin(), changed_.end());
+    changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
+    for (int const star : changed_) {
+      Scalar& sum = volume_[index(star)] = 0;
+      for (int const e : elements_[star]) sum += volume(e);
     }
-    for (auto const& some : elements) {
-      elements_.insert(elements_.end(), some.begin(), some.end());
-      ends_.push_back(static_cast<int>(elements_.size()));
-    }
+    return changed_;
   }
 
   bool empty() const noexcept { return node_.empty(); }
+  /// Of so many tetrahedra.
+  int elements_known() const noexcept { return static_cast<int>(corners_.size()); }
   int size() const noexcept { return static_cast<int>(node_.size()); }
   int node(int star) const noexcept { return node_[static_cast<std::size_t>(star)]; }
   Scalar volume(int star) const noexcept { return volume_[static_cast<std::size_t>(star)]; }         ///< V [m³]
   Scalar bulk_modulus(int star) const noexcept { return bulk_[static_cast<std::size_t>(star)]; }   ///< κ [Pa]
-  std::span<int const> elements(int star) const noexcept {
-    std::size_t const s = static_cast<std::size_t>(star), begin = s > 0 ? static_cast<std::size_t>(ends_[s - 1]) : 0;
-    return std::span(elements_).subspan(begin, static_cast<std::size_t>(ends_[s]) - begin);
-  }
+  /// None, of one that a cut has left empty.
+  std::span<int const> elements(int star) const noexcept { return elements_[star]; }
   /// The star at each corner of a tetrahedron.
   std::array<int, 4> const& at_corners(int element) const noexcept { return corners_[static_cast<std::size_t>(element)]; }
 
  private:
-  std::vector<std::array<int, 4>> corners_;
-  std::vector<int> node_, ends_, elements_;
+  static std::size_t index(int i) noexcept { return static_cast<std::size_t>(i); }
+
+  std::vector<std::array<int, 4>> corners_;   // −1 while it is not known
+  std::vector<int> node_, changed_;
+  IndexLists elements_;   // of each star
   std::vector<Scalar> volume_, bulk_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/growing_lists.hpp>
 #include <palpate/core/padded_columns.hpp>
 #include <palpate/tissue/assembled_particles.hpp>
 #include <palpate/tissue/pressure_stars.hpp>
@@ -12,6 +13,7 @@
 #include <limits>
 #include <span>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -27,7 +29,7 @@ struct RayleighDamping {
 /// Order      packs of tetrahedra in the order of their first chosen particle: a particle's force is one sum, however many blocks there are.
 /// Pressure   with stars two passes: volumes, then forces. The border holds the nodes of all tetrahedra of the stars that are needed.
 /// Shapes     positions, velocities, forces: 3 × particles().size(), one column per local particle, or 4 × with the fourth row 0.
-/// Cost       O(tetrahedra). Only build(), and linearise() for a larger set than before, allocate.
+/// Cost       O(tetrahedra); follow() that of what was edited. Only these two, and linearise() for a larger set than before, allocate.
 template <RealScalar Scalar, class Law>
 class SolidAssembly : public AssembledParticles<Scalar> {
   using Base = AssembledParticles<Scalar>;
@@ -121,28 +123,29 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     damping_ = tissue.damping();
     for (int const e : names_) place_[at(e)] = -1;
     place_.resize(list.elements.size(), -1);
-    nodes_.clear(), elements_.clear(), names_.clear(), first_.clear();
+    nodes_.clear(), names_.clear(), first_.clear(), at_border_.clear();
     auto const gather = [&](int e, int block) {
       if (place_[at(e)] >= 0) return;
       place_[at(e)] = static_cast<int>(names_.size());
-      names_.push_back(e), elements_.push_back(list.elements[at(e)]), first_.push_back(block);
+      names_.push_back(e), first_.push_back(block);
       auto& own_nodes = nodes_.emplace_back(list.nodes[at(e)]);
       for (int& node : own_nodes) node = this->local(node);
+      note_border(e, own_nodes);
     };
     for (int i = 0; i < moving(); ++i)
       for (int const e : tissue.elements_at(chosen[at(i)])) gather(e, this->block_of(i));
     int const acting = static_cast<int>(names_.size());
     auto const one = Tensor3<Scalar>::identity();
     energy_rounding_ = 0;
-    for (Element const& element : elements_) energy_rounding_ += element.volume() * trace(element.law().stress_change(one, one));
+    for (int const e : names_) energy_rounding_ += list.elements[at(e)].volume() * trace(list.elements[at(e)].law().stress_change(one, one));
     energy_rounding_ *= 4 * std::numeric_limits<Scalar>::epsilon();
     choose_stars(stars, acting, gather);
 
-    x_.resize(this->force_columns()), v_.resize(this->force_columns()), f_.resize(this->force_columns());
+    size_columns();
     auto const name = [&](int e) { return names_[at(e)]; };
     auto const fill = [&](int b, auto const& some, auto const& counts, auto const& columns) {
       auto const which = [&](int k) { return some[at(k)]; };
-      packs_[at(b)].fill(this->force_columns(), nodes_, elements_, static_cast<int>(some.size()), which, name, counts, columns.first, columns.first + columns.count);
+      packs_[at(b)].fill(this->force_columns(), nodes_, list.elements, static_cast<int>(some.size()), which, name, counts, columns.first, columns.first + columns.count);
     };
     for (int b = 0; b < blocks(); ++b) {
       of_block_.clear();
@@ -154,9 +157,75 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     fill(halo, of_halo_, [](int) { return false; }, own(0));
     place_stars(stars, halo);
     rows_.clear();
+    seen_ = tissue.edits().end(), gathered_from_ = list.size();
+    has_followed_ = is_taken_ = false;
+    follows_ = !tissue.assembles_stiffness(), has_stars_ = !stars.empty();
+    for (std::size_t b = at(blocks()); b < halo; ++b) packs_[b].clear();
     if (!tissue.assembles_stiffness()) return;
     rows_.build(moving(), std::span(nodes_).first(at(acting)));
     for (auto& packs : packs_) packs.find_places(rows_);
+  }
+  /// The same for tissue that it was built of, or a copy of it, after edits: where the particles are those that were chosen, with new ones behind them, only
+  /// what was edited is gathered, and else all; where the stiffness is assembled always all.
+  /// Order      a tetrahedron stays in its pack, new ones go to the end: sums depend on what was edited when. layout() brings them to another body.
+  /// Cost       O(edited tetrahedra + tetrahedra at the border), and a look at each particle.
+  template <class Tissue>
+  void follow(Tissue const& tissue, std::span<int const> chosen) {
+    if (!follows_ || has_stars_ == tissue.stars().empty() || !tissue.edits().knows(seen_) || !this->can_grow_to(chosen)) return build(tissue, chosen);
+    auto const& list = tissue.list();
+    PressureStars<Scalar> const& stars = tissue.stars();
+    bool const has_grown = static_cast<int>(chosen.size()) > moving();
+    this->grow_to(tissue, chosen);
+    damping_ = tissue.damping();
+    for (int b = 0; b < blocks(); ++b) packs_[at(b)].set_own(own(b).first, own(b).first + own(b).count);
+    if (is_taken_) {
+      for (int e = 0; e < gathered_from_; ++e)
+        if (std::any_of(packs_.begin(), packs_.end(), [e](Packs const& packs) { return packs.holds(e); })) place(list, e, false);
+    } else if (has_grown) {
+      for (std::size_t k = 0, border = at_border_.size(); k < border; ++k) place(list, at_border_[k], false);   // some are listed twice
+    }
+    bool const was_taken = std::exchange(is_taken_, false);
+    has_followed_ = has_followed_ || seen_ < tissue.edits().end() || gathered_from_ < list.size();
+    auto const edited = tissue.edits().since(seen_);
+    edited_.assign(edited.begin(), edited.end());
+    std::sort(edited_.begin(), edited_.end());
+    edited_.erase(std::unique(edited_.begin(), edited_.end()), edited_.end());
+    while (!edited_.empty() && edited_.back() >= gathered_from_) edited_.pop_back();
+    for (int e = gathered_from_; e < list.size(); ++e) edited_.push_back(e);
+    for (int const e : edited_) place(list, e, true);
+    if (has_stars_) follow_stars(list, stars, was_taken);
+    seen_ = tissue.edits().end(), gathered_from_ = list.size();
+    size_columns();
+  }
+
+  /// Which tetrahedron is where: what makes the order of sums. Without particles where building anew makes the same.
+  struct Layout {
+    Base particles;
+    std::array<std::vector<typename Packs::Names>, std::size_t{Base::max_blocks} + 1> packs;
+    std::vector<int> stars;
+    std::size_t seen = 0;
+    int gathered_from = 0;
+    Scalar energy_rounding = 0;
+  };
+  /// Of an assembly of this tissue, which may have been edited since.
+  template <class Tissue>
+  Layout layout(Tissue const& tissue) const {
+    if (!follows_ || (!has_followed_ && seen_ == tissue.edits().end() && gathered_from_ == tissue.list().size())) return {};
+    Layout made{*this, {}, chosen_stars_, seen_, gathered_from_, energy_rounding_};
+    for (std::size_t b = 0; b < packs_.size(); ++b) made.packs[b] = packs_[b].names();
+    return made;
+  }
+  /// From now on it follows as the assembly did whose layout it is; follow() comes next.
+  void take(Layout const& layout) {
+    for (int const e : names_) place_[at(e)] = -1;
+    names_.clear(), at_border_.clear(), rows_.clear();
+    clear_stars();
+    static_cast<Base&>(*this) = layout.particles;
+    chosen_stars_ = layout.stars;
+    has_stars_ = !chosen_stars_.empty();
+    for (std::size_t b = 0; b < packs_.size(); ++b) packs_[b].take(layout.packs[b], has_stars_);
+    seen_ = layout.seen, gathered_from_ = layout.gathered_from, energy_rounding_ = layout.energy_rounding;
+    follows_ = has_followed_ = is_taken_ = moving() > 0;
   }
   /// Takes what the tissue's elements remember, where they do.
   template <class Tissue>
@@ -168,11 +237,13 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   /// Memory for sets of up to so many particles.
   template <class Tissue>
   void reserve(Tissue const& tissue, int count, int /*triangles*/) {
-    std::size_t const elements = tissue.list().elements.size(), stars = static_cast<std::size_t>(tissue.stars().size());
+    std::size_t const more = 6 * at(std::max(0, count - tissue.size()));   // that cuts may make
+    std::size_t const elements = tissue.list().elements.size() + more, stars = static_cast<std::size_t>(tissue.stars().size());
     Base::reserve(count);
     for (auto* columns : {&x_, &v_, &f_}) columns->reserve(count);
-    for (auto* some : {&place_, &names_, &first_, &of_block_, &of_halo_, &slot_}) some->reserve(elements);
-    nodes_.reserve(elements), elements_.reserve(elements);
+    for (auto* some : {&place_, &names_, &first_, &of_block_, &of_halo_, &at_border_}) some->reserve(elements);
+    edited_.reserve(2 * more);
+    nodes_.reserve(elements);
     for (auto& packs : packs_)
       if (&packs == packs_.data() || count >= 2 * Base::min_block_size) packs.reserve(at(count), elements, tissue.assembles_stiffness());
     if (tissue.assembles_stiffness()) rows_.build(tissue.size(), tissue.list().nodes), rows_.clear();
@@ -191,12 +262,40 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   };
   /// The stars whose volume a block sums up: where each of their tetrahedra is measured.
   struct Sums {
-    std::vector<int> star, ends, slots;
+    std::vector<int> star;
+    GrowingLists slots;
   };
+
+  void size_columns() {
+    for (auto* columns : {&x_, &v_, &f_}) columns->resize(this->force_columns());
+  }
+  void note_border(int e, std::array<int, 4> const& nodes) {
+    if (std::any_of(nodes.begin(), nodes.end(), [this](int i) { return i >= moving(); })) at_border_.push_back(e);
+  }
+  /// Writes a tetrahedron where it is, and `everywhere` it acts besides.
+  template <class List>
+  void place(List const& list, int e, bool everywhere) {
+    std::array<int, 4> nodes = list.nodes[at(e)];
+    int first = moving();   // of those that are chosen
+    for (int const node : nodes)
+      if (int const i = this->known(node); i >= 0) first = std::min(first, i);
+    bool const acts = first < moving();
+    if (!acts && std::none_of(packs_.begin(), packs_.end(), [e](Packs const& packs) { return packs.holds(e); })) return;
+    for (int& node : nodes) node = this->local(node);
+    if (everywhere || is_taken_) note_border(e, nodes);
+    if (packs_[halo].holds(e)) packs_[halo].update(e, nodes, list.elements[at(e)], false);
+    for (int b = 0; b < blocks(); ++b) {
+      bool const counts = acts && this->block_of(first) == b;
+      if (packs_[at(b)].holds(e))
+        packs_[at(b)].update(e, nodes, list.elements[at(e)], counts);
+      else if (everywhere && acts && (blocks() == 1 || std::any_of(nodes.begin(), nodes.end(), own(b))))
+        packs_[at(b)].add(e, nodes, list.elements[at(e)], counts, has_stars_);
+    }
+  }
 
   template <class X>
   static constexpr bool is_padded = int{std::remove_cvref_t<X>::OuterStrideAtCompileTime} == 4 || int{std::remove_cvref_t<X>::RowsAtCompileTime} == 4;
-  bool has_halo() const noexcept { return !of_halo_.empty(); }
+  bool has_halo() const noexcept { return !packs_[halo].empty(); }
 
   template <class Run>
   void add_forces(Scalar const* x, Scalar const* v, Scalar* f, Run const& run) const noexcept {
@@ -220,35 +319,101 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     run(sets, [&](int b) { measure(packs_[set(b)]); });
     run(sets, [&](int b) {
       Sums const& sums = sums_[set(b)];
-      for (std::size_t s = 0, k = 0; s < sums.star.size(); ++s) {
+      for (std::size_t s = 0; s < sums.star.size(); ++s) {
         Scalar volume = 0;
-        for (; k < at(sums.ends[s]); ++k) volume += packs_[set(b)].measured(sums.slots[k]);
+        for (int const slot : sums.slots[static_cast<int>(s)]) volume += packs_[set(b)].measured(slot);
         std::size_t const star = at(sums.star[s]);
-        quarter[star] = Scalar(0.25) * bulk_[star] * (volume / volume_[star] - rest);
+        quarter[star] = volume_[star] > 0 ? Scalar(0.25) * bulk_[star] * (volume / volume_[star] - rest) : Scalar(0);   // 0: a cut has left none of it
       }
     });
+  }
+
+  void clear_stars() noexcept {
+    for (int const s : chosen_stars_)
+      if (at(s) < star_place_.size()) star_place_[at(s)] = -1;
+    chosen_stars_.clear(), of_halo_.clear(), sum_of_.clear();
+    for (auto* values : {&pressure_, &rate_, &bulk_, &volume_, &weight_}) values->clear();
+    for (Sums& sums : sums_) sums.star.clear(), sums.slots.clear();
+  }
+  /// What a chosen one is here, behind those that are known.
+  void add_star(PressureStars<Scalar> const& stars, int s) {
+    star_place_[at(s)] = static_cast<int>(sum_of_.size());
+    bulk_.push_back(stars.bulk_modulus(s)), volume_.push_back(0), weight_.push_back(0), pressure_.push_back(0), rate_.push_back(0);
+    Sums& sums = sums_[set_of(stars, s)];
+    sum_of_.push_back(static_cast<int>(sums.star.size()));
+    sums.star.push_back(star_place_[at(s)]);
+  }
+  std::size_t set_of(PressureStars<Scalar> const& stars, int s) {
+    int const node = this->local(stars.node(s));
+    return node < moving() ? at(this->block_of(node)) : halo;
+  }
+  /// What it weighs, and where its tetrahedra are measured.
+  void sum_star(PressureStars<Scalar> const& stars, std::size_t place) {
+    int const s = chosen_stars_[place];
+    volume_[place] = stars.volume(s), weight_[place] = stars.bulk_modulus(s) / (4 * stars.volume(s));
+    std::size_t const set = set_of(stars, s);
+    slot_.clear();
+    for (int const e : stars.elements(s)) slot_.push_back(packs_[set].slot(e));
+    sums_[set].slots.set(sum_of_[place], slot_);
+  }
+  std::array<int, 4> places_at_corners(PressureStars<Scalar> const& stars, int e) const noexcept {
+    std::array<int, 4> places = stars.at_corners(e);
+    for (int& s : places) s = std::max(0, star_place_[at(s)]);   // of a tetrahedron that is only measured some are not needed
+    return places;
+  }
+
+  /// Stars of what was edited, or of all.
+  template <class List>
+  void follow_stars(List const& list, PressureStars<Scalar> const& stars, bool all) {
+    star_place_.resize(at(stars.size()), -1);
+    std::vector<int>& touched = of_halo_;
+    touched.clear();
+    if (all)
+      for (int const s : chosen_stars_) touched.push_back(static_cast<int>(sum_of_.size())), add_star(stars, s);
+    auto const acts = [&](int e) { return std::any_of(packs_.begin(), packs_.end() - 1, [e](Packs const& packs) { return packs.holds(e); }); };
+    for (int const e : edited_)
+      if (acts(e))
+        for (int const s : stars.at_corners(e))
+          if (star_place_[at(s)] < 0) chosen_stars_.push_back(s), add_star(stars, s);
+    for (int const e : edited_)
+      for (Packs& packs : packs_)
+        if (packs.holds(e)) {
+          if (e < gathered_from_ && !all)
+            for (int const place : packs.stars_of(e)) touched.push_back(place);   // those that it was in
+          for (int const s : stars.at_corners(e))
+            if (star_place_[at(s)] >= 0) touched.push_back(star_place_[at(s)]);
+        }
+    std::sort(touched.begin(), touched.end());
+    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    for (int const place : touched)
+      if (int const s = chosen_stars_[at(place)]; set_of(stars, s) == halo)
+        for (int const e : stars.elements(s)) {
+          if (packs_[halo].holds(e)) continue;
+          std::array<int, 4> nodes = list.nodes[at(e)];
+          for (int& node : nodes) node = this->local(node);
+          note_border(e, nodes);
+          packs_[halo].add(e, nodes, list.elements[at(e)], false, true);
+          packs_[halo].set_stars_of(e, places_at_corners(stars, e));
+        }
+    auto const set_stars = [&](int e) {
+      for (Packs& packs : packs_)
+        if (packs.holds(e)) packs.set_stars_of(e, places_at_corners(stars, e));
+    };
+    if (all)
+      for (int e = 0; e < gathered_from_; ++e) set_stars(e);
+    for (int const e : edited_) set_stars(e);
+    for (int const place : touched) sum_star(stars, at(place));
   }
 
   /// The stars of the acting tetrahedra, and the tetrahedra of those that are not at a chosen particle.
   template <class Gather>
   void choose_stars(PressureStars<Scalar> const& stars, int acting, Gather const& gather) {
-    for (int const s : chosen_stars_)
-      if (at(s) < star_place_.size()) star_place_[at(s)] = -1;
+    clear_stars();
     star_place_.resize(at(stars.size()), -1);
-    chosen_stars_.clear(), of_halo_.clear();
-    for (auto* values : {&pressure_, &rate_, &bulk_, &volume_, &weight_}) values->clear();
-    for (Sums& sums : sums_) sums.star.clear(), sums.ends.clear(), sums.slots.clear();
     if (stars.empty()) return;
     for (int e = 0; e < acting; ++e)
-      for (int const s : stars.at_corners(names_[at(e)])) {
-        if (star_place_[at(s)] >= 0) continue;
-        star_place_[at(s)] = static_cast<int>(chosen_stars_.size());
-        chosen_stars_.push_back(s);
-        bulk_.push_back(stars.bulk_modulus(s)), volume_.push_back(stars.volume(s)), weight_.push_back(stars.bulk_modulus(s) / (4 * stars.volume(s)));
-        int const node = this->local(stars.node(s));
-        sums_[node < moving() ? at(this->block_of(node)) : halo].star.push_back(star_place_[at(s)]);
-      }
-    pressure_.resize(chosen_stars_.size()), rate_.resize(chosen_stars_.size());
+      for (int const s : stars.at_corners(names_[at(e)]))
+        if (star_place_[at(s)] < 0) chosen_stars_.push_back(s), add_star(stars, s);
     for (int const s : sums_[halo].star)
       for (int const e : stars.elements(chosen_stars_[at(s)])) {
         gather(e, -1);
@@ -259,28 +424,24 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   }
   void place_stars(PressureStars<Scalar> const& stars, std::size_t b) {
     if (chosen_stars_.empty()) return;
-    slot_.assign(names_.size(), -1);
-    auto const at_corners = [&](int e) {
-      std::array<int, 4> places = stars.at_corners(names_[at(e)]);
-      for (int& s : places) s = std::max(0, star_place_[at(s)]);   // of a tetrahedron that is only measured some are not needed
-      return places;
-    };
-    packs_[b].set_stars(at_corners, [&](int e, int slot) { slot_[at(e)] = slot; });
-    Sums& sums = sums_[b];
-    for (int const s : sums.star) {
-      for (int const e : stars.elements(chosen_stars_[at(s)])) sums.slots.push_back(slot_[at(place_[at(e)])]);
-      sums.ends.push_back(static_cast<int>(sums.slots.size()));
-    }
+    packs_[b].set_stars([&](int e) { return places_at_corners(stars, e); });
+    for (int const place : sums_[b].star) sum_star(stars, at(place));
   }
 
   RayleighDamping<Scalar> damping_;
   Scalar energy_rounding_ = 0;
   std::vector<int> place_;   // tetrahedron of the tissue → gathered one, −1 outside
   std::vector<std::array<int, 4>> nodes_;   // local
-  std::vector<Element> elements_;
   std::vector<int> names_, first_;   // of each gathered one: its number in the tissue, the block of its first chosen particle
-  std::vector<int> of_block_, of_halo_, slot_;   // while it is built
+  std::vector<int> of_block_, of_halo_;   // while it is built
+  std::vector<int> at_border_, edited_;   // tetrahedra with a node that is not chosen; those that are edited, while it follows
+  std::size_t seen_ = 0;      // of the tissue's edits
+  int gathered_from_ = 0;     // of so many tetrahedra
+  bool follows_ = false, has_followed_ = false;   // whether it can, and whether it has
+  bool is_taken_ = false;     // it has a layout, and nothing in it yet
+  bool has_stars_ = false;
   std::vector<int> star_place_, chosen_stars_;   // star of the tissue → here, and back
+  std::vector<int> sum_of_, slot_;   // of each chosen star: its place in the sums of its set; those of one, while it is set
   std::vector<Scalar> bulk_, volume_, weight_;   // of each chosen star
   std::array<Sums, Base::max_blocks + 1> sums_;
   detail::StiffnessRows<Scalar> rows_;   // empty where it is not assembled

@@ -66,6 +66,11 @@ class Supported : public Tissue {
   Scalar support_length(int i) const noexcept { return (this->rest_position(i) - centre_).norm(); }   // L_i [m]
 
   void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
+  void follow_edits(std::span<int const> moving, Assembly& assembly) const
+    requires FollowsEdits<Tissue>
+  {
+    assembly.follow(*this, moving);
+  }
 
   // The tissue's own, and those of the supports.
   template <class X, class V>
@@ -198,6 +203,12 @@ class Supported<Tissue, Law>::Assembly : public Tissue::Assembly {
 
   void build(Supported const& tissue, std::span<int const> moving) {
     static_cast<Tissue const&>(tissue).assemble(moving, static_cast<Inner&>(*this));
+    supports_.build(tissue.supports(), moving);
+  }
+  void follow(Supported const& tissue, std::span<int const> moving)
+    requires FollowsEdits<Tissue>
+  {
+    static_cast<Tissue const&>(tissue).follow_edits(moving, static_cast<Inner&>(*this));
     supports_.build(tissue.supports(), moving);
   }
   void reserve(Supported const& tissue, int particles, int triangles)

@@ -58,18 +58,26 @@ class TetrahedronPacks {
  public:
   using Element = LinearTetrahedron<Scalar, Law>;
 
+  /// Which tetrahedra, by name, are in a pack: −1 where there is none.
+  struct Names {
+    int name[lanes];
+    bool counts[lanes];
+  };
+
   void reserve(std::size_t particles, std::size_t elements, bool assembles) {
+    slot_of_.reserve(elements);
     packs_.reserve((elements + lanes - 1) / lanes), tangents_.reserve(packs_.capacity()), names_.reserve(packs_.capacity()), inside_.reserve(packs_.capacity()), last_pack_of_.reserve(particles);
     if (assembles) places_.reserve(packs_.capacity());
   }
 
-  /// Holds elements[which(k)], k < count, with their nodes, all below `particles`. Where it can, no two of a pack share a node: the sum at a node waits for
-  /// the one before. name(e) is what lowest() calls it; its energy counts where counts(e). What they make is added to columns first … last − 1.
+  /// Holds elements[name(which(k))], k < count, with nodes[which(k)], all below `particles`. Where it can, no two of a pack share a node: the sum at a node
+  /// waits for the one before. name(e) is what lowest() calls it; its energy counts where counts(e). What they make is added to columns first … last − 1.
   template <class Which, class Name, class Counts>
   void fill(int particles, std::span<std::array<int, 4> const> nodes, std::span<Element const> elements, int count, Which const& which, Name const& name, Counts const& counts,
             int first_own, int last_own) {
-    packs_.clear(), names_.clear(), stars_.clear(), inside_.clear(), places_.clear();
-    own_ = {4 * first_own, 4 * (last_own - first_own)};
+    clear();
+    slot_of_.resize(elements.size(), -1);
+    set_own(first_own, last_own);
     last_pack_of_.assign(static_cast<std::size_t>(particles), -1);
     std::array<int, window> waiting;
     int waits = 0, next = 0;
@@ -77,13 +85,14 @@ class TetrahedronPacks {
       while (next < count && waits < window) waiting[static_cast<std::size_t>(waits++)] = which(next++);
       Pack& pack = packs_.emplace_back();
       Names& names = names_.emplace_back();
-      int lane = 0, left = 0, last = 0;
+      int lane = 0, left = 0;
       auto const take = [&](int e) {
         auto const k = static_cast<std::size_t>(e);
         for (int const i : nodes[k]) last_pack_of_[static_cast<std::size_t>(i)] = static_cast<int>(packs_.size());
-        names.name[lane] = name(e), names.local[lane] = e, names.counts[lane] = counts(e);
-        put(pack, lane++, nodes[k], elements[k], elements[k].volume());
-        last = e;
+        Element const& element = elements[static_cast<std::size_t>(name(e))];
+        names.name[lane] = name(e), names.counts[lane] = counts(e);
+        slot_of_[static_cast<std::size_t>(name(e))] = static_cast<int>(packs_.size() - 1) * lanes + lane;
+        put(pack, lane++, nodes[k], element, element.volume());
       };
       for (int k = 0; k < waits; ++k) {
         int const e = waiting[static_cast<std::size_t>(k)];
@@ -97,33 +106,101 @@ class TetrahedronPacks {
       int const first = std::min(left, lanes - lane);
       for (int k = 0; k < first; ++k) take(waiting[static_cast<std::size_t>(k)]);
       waits = static_cast<int>(std::copy(waiting.begin() + first, waiting.begin() + left, waiting.begin()) - waiting.begin());
-      for (; lane < lanes; ++lane) {   // the end: nothing more
-        names.name[lane] = names.name[0], names.local[lane] = -1, names.counts[lane] = false;
-        put(pack, lane, nodes[static_cast<std::size_t>(last)], elements[static_cast<std::size_t>(last)], Scalar(0));
+      for (; lane < lanes; ++lane) {   // the end: nothing more, which is the first again, without volume
+        names.name[lane] = -1, names.counts[lane] = false;
+        copy_first(pack, lane);
       }
-      inside_.push_back(std::all_of(&pack.starts[0][0], &pack.starts[0][0] + 4 * lanes, own_));
+      inside_.push_back(is_inside(pack));
     }
+  }
+  void clear() noexcept {
+    for (Names const& names : names_)
+      for (int const e : names.name)
+        if (e >= 0) slot_of_[static_cast<std::size_t>(e)] = -1;
+    packs_.clear(), names_.clear(), stars_.clear(), inside_.clear(), places_.clear();
+  }
+
+  bool empty() const noexcept { return packs_.empty(); }
+
+  // --- after edits; not where tangents are added to rows ----------------------------------------------------------------
+  void set_own(int first, int last) noexcept { own_ = {4 * first, 4 * (last - first)}; }
+  bool holds(int name) const noexcept { return static_cast<std::size_t>(name) < slot_of_.size() && slot_of_[static_cast<std::size_t>(name)] >= 0; }
+  /// What one that is held is now.
+  void update(int name, std::array<int, 4> const& nodes, Element const& element, bool counts) noexcept {
+    auto const k = static_cast<std::size_t>(slot(name) / lanes);
+    int const lane = slot(name) % lanes;
+    names_[k].counts[lane] = counts;
+    put(packs_[k], lane, nodes, element, element.volume());
+    for (int other = 1; lane == 0 && other < lanes; ++other)
+      if (names_[k].name[other] < 0) copy_first(packs_[k], other);
+    inside_[k] = is_inside(packs_[k]);
+  }
+  /// One more: in one of the last packs, where there is room and no node is shared, or in a new one.
+  void add(int name, std::array<int, 4> const& nodes, Element const& element, bool counts, bool has_stars) {
+    std::size_t k = packs_.size() - std::min(packs_.size(), std::size_t{12});
+    int lane = lanes;
+    for (; k < packs_.size(); ++k) {
+      lane = static_cast<int>(std::find(names_[k].name, names_[k].name + lanes, -1) - names_[k].name);
+      auto const& starts = packs_[k].starts;
+      if (lane < lanes && std::none_of(nodes.begin(), nodes.end(), [&](int i) { return std::find(starts[0], starts[0] + 4 * lanes, 4 * i) != starts[0] + 4 * lanes; })) break;
+    }
+    if (k == packs_.size()) {
+      Names& names = names_.emplace_back();
+      std::fill_n(names.name, lanes, -1), std::fill_n(names.counts, lanes, false);
+      packs_.emplace_back(), inside_.push_back(false);
+      if (has_stars) stars_.emplace_back(), measured_.emplace_back();
+      lane = 0;
+    }
+    names_[k].name[lane] = name;
+    slot_of_.resize(std::max(slot_of_.size(), static_cast<std::size_t>(name) + 1), -1);
+    slot_of_[static_cast<std::size_t>(name)] = static_cast<int>(k) * lanes + lane;
+    update(name, nodes, element, counts);
+  }
+  std::vector<Names> const& names() const noexcept { return names_; }
+  /// Holds these, in these places; each has to be updated, with stars too.
+  void take(std::vector<Names> const& names, bool has_stars) {
+    clear();
+    names_ = names;
+    packs_.resize(names.size()), inside_.resize(names.size());
+    if (has_stars) stars_.resize(names.size()), measured_.resize(names.size());
+    for (std::size_t k = 0; k < names.size(); ++k)
+      for (int lane = 0; lane < lanes; ++lane) {
+        int const e = names[k].name[lane];
+        if (e < 0) continue;
+        slot_of_.resize(std::max(slot_of_.size(), static_cast<std::size_t>(e) + 1), -1);
+        slot_of_[static_cast<std::size_t>(e)] = static_cast<int>(k) * lanes + lane;
+      }
   }
   /// What of the stress of these elements, by name, has faded.
   void take_faded(std::span<Element const> elements) noexcept
     requires HasFadedStress<Law>
   {
     for (std::size_t k = 0; k < packs_.size(); ++k)
-      for (int lane = 0; lane < lanes; ++lane) set(packs_[k].law.faded, lane, elements[static_cast<std::size_t>(names_[k].name[lane])].law().faded);
+      for (int lane = 0; lane < lanes; ++lane) set(packs_[k].law.faded, lane, elements[static_cast<std::size_t>(names_[k].name[names_[k].name[lane] < 0 ? 0 : lane])].law().faded);
   }
-  /// Their stars: at_corners(e). Calls placed(e, slot) for each: where measured() answers for it.
-  template <class AtCorners, class Placed>
-  void set_stars(AtCorners const& at_corners, Placed const& placed) {
-    measured_.resize(packs_.size());
-    for (std::size_t p = 0; p < packs_.size(); ++p) {
-      auto& corners = stars_.emplace_back();
-      for (int lane = 0; lane < lanes; ++lane) {
-        int const e = names_[p].local[lane];
-        for (std::size_t k = 0; k < 4; ++k) corners.star[k][lane] = e < 0 ? corners.star[k][0] : at_corners(e)[k];
-        if (e >= 0) placed(e, static_cast<int>(p) * lanes + lane);
-      }
-    }
+  /// Their stars: at_corners(name).
+  template <class AtCorners>
+  void set_stars(AtCorners const& at_corners) {
+    measured_.resize(packs_.size()), stars_.resize(packs_.size());
+    for (Names const& names : names_)
+      for (int const e : names.name)
+        if (e >= 0) set_stars_of(e, at_corners(e));
   }
+  /// Of one that is held.
+  void set_stars_of(int name, std::array<int, 4> const& at_corners) noexcept {
+    auto const p = static_cast<std::size_t>(slot(name) / lanes);
+    int const lane = slot(name) % lanes;
+    for (std::size_t k = 0; k < 4; ++k) stars_[p].star[k][lane] = at_corners[k];
+    for (int other = 1; lane == 0 && other < lanes; ++other)
+      for (std::size_t k = 0; names_[p].name[other] < 0 && k < 4; ++k) stars_[p].star[k][other] = at_corners[k];
+  }
+  std::array<int, 4> stars_of(int name) const noexcept {
+    auto const& corners = stars_[static_cast<std::size_t>(slot(name) / lanes)];
+    int const lane = slot(name) % lanes;
+    return {corners.star[0][lane], corners.star[1][lane], corners.star[2][lane], corners.star[3][lane]};
+  }
+  /// Where measured() answers for one that is held.
+  int slot(int name) const noexcept { return slot_of_[static_cast<std::size_t>(name)]; }
   Scalar measured(int slot) const noexcept { return lane_of(measured_[static_cast<std::size_t>(slot / lanes)], slot % lanes); }
 
   /// V J of each at x.
@@ -253,7 +330,7 @@ class TetrahedronPacks {
       T const J = determinant(F, cofactor(F));
       if (simd::all_below(T(number<T>(static_cast<double>(found.value)) - J), Scalar(0))) continue;
       for (int lane = 0; lane < lanes; ++lane)
-        if (!(lane_of(J, lane) >= found.value)) found = {names_[k].name[lane], lane_of(J, lane)};
+        if (!(lane_of(J, lane) >= found.value) && names_[k].name[lane] >= 0) found = {names_[k].name[lane], lane_of(J, lane)};
     }
     return found;
   }
@@ -264,10 +341,6 @@ class TetrahedronPacks {
     T volume;
     PackLaw law;
     int starts[4][lanes];   // of the nodes' columns
-  };
-  struct Names {
-    int name[lanes], local[lanes];
-    bool counts[lanes];
   };
   struct Corners {
     int star[4][lanes];
@@ -387,6 +460,18 @@ class TetrahedronPacks {
     set(pack.gradients, lane, element.gradients()), set(pack.law, lane, element.law()), set(pack.volume, lane, volume);
     for (std::size_t a = 0; a < 4; ++a) pack.starts[a][lane] = 4 * nodes[a];
   }
+  /// Makes a lane the first one, without volume.
+  static void copy_first(Pack& pack, int lane) noexcept {
+    copy_first(pack.gradients, lane), copy_first(pack.law, lane), set(pack.volume, lane, Scalar(0));
+    for (auto& starts : pack.starts) starts[lane] = starts[0];
+  }
+  template <class Packed>
+  static void copy_first(Packed& packed, int lane) noexcept {
+    char* const numbers = reinterpret_cast<char*>(&packed);
+    for (std::size_t n = 0; n < sizeof(Packed) / sizeof(T); ++n)
+      std::memcpy(numbers + (n * lanes + static_cast<std::size_t>(lane)) * sizeof(Scalar), numbers + n * lanes * sizeof(Scalar), sizeof(Scalar));
+  }
+  bool is_inside(Pack const& pack) const noexcept { return std::all_of(&pack.starts[0][0], &pack.starts[0][0] + 4 * lanes, own_); }
 
   /// x_a − x_0, in rows.
   [[gnu::always_inline]] static Tensor3<T> edges(auto const& pack, Scalar const* x) noexcept {
@@ -425,6 +510,7 @@ class TetrahedronPacks {
   std::vector<Places> places_;      // empty where the tangent is not assembled
   std::vector<char> inside_;        // of each pack: all its nodes are its own
   std::vector<Names> names_;
+  std::vector<int> slot_of_;        // of each tetrahedron by name, −1 where it is not here
   std::vector<Corners> stars_;      // empty without stars
   std::vector<T> measured_;
   std::vector<Tangent> tangents_;   // of each since linearise()

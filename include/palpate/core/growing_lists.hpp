@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+/// Lists of whole numbers, one after the other in memory, each set as a whole. One that outgrows its place goes to the end; all close up where half is left empty.
+/// Cost       set() is O(its length), amortised. For lists that gain and lose single numbers see IndexLists.
+class GrowingLists {
+ public:
+  void clear() noexcept { places_.clear(), items_.clear(), empty_ = 0; }
+  int size() const noexcept { return static_cast<int>(places_.size()); }
+  std::span<int const> operator[](int i) const noexcept { return std::span(items_).subspan(places_[index(i)].first, index(places_[index(i)].count)); }
+  /// List i, one that there is or the next, becomes these.
+  void set(int i, std::span<int const> values) {
+    if (i == size()) places_.push_back({items_.size(), 0, 0});
+    Place& place = places_[index(i)];
+    int const count = static_cast<int>(values.size());
+    if (count > place.room) {
+      empty_ += index(place.room);
+      place.first = items_.size(), place.room = count;
+      items_.insert(items_.end(), values.begin(), values.end());
+    } else {
+      std::copy(values.begin(), values.end(), items_.begin() + static_cast<std::ptrdiff_t>(place.first));
+    }
+    place.count = count;
+    if (2 * empty_ > items_.size()) close_up();
+  }
+
+ private:
+  static std::size_t index(int i) noexcept { return static_cast<std::size_t>(i); }
+  struct Place {
+    std::size_t first;
+    int count, room;
+  };
+  void close_up() {
+    std::vector<int> closed;
+    closed.reserve(items_.size());
+    for (Place& place : places_) {
+      std::size_t const first = closed.size();
+      closed.insert(closed.end(), items_.begin() + static_cast<std::ptrdiff_t>(place.first), items_.begin() + static_cast<std::ptrdiff_t>(place.first) + place.count);
+      place = {first, place.count, place.count};
+    }
+    items_ = std::move(closed), empty_ = 0;
+  }
+  std::vector<Place> places_;
+  std::vector<int> items_;
+  std::size_t empty_ = 0;
+};
+
+}  // namespace palpate
