@@ -10,6 +10,9 @@
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/tissue/finite_elements.hpp>
+#include <palpate/tissue/linear_spring.hpp>
+#include <palpate/tissue/mass_spring.hpp>
+#include <palpate/tissue/supported.hpp>
 
 #include <algorithm>
 #include <array>
@@ -26,6 +29,8 @@ using namespace palpate_test;
 
 template <class S>
 using Solid = FiniteElements<S, StableNeoHookean<S>>;
+
+static_assert(FollowsEdits<Solid<double>> && FollowsEdits<Supported<Solid<double>, LinearSpring<double>>> && !FollowsEdits<MassSpring<double>>);
 
 template <class S>
 Solid<S> make_solid(std::array<int, 3> const& n, bool is_nodal = false, S damping = S(1e-3)) {
@@ -183,6 +188,24 @@ TEMPLATE_TEST_CASE("the packs of a solid follow its cuts: forces, energy and tan
     compare(body, chosen, followed);
   }
   CHECK(more > 2 * c.strokes);
+}
+
+TEST_CASE("a solid on support springs follows cuts: the forces are those of each particle by itself", "[volume_cutter]") {
+  Supported<Solid<double>, LinearSpring<double>> tissue(make_solid<double>({4, 4, 4}), LinearSpring<double>{.stiffness = 20.0}, {0.0071, 0.0076, 0.0078});
+  SoftBody body(std::move(tissue), BackwardEuler{});
+  std::remove_cvref_t<decltype(body.tissue())>::Assembly followed;
+  std::vector<int> chosen;
+  VolumeCutter<double> knife;
+  for (int tick = 0; tick <= 20; ++tick) {
+    for (int i = int(chosen.size()); i < body.size(); ++i) chosen.push_back(i);
+    body.tissue().follow_edits(chosen, followed);
+    Matrix3X<double> x = some_columns<double>(body.size(), 2e-4, 1.7), v = some_columns<double>(body.size(), 1e-2, 2.3), force = Matrix3X<double>::Zero(3, body.size());
+    x += body.positions();
+    followed.add_forces(x, v, force);
+    for (int i = 0; i < body.size(); ++i) CHECK((force.col(i) - body.tissue().internal_force(i, x, v)).norm() <= 1e-12 * (1e-3 + force.norm()));
+    knife.advance(body, {{0.0071, -0.002 + 0.019 * tick / 20, 0.0052}, {0.0083, -0.002 + 0.019 * tick / 20, 0.02}});
+  }
+  CHECK(body.size() > 80);
 }
 
 TEST_CASE("nodal pressure follows cuts: stars, neighbours and row bounds are those of a search of all tetrahedra", "[volume_cutter]") {

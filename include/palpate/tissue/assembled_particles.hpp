@@ -59,7 +59,7 @@ class AssembledParticles {
     auto const end = moving.begin() + this->moving();
     return std::equal(moving.begin(), end, particles_.begin()) && std::all_of(end, moving.end(), is_new);
   }
-  /// These are the chosen ones now: the border moves on behind them.
+  /// These are the chosen ones now: the border moves on behind them. Masses of those that were there stay; see weigh().
   template <class Tissue>
   void grow_to(Tissue const& tissue, std::span<int const> moving) {
     int const before = this->moving();
@@ -68,9 +68,13 @@ class AssembledParticles {
       particles_.insert(particles_.begin() + before, moving.begin() + before, moving.end());
       for (std::size_t k = at(before); k < particles_.size(); ++k) local_[at(particles_[k])] = static_cast<int>(k);
     }
-    inverse_mass_.resize(moving.size());
-    for (std::size_t k = 0; k < moving.size(); ++k) inverse_mass_[k] = 1 / tissue.mass(moving[k]);
+    for (std::size_t k = at(before); k < moving.size(); ++k) inverse_mass_.push_back(1 / tissue.mass(moving[k]));
     starts_[at(blocks_)] = this->moving();
+  }
+  /// A local particle has another mass now.
+  template <class Tissue>
+  void weigh(Tissue const& tissue, int i) noexcept {
+    if (i < moving()) inverse_mass_[at(i)] = 1 / tissue.mass(particles_[at(i)]);
   }
   /// The local particle of one of the body, which joins the border if it is not there.
   int local(int particle) {

@@ -115,6 +115,10 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// Which tetrahedra have changed, for its assembly.
   EditLog const& edits() const noexcept { return log_; }
 
+  void set_mass(int i, Scalar mass) {
+    Base::set_mass(i, mass);
+    log_.forget_all();
+  }
   /// These tetrahedra are of another material from now on, and weigh what it does. With nodal pressure they share it with each other, not with the rest.
   void set_material(std::span<int const> some, M const& material, Scalar density) {
     detail::require_positive("the density", density, "kg/m3");
@@ -191,6 +195,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     this->add_particle(this->rest_position(p), Scalar(0), this->nailed(p));
     this->move_mass(p, edit.vertex, share / all * this->mass(p));
     for (int const t : topology().tetrahedra_at(edit.vertex)) this->template rename_node<Element>(t, p, edit.vertex), log_.add(t);
+    log_.add(topology().tetrahedra_at(p).front());   // p has another mass
     follow(edit);
     for (int const t : topology().tetrahedra_at(p)) edited_.insert(edited_.end(), list().nodes[at(t)].begin(), list().nodes[at(t)].end());
     return edit;
@@ -222,7 +227,11 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     edited_.erase(std::unique(edited_.begin(), edited_.end()), edited_.end());
     for (int const i : edited_) this->follow_edits_at(i);
     edited_.clear();
-    if (!stars_.empty()) follow_stars();
+    if (stars_.empty()) return;
+    if (log_.knows(starred_))
+      follow_stars();
+    else
+      find_stars();
   }
 
   /// Memory for a body that cuts have made so large.

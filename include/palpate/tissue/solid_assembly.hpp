@@ -168,7 +168,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   /// The same for tissue that it was built of, or a copy of it, after edits: where the particles are those that were chosen, with new ones behind them, only
   /// what was edited is gathered, and else all; where the stiffness is assembled always all.
   /// Order      a tetrahedron stays in its pack, new ones go to the end: sums depend on what was edited when. layout() brings them to another body.
-  /// Cost       O(edited tetrahedra + tetrahedra at the border), and a look at each particle.
+  /// Cost       O(edited tetrahedra + tetrahedra at the border), and a look at the number of each particle.
   template <class Tissue>
   void follow(Tissue const& tissue, std::span<int const> chosen) {
     if (!follows_ || has_stars_ == tissue.stars().empty() || !tissue.edits().knows(seen_) || !this->can_grow_to(chosen)) return build(tissue, chosen);
@@ -180,9 +180,9 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     for (int b = 0; b < blocks(); ++b) packs_[at(b)].set_own(own(b).first, own(b).first + own(b).count);
     if (is_taken_) {
       for (int e = 0; e < gathered_from_; ++e)
-        if (std::any_of(packs_.begin(), packs_.end(), [e](Packs const& packs) { return packs.holds(e); })) place(list, e, false);
+        if (std::any_of(packs_.begin(), packs_.end(), [e](Packs const& packs) { return packs.holds(e); })) place(tissue, e, false);
     } else if (has_grown) {
-      for (std::size_t k = 0, border = at_border_.size(); k < border; ++k) place(list, at_border_[k], false);   // some are listed twice
+      for (std::size_t k = 0, border = at_border_.size(); k < border; ++k) place(tissue, at_border_[k], false);   // some are listed twice
     }
     bool const was_taken = std::exchange(is_taken_, false);
     has_followed_ = has_followed_ || seen_ < tissue.edits().end() || gathered_from_ < list.size();
@@ -192,7 +192,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     edited_.erase(std::unique(edited_.begin(), edited_.end()), edited_.end());
     while (!edited_.empty() && edited_.back() >= gathered_from_) edited_.pop_back();
     for (int e = gathered_from_; e < list.size(); ++e) edited_.push_back(e);
-    for (int const e : edited_) place(list, e, true);
+    for (int const e : edited_) place(tissue, e, true);
     if (has_stars_) follow_stars(list, stars, was_taken);
     seen_ = tissue.edits().end(), gathered_from_ = list.size();
     size_columns();
@@ -273,15 +273,16 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     if (std::any_of(nodes.begin(), nodes.end(), [this](int i) { return i >= moving(); })) at_border_.push_back(e);
   }
   /// Writes a tetrahedron where it is, and `everywhere` it acts besides.
-  template <class List>
-  void place(List const& list, int e, bool everywhere) {
+  template <class Tissue>
+  void place(Tissue const& tissue, int e, bool everywhere) {
+    auto const& list = tissue.list();
     std::array<int, 4> nodes = list.nodes[at(e)];
     int first = moving();   // of those that are chosen
     for (int const node : nodes)
       if (int const i = this->known(node); i >= 0) first = std::min(first, i);
     bool const acts = first < moving();
     if (!acts && std::none_of(packs_.begin(), packs_.end(), [e](Packs const& packs) { return packs.holds(e); })) return;
-    for (int& node : nodes) node = this->local(node);
+    for (int& node : nodes) node = this->local(node), this->weigh(tissue, node);
     if (everywhere || is_taken_) note_border(e, nodes);
     if (packs_[halo].holds(e)) packs_[halo].update(e, nodes, list.elements[at(e)], false);
     for (int b = 0; b < blocks(); ++b) {
