@@ -13,6 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <type_traits>
@@ -141,8 +142,8 @@ class TetrahedronPacks {
     int lane = lanes;
     for (; k < packs_.size(); ++k) {
       lane = static_cast<int>(std::find(names_[k].name, names_[k].name + lanes, -1) - names_[k].name);
-      auto const& starts = packs_[k].starts;
-      if (lane < lanes && std::none_of(nodes.begin(), nodes.end(), [&](int i) { return std::find(starts[0], starts[0] + 4 * lanes, 4 * i) != starts[0] + 4 * lanes; })) break;
+      auto const shares = [&](int i) { return std::ranges::any_of(packs_[k].starts, [&](auto const& corner) { return std::ranges::find(corner, 4 * i) != std::end(corner); }); };
+      if (lane < lanes && std::none_of(nodes.begin(), nodes.end(), shares)) break;
     }
     if (k == packs_.size()) {
       Names& names = names_.emplace_back();
