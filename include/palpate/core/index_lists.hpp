@@ -65,6 +65,8 @@ class IndexLists {
     at[l.capacity] = last[l.capacity];
   }
 
+  void clear_list(int list) noexcept { lists_[static_cast<std::size_t>(list)].count = 0; }
+
   /// Writes `now` where the list holds `before`; it must be there.
   void rename(int list, int before, int now) noexcept {
     *place(lists_[static_cast<std::size_t>(list)], before) = now;
@@ -89,6 +91,12 @@ class IndexLists {
     std::size_t const added = static_cast<std::size_t>(lists) - std::min(lists_.size(), static_cast<std::size_t>(lists));
     reserve_and_prefault(lists_, static_cast<std::size_t>(lists));
     reserve_and_prefault(pool_, heads + 2 * static_cast<std::size_t>(entries), heads + 3 * 2 * min_capacity * added);   // new ones, and old that outgrow theirs
+  }
+  /// Room for so many lists, where new ones and the old ones beside them grow as those of a mesh do that is divided: by some 64 entries for each new one.
+  void reserve_for_growth(int lists) {
+    std::size_t const added = static_cast<std::size_t>(lists) - std::min(lists_.size(), static_cast<std::size_t>(lists));
+    reserve_and_prefault(lists_, static_cast<std::size_t>(lists));
+    reserve_and_prefault(pool_, std::max(heads, pool_.size()) + 2 * 64 * added);
   }
 
  private:

@@ -217,6 +217,16 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     neighbours_.add_list();
     (std::get<Kind<Elements>>(kinds_).at.add_list(), ...);
   }
+  /// Memory for so many particles and elements of a kind in all.
+  template <class E>
+  void reserve_edits(int particles, int elements) {
+    auto& kind = std::get<Kind<E>>(kinds_);
+    rest_.reserve_and_prefault(particles);
+    neighbours_.reserve_for_growth(particles), kind.at.reserve_for_growth(particles);
+    auto const of_each = [](auto& list, int count) { reserve_and_prefault(list, at(count)); };
+    of_each(mass_, particles), of_each(nailed_, particles), of_each(stiffness_at_rest_, particles), of_each(damping_at_rest_, particles);
+    of_each(kind.list.nodes, elements), of_each(kind.bounds, elements), kind.list.elements.reserve(at(elements));
+  }
   void move_mass(int from, int to, S amount) noexcept { mass_[at(from)] -= amount, mass_[at(to)] += amount; }
   template <class E>
   void add_element(std::array<int, static_cast<std::size_t>(E::nodes)> const& nodes, E const& element) {
@@ -268,14 +278,15 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   void find_neighbours_of(int i) {
     std::vector<int>& found = found_neighbours_;
     found.clear();
-    for_each_element_at(i, [&](auto const& nodes, auto const&) { found.insert(found.end(), nodes.begin(), nodes.end()); });
+    auto const add = [&](int j) {
+      if (j != i && std::find(found.begin(), found.end(), j) == found.end()) found.push_back(j);
+    };
+    for_each_element_at(i, [&](auto const& nodes, auto const&) { std::for_each(nodes.begin(), nodes.end(), add); });
     for (int const t : i < surface_.vertex_count() ? surface_.triangles_at(i) : std::span<int const>())
-      for (int const j : surface_.corners(t)) found.push_back(j);
+      for (int const j : surface_.corners(t)) add(j);
     std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    while (!neighbours_[i].empty()) neighbours_.remove(i, neighbours_[i].back());
-    for (int const j : found)
-      if (j != i) neighbours_.add(i, j, 0);
+    neighbours_.clear_list(i);
+    for (int const j : found) neighbours_.add(i, j, 0);
   }
   void count_edit() noexcept { ++revision_; }
   /// For a tissue that keeps its surface itself.

@@ -117,6 +117,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
 
   void set_mass(int i, Scalar mass) {
     Base::set_mass(i, mass);
+    is_reweighed_ = true;
     log_.forget_all();
   }
   /// These tetrahedra are of another material from now on, and weigh what it does. With nodal pressure they share it with each other, not with the rest.
@@ -167,7 +168,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     TopologyEdit const edit = solid_.insert_on_edge(a, b);
     Scalar quarter = 0;
     for (int t = edit.first_tetrahedron; t < edit.end_tetrahedron; ++t) quarter += list().elements[at(solid_.whole_of(t, b))].mass() / 4;
-    Scalar const mass = quarter * std::min(this->mass(a) / lumped_mass(a), this->mass(b) / lumped_mass(b));
+    Scalar const mass = is_reweighed_ ? quarter * std::min(this->mass(a) / lumped_mass(a), this->mass(b) / lumped_mass(b)) : quarter;
     this->add_particle((1 - s) * this->rest_position(a) + s * this->rest_position(b), Scalar(0), this->nailed(a) && this->nailed(b));
     int const n = edit.vertex;
     this->move_mass(a, n, (1 - s) * mass), this->move_mass(b, n, s * mass);
@@ -237,7 +238,11 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// Memory for a body that cuts have made so large.
   void reserve(int particles, int triangles) {
     int const more = particles - this->size();
-    if (more > 0) solid_.reserve(particles, tetrahedra() + 6 * more, triangles), log_.reserve(20 * at(more));
+    if (more <= 0) return;
+    int const elements = tetrahedra() + 6 * more;
+    solid_.reserve(particles, elements, triangles), log_.reserve(20 * at(more)), group_.reserve(at(elements));
+    this->template reserve_edits<Element>(particles, elements);
+    if constexpr (remembers) history_.reserve(at(elements));
   }
 
   /// A step of h seconds has ended at x: what the tetrahedra remember is moved on, of all of them.
@@ -638,6 +643,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   bool averages_ = false;
   std::vector<int> group_;   // of each tetrahedron: those of one share a material
   CutSolid solid_;
+  bool is_reweighed_ = false;   // particles may have other masses than their tetrahedra give them
   std::vector<int> edited_;   // particles whose neighbours are to be found anew
   EditLog log_;
   PressureStars<Scalar> stars_;

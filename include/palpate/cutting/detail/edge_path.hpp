@@ -2,13 +2,13 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/sparse_table.hpp>
 #include <palpate/cutting/detail/blade_way.hpp>
 #include <palpate/cutting/detail/border_walk.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
@@ -29,51 +29,6 @@ bool is_beside(Body const& body, int p, int q) noexcept {
   auto const& surface = body.tissue().surface();
   return surface.triangle_with_edge(p, q) >= 0 || surface.triangle_with_edge(q, p) >= 0;
 }
-
-/// A value for each of some particles of a large body. clear() and a look-up cost nothing that grows with the body; an entry that is new
-/// is Value{}. A reference is good until the next look-up of a new particle.
-template <class Value>
-class ParticleTable {
- public:
-  void clear() noexcept {
-    used_ = 0;
-    if (++round_ != 0) return;
-    for (Entry& entry : entries_) entry.round = 0;
-    round_ = 1;
-  }
-
-  Value& operator[](int particle) {
-    if (2 * used_ >= entries_.size()) grow();
-    Entry& entry = place(particle);
-    if (entry.round != round_) entry = {round_, particle, Value{}}, ++used_;
-    return entry.value;
-  }
-
- private:
-  struct Entry {
-    unsigned round = 0;
-    int particle = -1;
-    Value value;
-  };
-
-  Entry& place(int particle) noexcept {
-    std::size_t const mask = entries_.size() - 1;
-    std::size_t i = static_cast<std::size_t>((static_cast<std::uint64_t>(particle) * 0x9e3779b97f4a7c15u) >> 32) & mask;
-    while (entries_[i].round == round_ && entries_[i].particle != particle) i = (i + 1) & mask;
-    return entries_[i];
-  }
-
-  void grow() {
-    std::vector<Entry> old(std::max<std::size_t>(64, 2 * entries_.size()));
-    old.swap(entries_);
-    for (Entry const& entry : old)
-      if (entry.round == round_) place(entry.particle) = entry;
-  }
-
-  std::vector<Entry> entries_;   // a power of two
-  std::size_t used_ = 0;
-  unsigned round_ = 1;
-};
 
 /// Finds the path of mesh edges along the blade's way: the shortest, where what lies beside the way counts more.
 ///   cost of an edge ab = |ab| (1 + (d_a² + 4 d_m² + d_b²)/s²),   d the distance from the way, m the middle of ab, s the mean edge
@@ -185,7 +140,7 @@ class EdgePath {
     std::reverse(path_.begin(), path_.end());
   }
 
-  ParticleTable<Seen> seen_;
+  SparseTable<Seen> seen_;
   std::vector<Open> open_;
   std::vector<int> settled_, path_;
   Vector end_ = Vector::Zero();

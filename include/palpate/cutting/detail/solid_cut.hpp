@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/sparse_table.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/blade_sweep.hpp>
 #include <palpate/mesh/tetrahedral_adjacency.hpp>
@@ -55,7 +56,7 @@ class SolidCut {
   void forget() noexcept {
     if (has_cut()) last_ = report_;
     report_ = {};
-    on_.clear(), sides_.clear();
+    on_.clear(), sides_.clear(), all_on_.clear();
   }
 
   /// Cuts what is swept, beginning the search for it at these tetrahedra.
@@ -82,13 +83,15 @@ class SolidCut {
     if (!has_cut()) return forget();
     auto const& solid = body.tissue().topology();
     to_open_.clear();
-    for (int v = 0; v < std::min(body.size(), static_cast<int>(on_.size())); ++v)
-      for (bool divided = is_on(v); divided;) {
+    std::sort(all_on_.begin(), all_on_.end());
+    for (std::size_t n = 0; n < all_on_.size(); ++n)   // those that are made meanwhile come last
+      for (bool divided = true; divided;) {
+        int const v = all_on_[n];
         divided = false;
         for (int const t : solid.tetrahedra_at(v)) {
           int const w = end_within_cut(body, t, v);
           if (w < 0) continue;
-          Crossing const middle{0, std::min(v, w), std::max(v, w), 0.5, on_[static_cast<std::size_t>(v)].normal};
+          Crossing const middle{0, std::min(v, w), std::max(v, w), 0.5, on_.find(v)->normal};
           if (lowest_height(body, middle) < snap_.height) continue;
           split(body, divide(body, middle, {(rest(body, v) + rest(body, w)) / 2, middle.normal, 0}));
           divided = true;
@@ -97,8 +100,8 @@ class SolidCut {
       }
     body.finish_edits();
     int faces = 0;
-    for (int v = 0; v < std::min(body.size(), static_cast<int>(on_.size())); ++v)
-      for (int const t : is_on(v) ? solid.tetrahedra_at(v) : std::span<int const>())
+    for (int const v : all_on_)
+      for (int const t : solid.tetrahedra_at(v))
         for (int k = 0; k < 4; ++k) faces += body.tissue().is_cut(t, k) && solid.corner_of(t, v) != k ? 1 : 0;
     report_.closed_faces = faces / 6;   // seen from three corners and two sides
     forget();
@@ -139,11 +142,9 @@ class SolidCut {
   void gather(Body const& body, BladeSweep const& swept, std::span<int const> starts) {
     auto const& solid = body.tissue().topology();
     double const margin = 1e-6 * static_cast<double>(body.mean_edge());
-    seen_.resize(static_cast<std::size_t>(solid.tetrahedron_count()), 0);
-    ++look_;
-    queue_.clear(), edges_.clear();
+    seen_.clear(), queue_.clear(), edges_.clear();
     auto const consider = [&](int t) {
-      if (t < 0 || t >= solid.tetrahedron_count() || std::exchange(seen_[static_cast<std::size_t>(t)], look_) == look_) return;
+      if (t < 0 || t >= solid.tetrahedron_count() || std::exchange(seen_[t], true)) return;
       Corners const c = solid.corners(t);
       if (swept.may_meet({now(body, c[0]), now(body, c[1]), now(body, c[2]), now(body, c[3])}, margin)) queue_.push_back(t);
     };
@@ -184,18 +185,18 @@ class SolidCut {
     auto const around = solid.tetrahedra_at(at.low);
     if (std::none_of(around.begin(), around.end(), [&](int t) { return solid.corner_of(t, at.high) >= 0; })) return;   // divided meanwhile
     at.normal = undeformed(body, at);
-    align(body, at);
     if (is_cut_at(body, at.low, at) || is_cut_at(body, at.high, at)) return;
     double const length = (rest(body, at.high) - rest(body, at.low)).norm();
     double const tolerance = std::min(0.5, std::max(snap_.share, snap_.distance / length));
     int const nearer = at.s < 0.5 ? at.low : at.high;
-    On const on{(1 - at.s) * rest(body, at.low) + at.s * rest(body, at.high), at.normal, 0};
     int end = std::min(at.s, 1 - at.s) < tolerance || !(at.s > 0 && at.s < 1) ? nearer : -1;
     for (int const v : {nearer, nearer == at.low ? at.high : at.low})
       if (end < 0 && is_on_old_cut(body, v, at)) end = v;
     bool const is_thin = end < 0 && lowest_height(body, at) < snap_.height;
     if (is_thin) end = nearer;
     if (end >= 0 && is_on(end)) return;
+    align(body, at);
+    On const on{(1 - at.s) * rest(body, at.low) + at.s * rest(body, at.high), at.normal, 0};
     part_ends(body, at);
     if (end >= 0) {
       ++report_.snapped, report_.too_thin += is_thin ? 1 : 0;
@@ -232,8 +233,7 @@ class SolidCut {
     int const before = solid.tetrahedron_count(), triangles = solid.border().triangle_count();
     int const n = body.insert_on_edge(at.low, at.high, static_cast<Scalar>(at.s));
     put_on(n, on);
-    for (int const t : solid.tetrahedra_at(n))
-      if (static_cast<std::size_t>(t) < sides_.size()) sides_[static_cast<std::size_t>(t)] = 0;
+    for (int const t : solid.tetrahedra_at(n)) sides_[t] = 0;
     ++report_.edges_divided, ++report_.particles_added;
     report_.tetrahedra_added += solid.tetrahedron_count() - before, report_.triangles_added += solid.border().triangle_count() - triangles;
     return n;
@@ -243,7 +243,7 @@ class SolidCut {
   template <class Body>
   bool is_cut_at(Body const& body, int v, Crossing const& at) const {
     if (!is_on(v)) return false;
-    On const& on = on_[static_cast<std::size_t>(v)];
+    On const& on = *on_.find(v);
     double const own = std::abs(on.normal.dot(rest(body, v) - on.at));
     return height_over(body, v, at) <= own + snap_.height;
   }
@@ -294,18 +294,24 @@ class SolidCut {
     return lowest;
   }
 
-  bool is_on(int v) const noexcept { return static_cast<std::size_t>(v) < on_.size() && on_[static_cast<std::size_t>(v)].normal.squaredNorm() > 0; }
+  bool is_on(int v) const noexcept {
+    On const* const on = on_.find(v);
+    return on != nullptr && on->normal.squaredNorm() > 0;
+  }
   void put_on(int v, On on) {   // by value: it may be one of those that move
-    if (on_.size() <= static_cast<std::size_t>(v)) on_.resize(static_cast<std::size_t>(v) + 1);
-    on.side = on_[static_cast<std::size_t>(v)].side;
+    if (!is_on(v)) all_on_.push_back(v);
+    On& own = on_[v];
+    on.side = own.side;
     on.order = ++last_order_;
-    on_[static_cast<std::size_t>(v)] = on;
+    own = on;
     to_open_.push_back(v);
   }
-  int side_of(int v) const noexcept { return static_cast<std::size_t>(v) < on_.size() ? on_[static_cast<std::size_t>(v)].side : 0; }
+  int side_of(int v) const noexcept {
+    On const* const on = on_.find(v);
+    return on == nullptr ? 0 : on->side;
+  }
   void put_aside(int v, int side) {
-    if (on_.size() <= static_cast<std::size_t>(v)) on_.resize(static_cast<std::size_t>(v) + 1);
-    if (signed char& own = on_[static_cast<std::size_t>(v)].side; own == 0 && !is_on(v)) own = static_cast<signed char>(side);
+    if (On& own = on_[v]; own.side == 0 && !(own.normal.squaredNorm() > 0)) own.side = static_cast<signed char>(side);
   }
   /// The ends of a crossed edge are on different sides of the sheet.
   template <class Body>
@@ -320,9 +326,8 @@ class SolidCut {
   void align(Body const& body, Crossing& at) const {
     Vector3<double> beside = Vector3<double>::Zero();
     for (int const end : {at.low, at.high})
-      body.tissue().topology().for_each_neighbour(end, [&](int i) {
-        if (is_on(i)) beside += on_[static_cast<std::size_t>(i)].normal;
-      });
+      body.tissue().topology().for_each_neighbour(
+          end, [&](int i) { return is_on(i); }, [&](int i) { beside += on_.find(i)->normal; });
     if (beside.dot(at.normal) < 0) at.normal = -at.normal;
   }
 
@@ -384,7 +389,10 @@ class SolidCut {
         slice_.push_back(u);
       }
     }
-    for (int const s : slice_) sides_[static_cast<std::size_t>(s)] = static_cast<signed char>(-side_of_tetrahedron(body, s));
+    for (int const s : slice_) {
+      int const side = side_of_tetrahedron(body, s);
+      sides_[s] = static_cast<signed char>(-side);
+    }
     ++report_.joined;
     return true;
   }
@@ -398,8 +406,7 @@ class SolidCut {
   /// off the sheet itself. 0 where a corner lies in the sheet, and the blade has not come there. Once known it stays.
   template <class Body>
   int side_of_tetrahedron(Body const& body, int t) {
-    if (sides_.size() <= static_cast<std::size_t>(t)) sides_.resize(static_cast<std::size_t>(body.tissue().topology().tetrahedron_count()), 0);
-    signed char& side = sides_[static_cast<std::size_t>(t)];
+    signed char& side = sides_[t];
     if (side != 0) return side;
     Corners const c = body.tissue().topology().corners(t);
     int off = 0, bent = 0, last = 0;
@@ -411,7 +418,7 @@ class SolidCut {
         off += side_of(i), high += height_over_cut(body, c, i);
         continue;
       }
-      On const& on = on_[static_cast<std::size_t>(i)];
+      On const& on = *on_.find(i);
       if (on.side != 0 && on.order > last) last = on.order, bent = on.side;
     }
     double const digits = 1e-7 * static_cast<double>(body.mean_edge());
@@ -432,7 +439,7 @@ class SolidCut {
     double sum = 0;
     for (int const i : corners) {
       if (!is_on(i)) continue;
-      On const& on = on_[static_cast<std::size_t>(i)];
+      On const& on = *on_.find(i);
       double const sign = on.normal.dot(ahead) < 0 ? -1 : 1;
       ahead += sign * on.normal, sum += sign * on.normal.dot(rest(body, corner) - on.at);
     }
@@ -456,7 +463,7 @@ class SolidCut {
     for (int fan = 1; fan < fans_.size(); ++fan) {
       int const opened = solid.border().triangle_count();
       int const copy = body.split_vertex(v, fans_[fan]);
-      put_on(copy, on_[static_cast<std::size_t>(v)]);
+      put_on(copy, *on_.find(v));
       ++report_.particles_added, report_.triangles_added += solid.border().triangle_count() - opened;
       for (int t = opened; t < solid.border().triangle_count(); ++t) {
         auto const c = solid.border().corners(t);
@@ -485,14 +492,14 @@ class SolidCut {
   double area_ = 0;
   SolidSnap snap_{};
   int last_order_ = 0;
-  std::vector<On> on_;               // of each vertex
-  std::vector<signed char> sides_;   // of each tetrahedron at a face that is on the cut: 1 ahead, −1 behind
+  SparseTable<On> on_;               // of the vertices at the cut
+  SparseTable<signed char> sides_;   // of the tetrahedra there: 1 ahead, −1 behind, 0 not known
+  std::vector<int> all_on_;          // the vertices that are on the cut
   std::vector<int> to_open_, opening_, neighbours_, queue_, slice_;
   std::vector<std::pair<int, int>> edges_;
   std::vector<Crossing> crossings_;   // a heap: the earliest first
   std::vector<std::uint64_t> met_;    // edges that were gathered, by their hash
-  std::vector<unsigned> seen_;        // which look at the solid saw each tetrahedron last
-  unsigned look_ = 0;
+  SparseTable<bool> seen_;            // the tetrahedra that a look has come to
   TetrahedronFans fans_;
 };
 
