@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/body/concept.hpp>
-#include <palpate/body/shape_of.hpp>
 #include <palpate/body/substeps.hpp>
-#include <palpate/core/tool_pose.hpp>
-#include <palpate/cutting/concept.hpp>
-#include <palpate/haptics/contact_coupling.hpp>
-#include <palpate/haptics/local_model.hpp>
-#include <palpate/haptics/surface_sensor.hpp>
+#include <palpate/simulator/body_tool.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <tuple>
+#include <utility>
 
 namespace palpate {
 
@@ -33,83 +31,89 @@ struct BodyCounts {
   double lag = 0.0;                  ///< s of that, which were left out: the body is so far behind the hand
 };
 
-/// The body's side of a simulation: contact → cut → step, once a tick.
+/// Where a tool is in a tick, once it has been anywhere; how often it was placed anew is the servo's count.
+template <RealScalar Scalar>
+struct PlacedTool {
+  bool is_placed = false;
+  ToolPose<Scalar> pose{};
+  std::uint64_t pose_discontinuities = 0;
+};
+
+/// The body's side of a simulation: contact → cut → step, once a tick, of one tool or of several.
 /// A tick is split into the fewest equal steps not above the body's stable step, which is found anew after every cut, and where the body,
 /// looked at every eight ticks while it moves, says that it has fallen: a wound that opens under pre-tension grows stiffer. Just after a cut,
 /// and while a particle moves faster than 5 % of an edge a tick, springs turn within a tick: then the steps are not above the body's
-/// guaranteed one, which holds wherever the body goes. While the tool indents, the touched point is coupled to the tip in each of these steps, and so is the point at a blade that is held across its
-/// edge, or that a solid resists; the tip moves evenly through the tick.
+/// guaranteed one, which holds wherever the body goes. Each tool is coupled to the tissue in each of these steps; see BodyTool.
 /// Where that would be more steps than allowed, those allowed are taken, each a stable one: the body then lags behind the hand, it
 /// does not diverge.
-/// After a step that diverged the local model says so, until the tip is out of the tissue and the body moves again.
-template <class BodyType, class CutterType>
+/// After a step that diverged the local model says so, until every tip is out of the tissue and the body moves again.
+/// Tools      touch, cut and push one after the other, in the order of their keys.
+template <class BodyType, class... Cutters>
 class BodyLoop {
-  static_assert(SimulatedBody<BodyType> && Cutter<CutterType, BodyType>);
-
  public:
   using Scalar = typename BodyType::Scalar;
   using Vector = Vector3<Scalar>;
+  static constexpr std::size_t tools = sizeof...(Cutters);
+  using Order = std::array<std::size_t, tools>;   // places of the tools
+  using Models = std::array<LocalModel<Scalar>, tools>;
 
-  BodyLoop(BodyType body, CutterType cutter, ContactCoupling const& coupling, int max_steps)
-      : body_(std::move(body)), cutter_(std::move(cutter)), coupling_(coupling), max_steps_(max_steps) {
+  /// Tools in their places, and in which order they act.
+  BodyLoop(BodyType body, std::tuple<BodyTool<BodyType, Cutters>...> made, Order const& order, int max_steps)
+      : body_(std::move(body)), tools_(std::move(made)), order_(order), max_steps_(max_steps) {
     counts_.steps_allowed = max_steps;
     find_stable_step();
   }
+  template <class CutterType>
+    requires(tools == 1)
+  BodyLoop(BodyType body, CutterType cutter, ContactCoupling const& coupling, int max_steps)
+      : BodyLoop(std::move(body), std::tuple(BodyTool<BodyType, CutterType>(std::move(cutter), coupling)), {0}, max_steps) {}
 
-  /// Moves the tool through a tick of h seconds, its tip evenly, and returns what the servo needs to know. Where `pose_discontinuities`, the servo's count, has
-  /// changed, the tool was not moved there but placed: nothing is touched or cut on the way, a cut in progress ends where the blade was, and the tip has to
-  /// come from outside again. A cutter without `reset(body)` can not be told.
-  LocalModel<Scalar> tick(ToolPose<Scalar> const& tool, Scalar h, std::uint64_t pose_discontinuities = 0) {
-    Vector const &tip = tool.position, &velocity = tool.velocity;
-    if (pose_discontinuities != pose_discontinuities_) {
-      pose_discontinuities_ = pose_discontinuities;
-      take_tool_away();
-    }
-    Vector const from = ticked_ ? last_tip_ : tip;
-    last_tip_ = tip;
-    ticked_ = true;
-    if constexpr (FeelsReaction<CutterType, BodyType>)
-      cutter_.advance(body_, tool, pressed_);
-    else
-      cutter_.advance(body_, tool);
-    bool const presses = cutter_.state() == CuttingPhase::indenting;
-    Vector reaction = Vector::Zero();
-    step(h, [&](int i, int steps, Scalar each) {
-      Vector const now = from + (tip - from) * (Scalar(i) / Scalar(steps));
-      if constexpr (HoldsTissue<CutterType, BodyType>)
-        if (auto const held = cutter_.held(body_))
-          reaction += coupling_.drag(body_, *held, cutter_.contact().normal, now, velocity, each) / Scalar(steps);
-      if constexpr (ResistsBlade<CutterType, BodyType>)
-        if (auto const grip = cutter_.grip()) reaction += coupling_.resist(body_, *grip, tip - now, velocity, each) / Scalar(steps);
-      if (!presses) return;
-      reaction += coupling_.apply(body_, cutter_.contact(), now, velocity, cutter_.tip_radius(), each) / Scalar(steps);
+  /// Moves the tools through a tick of h seconds and returns what their servos need to know: of those that are placed.
+  Models tick(std::array<PlacedTool<Scalar>, tools> const& placed, Scalar h) {
+    for_each_tool([&](std::size_t k, auto& tool) {
+      if (placed[k].is_placed)
+        tool.advance(body_, placed[k].pose, placed[k].pose_discontinuities);
+      else
+        tool.rest();
     });
-    pressed_ = reaction.norm();
+    step(h);
+    Models models;
+    for_each_tool([&](std::size_t k, auto& tool) {
+      if (placed[k].is_placed) models[k] = tool.model(body_, diverged_);
+    });
+    return models;
+  }
+  /// The same of one tool; see BodyTool::advance.
+  LocalModel<Scalar> tick(ToolPose<Scalar> const& tool, Scalar h, std::uint64_t pose_discontinuities = 0)
+    requires(tools == 1)
+  {
+    return tick(std::array{PlacedTool<Scalar>{true, tool, pose_discontinuities}}, h)[0];
+  }
+  /// A tick without a tool.
+  void rest(Scalar h) { tick(std::array<PlacedTool<Scalar>, tools>{}, h); }
 
-    LocalModel<Scalar> model;
-    SurfaceContact<Scalar> const& contact = cutter_.contact();
-    model.phase = cutter_.state();
-    model.diverged = diverged_;
-    model.restorations = body_.restorations();
-    if (model.phase != CuttingPhase::no_contact) {
-      model.home_point = contact.home_point;
-      model.normal = contact.normal;
-      model.tip_radius = cutter_.tip_radius();
-      model.tissue_force = reaction;
-    }
-    if constexpr (CountsArea<CutterType>) model.cut_area = cutter_.area();
-    if (sensor_.kind() != SurfaceKind::none)
-      model.surface = sensor_.look(detail::shape_of(body_), contact, model.phase, tip, cutter_.tip_radius(), static_cast<Scalar>(coupling_.stiffness));
-    return model;
+  /// use(place, tool) in the order in which they act.
+  template <class Use>
+  void for_each_tool(Use const& use) {
+    for (std::size_t const k : order_)
+      [&]<std::size_t... I>(std::index_sequence<I...>) { ((I == k ? use(I, std::get<I>(tools_)) : void()), ...); }(std::index_sequence_for<Cutters...>{});
+  }
+  template <std::size_t I>
+  auto& tool() noexcept {
+    return std::get<I>(tools_);
+  }
+  template <std::size_t I>
+  auto const& tool() const noexcept {
+    return std::get<I>(tools_);
   }
 
   /// From now on local models hold the surface too, as a force wants it.
-  void sense_surface(SurfaceKind kind) { sensor_ = SurfaceSensor<Scalar>(kind); }
-
-  /// A tick without a tool.
-  void rest(Scalar h) {
-    step(h, [](int, int, Scalar) {});
+  void sense_surface(SurfaceKind kind)
+    requires(tools == 1)
+  {
+    std::get<0>(tools_).sense_surface(kind);
   }
+
   /// So many seconds will have no tick: the body's thread came too late for them.
   void leave_out(double seconds) noexcept {
     counts_.seconds += seconds;
@@ -120,7 +124,7 @@ class BodyLoop {
   template <class State>
   void restore(State const& state) {
     body_.restore(state);
-    pressed_ = 0;
+    for_each_tool([](std::size_t, auto& tool) { tool.forget_press(); });
     guarded_ticks_ = 0;
     was_guarded_ = false;
     find_stable_step();
@@ -128,8 +132,8 @@ class BodyLoop {
 
   BodyType& body() noexcept { return body_; }
   BodyType const& body() const noexcept { return body_; }
-  CutterType& cutter() noexcept { return cutter_; }
-  CutterType const& cutter() const noexcept { return cutter_; }
+  auto& cutter() noexcept { return std::get<0>(tools_).cutter(); }
+  auto const& cutter() const noexcept { return std::get<0>(tools_).cutter(); }
   BodyCounts const& counts() const noexcept { return counts_; }
   Scalar stable_step() const noexcept { return stable_step_; }
 
@@ -138,24 +142,19 @@ class BodyLoop {
   static constexpr int ticks_between_speeds = 4;
   static constexpr int guarded_at_once = 2;   // ticks
 
-  void take_tool_away() {
-    if constexpr (ResettableCutter<CutterType, BodyType>) cutter_.reset(body_);
-    ticked_ = false;
-    pressed_ = 0;
-  }
-
   std::size_t revision() const noexcept { return body_.tissue().revision(); }
 
-  /// The steps of one tick; `before(i, steps, each)` is called before each of them, i from 1 to steps, each so many seconds.
-  template <class Before>
-  void step(Scalar h, Before before) {
+  void step(Scalar h) {
     auto const [steps, each, capped, wanted] = split_duration(h, step_for(h), max_steps_);
     if (capped) ++counts_.capped, counts_.max_steps_wanted = std::max(counts_.max_steps_wanted, wanted);
-    if (cutter_.state() == CuttingPhase::no_contact) diverged_ = false;
+    bool is_free = true;
+    for_each_tool([&](std::size_t, auto& tool) { is_free = is_free && tool.cutter().state() == CuttingPhase::no_contact; });
+    if (is_free) diverged_ = false;
     int taken = 0;
     double covered = 0;   // s
     while (taken < steps) {
-      before(++taken, steps, each);
+      ++taken;
+      for_each_tool([&](std::size_t, auto& tool) { tool.push(body_, taken, steps, each); });
       auto const report = body_.step(each);
       moves_ = report.moving > 0;
       if (report) {
@@ -217,9 +216,8 @@ class BodyLoop {
   }
 
   BodyType body_;
-  CutterType cutter_;
-  ContactCoupling coupling_;
-  SurfaceSensor<Scalar> sensor_;
+  std::tuple<BodyTool<BodyType, Cutters>...> tools_;
+  Order order_;
   int max_steps_;
   Scalar stable_step_ = 0;
   std::size_t stable_for_ = 0;
@@ -229,12 +227,11 @@ class BodyLoop {
   bool was_guarded_ = false;
   Scalar guarded_step_ = 0;
   bool moves_ = false;
-  Vector last_tip_ = Vector::Zero();
-  bool ticked_ = false;
-  std::uint64_t pose_discontinuities_ = 0;
   bool diverged_ = false;
-  Scalar pressed_ = 0;   // N, of the last tick
   BodyCounts counts_;
 };
+
+template <class BodyType, class CutterType>
+BodyLoop(BodyType, CutterType, ContactCoupling, int) -> BodyLoop<BodyType, CutterType>;
 
 }  // namespace palpate

@@ -120,6 +120,15 @@ class Recording {
     return largest;
   }
 
+  /// N, the mean of what was written from one time to another [s], ends included; zero where no tick is between them.
+  Vector3<double> mean_force(double from, double to) const noexcept {
+    Vector3<double> sum = Vector3<double>::Zero();
+    std::size_t count = 0;
+    for (Tick const& tick : ticks_)
+      if (tick.time >= from && tick.time <= to) sum += tick.force, ++count;
+    return count > 0 ? Vector3<double>(sum / static_cast<double>(count)) : sum;
+  }
+
   /// The text that `write_csv` puts into the file.
   std::string to_csv() const {
     bool const has_area = std::ranges::any_of(ticks_, [](Tick const& tick) { return tick.cut_area > 0; });

@@ -3,14 +3,23 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
+#include <palpate/core/tool_pose.hpp>
 #include <palpate/core/triple_buffer.hpp>
 #include <palpate/tissue/concept.hpp>
 
 #include <cstddef>
+#include <span>
 #include <type_traits>
 #include <vector>
 
 namespace palpate {
+
+/// A tool as a renderer wants it.
+template <RealScalar Scalar>
+struct ToolSnapshot {
+  ToolPose<Scalar> pose{};
+  CuttingPhase phase = CuttingPhase::no_contact;
+};
 
 /// The body as a renderer wants it. `topology_revision` differs from the last snapshot's when triangles changed; while it is the
 /// same, only points moved.
@@ -24,6 +33,7 @@ struct BodySnapshot {
   std::vector<char> is_wound;        // of each triangle of a solid, whether a cut has made it; of a surface none
   Vector3<Scalar> tip = Vector3<Scalar>::Zero();
   CuttingPhase phase = CuttingPhase::no_contact;
+  std::vector<ToolSnapshot<Scalar>> tools;   // of a simulator of several, in their places; tip and phase are those of the first
 };
 
 /// Hands snapshots from the thread that steps the body to one thread that draws. Neither waits for the other.
@@ -32,7 +42,7 @@ template <RealScalar Scalar>
 class SnapshotChannel {
  public:
   template <class Body>
-  void publish(Body const& body, double time, Vector3<Scalar> const& tip, CuttingPhase phase) {
+  void publish(Body const& body, double time, Vector3<Scalar> const& tip, CuttingPhase phase, std::span<ToolSnapshot<Scalar> const> tools = {}) {
     BodySnapshot<Scalar>& next = buffer_.back();
     next.time = time;
     body.draw_columns(body.positions(), next.points);
@@ -46,6 +56,7 @@ class SnapshotChannel {
     next.topology_revision = body.topology_revision();
     next.tip = tip;
     next.phase = phase;
+    next.tools.assign(tools.begin(), tools.end());
     buffer_.publish();
   }
 

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/soft_body.hpp>
+#include <palpate/device/session.hpp>
+#include <palpate/simulator/body_loop.hpp>
+#include <palpate/simulator/budget.hpp>
+#include <palpate/simulator/pacer.hpp>
+#include <palpate/simulator/realtime_servo.hpp>
+#include <palpate/simulator/session.hpp>
+#include <palpate/simulator/snapshot.hpp>
+#include <palpate/simulator/tool.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+struct SimulatorOptions {
+  ContactCoupling coupling = {};
+  int max_body_steps = 100;      ///< a tick is split into no more body steps than this; where it needs more, the body lags behind
+  double body_rate = 500.0;       ///< Hz, of the body's thread in real time; in lock-step the body is ticked with the servo
+  double snapshot_rate = 60.0;    ///< Hz of simulated time, how often a snapshot is published for drawing
+  ServoOptions servo = {};        ///< safety, frames and clutch
+  RealtimeOptions realtime = {};  ///< what a servo's thread asks of the system in real time; by default what needs no rights
+
+  void validate() const {
+    coupling.validate();
+    realtime.validate();
+    if (max_body_steps < 1) throw InvalidArgument(detail::message("max_body_steps is ", max_body_steps, "; a tick needs at least one"));
+    for (double const rate : {body_rate, snapshot_rate}) static_cast<void>(Pacer::period_of(rate));   // throws
+  }
+};
+
+namespace detail {
+
+/// A body and its tools, in lock-step and in real time: what Simulator is made of.
+template <class BodyType, class... Tools>
+class Simulation {
+ public:
+  using Body = BodyType;
+  using Scalar = typename Body::Scalar;
+  static constexpr std::size_t tools = sizeof...(Tools);
+
+  Simulation(Body body, SimulatorOptions const& options, Tools... made)
+      : options_((options.validate(), options)),
+        order_(order_of({made.options.key...})),
+        servos_(Servo<Tools>{.loop{std::move(made.device), std::move(made.force), given(made.options.servo, options.servo)}}...),
+        loop_(std::move(body), std::tuple(BodyTool<Body, typename Tools::Cutter>(std::move(made.cutter), checked(given(made.options.coupling, options.coupling)))...), order_,
+              options.max_body_steps),
+        snapshots_(std::make_unique<SnapshotChannel<Scalar>>()),
+        flags_(std::make_unique<RunFlags>()) {
+    for_each_servo([&]<std::size_t I>(std::integral_constant<std::size_t, I>, auto& servo) {
+      using Force = std::remove_cvref_t<decltype(servo.loop.force())>;
+      if constexpr (Validatable<Force>) servo.loop.force().validate();
+      if constexpr (SurfaceForce<Force, Scalar>) loop_.template tool<I>().sense_surface(servo.loop.force().surface_kind());
+    });
+  }
+
+  /// after_tick(ticks) with that of each tool, once a tick.
+  template <class AfterTick>
+  std::vector<Recording> run(double seconds, AfterTick const& after_tick) {
+    return with_open_devices([&] {
+      for_each_servo([](auto, auto& servo) { servo.loop.begin_session(); });
+      double const rate = lockstep_rate();
+      auto const ticks = tick_count(seconds, rate);
+      Scalar const h = static_cast<Scalar>(1.0 / rate);
+      auto const snapshot_every = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(rate / options_.snapshot_rate)));
+      for_each_servo([&](auto, auto& servo) { aim(servo.statistics, rate); });
+      aim(statistics_, rate);
+      std::vector<Recording> recordings(tools, Recording{});
+      for (Recording& recording : recordings) recording.reserve(ticks);
+      std::array<std::chrono::nanoseconds, tools> spent;
+      std::array<PlacedTool<Scalar>, tools> placed;
+      std::array<Tick, tools> now;
+      flags_->stop.store(false, std::memory_order_relaxed);
+      for (std::uint64_t k = 0; k < ticks && !flags_->stop.load(std::memory_order_acquire); ++k) {
+        std::uint64_t const tick = servo<0>().done;
+        auto last = std::chrono::steady_clock::now();
+        auto const lap = [&last] {
+          auto const before = std::exchange(last, std::chrono::steady_clock::now());
+          return last - before;
+        };
+        for_each_servo([&](auto i, auto& servo) {
+          servo.loop.read(h);
+          placed[i] = {servo.loop.placed(), servo.loop.tool(), servo.loop.pose_discontinuities()};
+          spent[i] = lap();
+        });
+        auto const models = loop_.tick(placed, h);
+        statistics_.add(lap());
+        for_each_servo([&](auto i, auto& servo) {
+          now[i] = servo.loop.respond(models[i], static_cast<double>(tick) / rate);
+          servo.statistics.add(spent[i] + lap());
+          recordings[i].append(now[i]);
+          ++servo.done;
+        });
+        if (tick % snapshot_every == 0 || k + 1 == ticks) publish(now[0].time);
+        if (tick % live_every == 0 || k + 1 == ticks) {
+          for_each_servo([](auto, auto& servo) { servo.publish(); });
+          publish_body_statistics();
+        }
+        after_tick(std::span<Tick const>(now));
+      }
+      for_each_servo([&](auto i, auto& servo) { recordings[i].set_saturation(servo.loop.chain().saturation()); });
+      return recordings;
+    });
+  }
+
+  std::vector<Recording> run_realtime(double seconds) {
+    return with_open_devices([&] {
+      for_each_servo([&](auto, auto& servo) { servo.loop.begin_session(options_.body_rate); });
+      flags_->stop.store(false, std::memory_order_relaxed), flags_->body_runs.store(true, std::memory_order_relaxed);
+      aim(statistics_, options_.body_rate);
+      for_each_servo([&](auto, auto& servo) { aim(servo.statistics, servo.loop.rate()); });
+      return [&]<std::size_t... I>(std::index_sequence<I...>) {
+        std::tuple<std::optional<RealtimeServo<typename Tools::Device, typename Tools::Force, Scalar>>...> running;
+        (std::get<I>(running).emplace(servo<I>(), options_.realtime, tick_count(seconds, servo<I>().loop.rate()), *flags_), ...);
+        std::exception_ptr failure;
+        try {
+          (std::get<I>(running)->start(), ...);
+          run_body(*std::get<I>(running)...);
+        } catch (...) {
+          failure = std::current_exception();
+        }
+        flags_->body_runs.store(false, std::memory_order_release);
+        (std::get<I>(running)->end(), ...);
+        if (failure) std::rethrow_exception(failure);
+        publish(time());
+        std::vector<Recording> recordings;
+        (recordings.push_back(std::get<I>(running)->take_recording()), ...);
+        return recordings;
+      }(std::make_index_sequence<tools>{});
+    });
+  }
+
+  void stop() noexcept { flags_->stop.store(true, std::memory_order_release); }
+
+  template <std::size_t I>
+  auto& servo() noexcept {
+    return std::get<I>(servos_);
+  }
+  template <std::size_t I>
+  auto const& servo() const noexcept {
+    return std::get<I>(servos_);
+  }
+  auto& loop() noexcept { return loop_; }
+  auto const& loop() const noexcept { return loop_; }
+  double time() const noexcept { return servo<0>().time(); }
+  SnapshotChannel<Scalar>& snapshots() noexcept { return *snapshots_; }
+
+  template <std::size_t I>
+  SimulatorStatistics statistics() const {
+    return {.servo = servo<I>().statistics, .body = statistics_, .servo_counts = servo<I>().loop.counts(), .body_counts = loop_.counts()};
+  }
+  StepForecast forecast() const {
+    SimulatorStatistics all = statistics<0>();
+    if (all.body.target().count() == 0) aim(all.body, options_.body_rate);
+    StepForecast forecast = step_forecast(all);
+    if constexpr (std::copyable<Body>) {
+      if (forecast.step_cost > 0.0 || !(forecast.stable_step > 0.0)) return forecast;
+      Body copy(loop_.body());
+      Scalar const h = static_cast<Scalar>(std::min(forecast.period, forecast.stable_step));
+      copy.step(h);   // gathers
+      auto const started = std::chrono::steady_clock::now();
+      copy.step(h);
+      forecast.step_cost = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    }
+    return forecast;
+  }
+
+ private:
+  template <class Tool>
+  using Servo = ToolServo<typename Tool::Device, typename Tool::Force, Scalar>;
+  using Loop = BodyLoop<Body, typename Tools::Cutter...>;
+
+  template <class T>
+  static T const& given(std::optional<T> const& own, T const& all) noexcept {
+    return own.has_value() ? *own : all;
+  }
+  static ContactCoupling const& checked(ContactCoupling const& coupling) {
+    coupling.validate();
+    return coupling;
+  }
+  /// Places in the order of keys.
+  static typename Loop::Order order_of(std::array<std::optional<int>, tools> const& keys) {
+    std::array<int, tools> key;
+    for (std::size_t k = 0; k < tools; ++k) key[k] = keys[k].value_or(static_cast<int>(k));
+    typename Loop::Order order;
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key[a] < key[b]; });
+    for (std::size_t k = 1; k < tools; ++k)
+      if (key[order[k]] == key[order[k - 1]])
+        throw InvalidArgument(message("Simulator: tools ", order[k - 1], " and ", order[k], " both have the key ", key[order[k]], "; each needs its own"));
+    return order;
+  }
+  static std::uint64_t tick_count(double seconds, double rate) {
+    if (!(seconds >= 0) || !(seconds * rate < 1e9))
+      throw InvalidArgument(message("a run of ", seconds, " s at ", rate, " Hz; it must not be negative nor above 1e9 ticks"));
+    return static_cast<std::uint64_t>(std::llround(seconds * rate));
+  }
+  /// Hz, that of all devices.
+  double lockstep_rate() const {
+    double const rate = servo<0>().loop.rate();
+    for_each_servo([&](auto i, auto const& servo) {
+      if (servo.loop.rate() != rate)
+        throw InvalidArgument(message("Simulator: the device of tool ", i(), " ticks at ", servo.loop.rate(), " Hz, that of tool 0 at ", rate,
+                                      "; in lock-step all need one rate, run_realtime takes any"));
+    });
+    return rate;
+  }
+  /// Sets the period that a loop aims at; what it counted before stays.
+  static void aim(TickStatistics& statistics, double rate) {
+    auto const period = Pacer::period_of(rate);
+    if (statistics.target() == period) return;
+    TickStatistics aimed(period);
+    aimed.merge(statistics);
+    statistics = aimed;
+  }
+
+  /// use(place, servo), the place a constant.
+  template <class Use>
+  void for_each_servo(Use const& use) {
+    [&]<std::size_t... I>(std::index_sequence<I...>) { (use(std::integral_constant<std::size_t, I>{}, std::get<I>(servos_)), ...); }(std::make_index_sequence<tools>{});
+  }
+  template <class Use>
+  void for_each_servo(Use const& use) const {
+    [&]<std::size_t... I>(std::index_sequence<I...>) { (use(std::integral_constant<std::size_t, I>{}, std::get<I>(servos_)), ...); }(std::make_index_sequence<tools>{});
+  }
+  /// Opens one device after the other, runs, and closes them.
+  template <std::size_t I = 0, class Run>
+  auto with_open_devices(Run const& run) {
+    if constexpr (I == tools) {
+      return run();
+    } else {
+      auto& device = servo<I>().loop.device();
+      DeviceSession<std::remove_cvref_t<decltype(device)>, typename std::remove_cvref_t<decltype(servo<I>().loop)>::DeviceScalar> const session(device);
+      return with_open_devices<I + 1>(run);
+    }
+  }
+
+  void publish_body_statistics() noexcept {
+    for_each_servo([&](auto, auto& servo) { servo.live->publish_body(statistics_, loop_.counts()); });
+  }
+  void publish(double time) {
+    std::array<ToolSnapshot<Scalar>, tools> all;
+    for_each_servo([&](auto i, auto& servo) { all[i].pose = servo.loop.tool(); });
+    publish(time, all);
+  }
+  void publish(double time, std::array<ToolSnapshot<Scalar>, tools>& all) {
+    loop_.for_each_tool([&](std::size_t k, auto& tool) { all[k].phase = tool.cutter().state(); });
+    snapshots_->publish(loop_.body(), time, all[0].pose.position, all[0].phase, std::span<ToolSnapshot<Scalar> const>(all.data(), tools > 1 ? tools : 0));
+  }
+
+  /// Until none of the servos runs any more.
+  template <class... Running>
+  void run_body(Running&... running) {
+    constexpr std::uint64_t max_caught_up = 4;   // a body too slow for its rate falls behind rather than taking ever longer steps
+    double const period = 1.0 / options_.body_rate;
+    double since_snapshot = 0.0;
+    std::uint64_t since_live = 0;   // ticks
+    double stable_step = 0.0;       // s, of the last one
+    statistics_.pause();
+    Pacer pacer(options_.body_rate);
+    while ((running.runs() || ...)) {
+      (running.watch(), ...);
+      auto const slot = pacer.wait();
+      auto const started = std::chrono::steady_clock::now();
+      double const h = period * static_cast<double>(1 + std::min(slot.skipped, max_caught_up));
+      if (slot.skipped > max_caught_up) loop_.leave_out(period * static_cast<double>(slot.skipped - max_caught_up));
+      std::array<PlacedTool<Scalar>, tools> placed;
+      std::array<ToolSnapshot<Scalar>, tools> shown;
+      double time = 0;
+      std::size_t k = 0;
+      auto const fetch = [&](auto& servo) {
+        bool const is_placed = servo.fetch_pose();
+        placed[k] = {is_placed, servo.pose().tool, servo.pose().pose_discontinuities};
+        shown[k++].pose = servo.pose().tool;
+        time = std::max(time, servo.pose().time);
+      };
+      (fetch(running), ...);
+      auto const models = loop_.tick(placed, static_cast<Scalar>(h));
+      k = 0;
+      auto const answer = [&](auto& servo) {
+        if (placed[k].is_placed) servo.publish(models[k]);
+        ++k;
+      };
+      (answer(running), ...);
+      since_snapshot += h;
+      if (since_snapshot * options_.snapshot_rate >= 1.0) {
+        since_snapshot = 0.0;
+        publish(time, shown);
+      }
+      statistics_.add(TickTiming{slot.due, started, std::chrono::steady_clock::now()});
+      statistics_.add_skipped(slot.skipped);
+      bool const is_other = loop_.counts().stable_step != stable_step;   // what forecasts follow from is told at once
+      stable_step = loop_.counts().stable_step;
+      if (since_live++ % live_every == 0 || is_other) publish_body_statistics();
+    }
+    publish_body_statistics();
+  }
+
+  SimulatorOptions options_;
+  typename Loop::Order order_;
+  std::tuple<Servo<Tools>...> servos_;
+  Loop loop_;
+  std::unique_ptr<SnapshotChannel<Scalar>> snapshots_;
+  std::unique_ptr<RunFlags> flags_;
+  TickStatistics statistics_;   // of the body's ticks
+};
+
+}  // namespace detail
+
+}  // namespace palpate

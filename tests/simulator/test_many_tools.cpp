@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+// Several tools at one body. Yardsticks: a simulator of one tool, byte by byte; the same tools in another order; what a hand has to feel when its device fails, and
+// the others meanwhile; the sum of what the tools press with against what holds the body.
+#include "catch.hpp"
+
+#include "device/message.hpp"
+#include "simulator/scene.hpp"
+
+#include <palpate/cutting/no_cutter.hpp>
+#include <palpate/cutting/progressive_cutter.hpp>
+#include <palpate/device/faulty_device.hpp>
+#include <palpate/device/scripted_device.hpp>
+#include <palpate/force/tissue_reaction.hpp>
+#include <palpate/region/whole_body.hpp>
+#include <palpate/region/zone_of_influence.hpp>
+#include <palpate/simulator/simulator.hpp>
+
+#include <algorithm>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace palpate;
+using palpate_test::message_of;
+using palpate_test::skin;
+
+namespace {
+
+using Hand = ScriptedDevice<double>;
+using Probe = NoCutter<double>;
+using Knife = ProgressiveCutter<double>;
+
+/// Down onto the skin at a place, held there, up again after 0.9 s.
+Hand press(double x, double y, double depth, double rate = 1000.0) {
+  auto path = Trajectory<double>::start({x, y, 0.004});
+  path.line({x, y, -depth}, 0.5).line({x, y, -depth}, 0.2).line({x, y, 0.004}, 0.2);
+  return Hand(std::move(path), {.max_force = 3.3, .rate = rate});
+}
+Hand stroke() { return Hand(palpate_test::stroke<double>(0.010, 0.25), {.max_force = 3.3, .rate = 1000.0}); }
+Knife knife() { return Knife({.puncture_depth = 0.006, .snap = 5e-4}); }
+auto body() { return skin<double>(ZoneOfInfluence{.rings = 4}); }
+auto tool(Hand hand, int key) { return Tool(std::move(hand), Probe({.tip_radius = 0.002}), TissueReaction{}, {.key = key}); }
+
+}  // namespace
+
+TEST_CASE("one tool among several is what the simulator of one is, to the byte", "[simulator][tools]") {
+  Simulator alone(stroke(), body(), knife(), TissueReaction{});
+  Simulator one(body(), Tool(stroke(), knife(), TissueReaction{}));
+  Recording const expected = alone.run(0.9);
+  Session const session = one.run(0.9);
+  REQUIRE(session.recordings().size() == 1);
+  CHECK(expected.largest_force() > 0.1);
+  CHECK(session.recording(0).to_csv() == expected.to_csv());
+  CHECK(one.tool<0>().report().particles_added == alone.cutter().report().particles_added);
+  CHECK(one.body().positions() == alone.body().positions());
+  CHECK(one.time() == alone.time());
+}
+
+TEST_CASE("tools in other places with the same keys give the same bytes", "[simulator][tools]") {
+  Simulator first(body(), tool(press(0.030, 0.050, 0.006), 3), Tool(stroke(), knife(), TissueReaction{}, {.key = 1}), tool(press(0.045, 0.060, 0.005), 2));
+  Simulator second(body(), tool(press(0.045, 0.060, 0.005), 2), tool(press(0.030, 0.050, 0.006), 3), Tool(stroke(), knife(), TissueReaction{}, {.key = 1}));
+  Session const a = first.run(0.9), b = second.run(0.9);
+  for (auto const& [one, other] : {std::pair(0, 1), std::pair(1, 2), std::pair(2, 0)}) {
+    Recording const &here = a.recordings()[static_cast<std::size_t>(one)], &there = b.recordings()[static_cast<std::size_t>(other)];
+    CHECK(here.largest_force() > 0.1);
+    CHECK(here.to_csv() == there.to_csv());
+  }
+  CHECK(first.body().size() > body().size());
+  CHECK(first.body().positions() == second.body().positions());
+}
+
+// In equilibrium the nails hold what the tools press with: each tool's force on the hand is up, and all of them together are the nails' push.
+TEST_CASE("what several tools press with adds up", "[simulator][tools]") {
+  Simulator simulator(skin<double>(WholeBody{}), tool(press(0.030, 0.050, 0.004), 0), tool(press(0.070, 0.050, 0.004), 1), tool(press(0.050, 0.025, 0.004), 2));
+  Vector3<double> felt = Vector3<double>::Zero();
+  Simulator alone(skin<double>(WholeBody{}), tool(press(0.030, 0.050, 0.004), 0));
+  double const single = alone.run(0.69).recording(0).mean_force(0.68, 0.69).z();
+  Session const session = simulator.run(0.69);
+  for (Recording const& recording : session.recordings()) {
+    CHECK(recording.mean_force(0.68, 0.69).z() > 0.5 * single);
+    felt += recording.mean_force(0.68, 0.69);
+  }
+  CHECK(felt.z() > 2 * single);
+  // Far from each other they hardly feel one another.
+  CHECK(session.recording(0).mean_force(0.68, 0.69).z() == Approx(single).epsilon(0.1));
+}
+
+TEST_CASE("a device that fails ends its own tool's force within two ticks, and nobody else's", "[simulator][tools][safety]") {
+  for (FaultKind const kind : {FaultKind::disconnected, FaultKind::fault, FaultKind::write_fails, FaultKind::position_not_finite, FaultKind::jump}) {
+    INFO(static_cast<int>(kind));
+    std::uint64_t const at = 600;
+    ServoOptions const careful{.safety = {.protects_a_hand = true, .max_force = 3.3, .damping = 0.0}};
+    auto const whole = [&](Hand hand, int key) { return Tool(std::move(hand), Probe{}, TissueReaction{}, {.key = key, .servo = careful}); };
+    Simulator simulator(body(), whole(press(0.020, 0.050, 0.006), 0), whole(press(0.080, 0.050, 0.006), 1),
+                        Tool(FaultyDevice<Hand>(press(0.050, 0.020, 0.006), {{.kind = kind, .tick = at, .ticks = kind == FaultKind::jump ? 1u : 0u, .shift = {0, 0.03, 0}}}), Probe{}, TissueReaction{},
+                             {.servo = careful}),
+                        whole(press(0.050, 0.080, 0.006), 3));
+    Session const session = simulator.run(0.9);
+    auto const& failed = session.recording(2).ticks();
+    CHECK(failed[at - 1].force.norm() > 0.05);
+    CHECK(failed[at + 1].force.isZero(0));
+    for (std::size_t const k : {0u, 1u, 3u}) {
+      auto const& ticks = session.recording(k).ticks();
+      double largest_step = 0;
+      for (std::size_t n = at - 20; n < at + 60; ++n) largest_step = std::max(largest_step, (ticks[n + 1].force - ticks[n].force).norm());
+      CHECK(ticks[at + 1].force.norm() > 0.05);
+      CHECK(largest_step < 0.5);   // N a tick: 500 N/s, the slew limit
+    }
+    auto const healthy = [&](auto& events) {
+      int count = 0;
+      while (auto const event = events.pop()) count += event->what == SafetyEvent::armed ? 1 : 100;
+      return count == 1;
+    };
+    CHECK(healthy(simulator.events<0>()));
+    CHECK(healthy(simulator.events<1>()));
+    CHECK(healthy(simulator.events<3>()));
+    CHECK_FALSE(healthy(simulator.events<2>()));
+  }
+}
+
+TEST_CASE("undo takes back what all tools have done", "[simulator][tools]") {
+  Simulator simulator(body(), Tool(stroke(), knife(), TissueReaction{}), tool(press(0.045, 0.070, 0.005), 5));
+  auto const before = simulator.mark();
+  auto const size = simulator.body().size();
+  simulator.run(0.7);
+  CHECK(simulator.body().size() > size);
+  simulator.restore(before);
+  CHECK(simulator.body().size() == size);
+  CHECK(simulator.body().positions() == body().positions());
+}
+
+TEST_CASE("in real time each device has its servo, and the run ends with the last", "[simulator][tools][realtime]") {
+  Simulator simulator(body(), SimulatorOptions{.body_rate = 200.0}, tool(press(0.030, 0.050, 0.004), 0), Tool(stroke(), knife(), TissueReaction{}),
+                      tool(press(0.080, 0.050, 0.004, 500.0), 2));
+  Session const session = simulator.run_realtime(0.2);
+  CHECK(session.recording(0).ticks().size() == 200);
+  CHECK(session.recording(1).ticks().size() == 200);
+  CHECK(session.recording(2).ticks().size() == 100);   // 500 Hz
+  CHECK(simulator.statistics<2>().servo_counts.ticks == 100);
+  CHECK(simulator.statistics<0>().body_counts.ticks > 0);
+  CHECK(simulator.snapshots().fetch());
+  REQUIRE(simulator.snapshots().latest().tools.size() == 3);
+  CHECK(simulator.snapshots().latest().tools[2].pose.position.x() == Approx(0.080));
+  CHECK(simulator.run_realtime(0.05).recording(1).ticks().front().time == Approx(0.2));
+}
+
+TEST_CASE("what the tools tell a renderer and a listener is in their places", "[simulator][tools]") {
+  Simulator simulator(body(), tool(press(0.030, 0.050, 0.006), 9), tool(press(0.070, 0.050, 0.0), 2));
+  std::size_t told = 0;
+  Session const session = simulator.run(0.5, [&](std::span<Tick const> ticks) {
+    CHECK(ticks.size() == 2);
+    told += ticks[0].tip.x() == 0.030 && ticks[1].tip.x() == 0.070 ? 1 : 0;
+  });
+  CHECK(told == session.recording(1).ticks().size());
+  REQUIRE(simulator.snapshots().fetch());
+  auto const& tools = simulator.snapshots().latest().tools;
+  REQUIRE(tools.size() == 2);
+  CHECK(tools[0].phase == CuttingPhase::indenting);
+  CHECK(tools[0].pose.position.z() == Approx(-0.006).margin(1e-4));
+}
+
+TEST_CASE("tools that do not go together are refused in a sentence", "[simulator][tools]") {
+  auto const same_key = [] { Simulator simulator(body(), tool(press(0.03, 0.05, 0.004), 1), tool(press(0.05, 0.05, 0.004), 1)); };
+  CHECK(message_of(same_key).find("tools 0 and 1 both have the key 1") != std::string::npos);
+  Simulator simulator(body(), tool(press(0.03, 0.05, 0.004), 0), tool(press(0.05, 0.05, 0.004, 500.0), 1));
+  CHECK(message_of([&] { simulator.run(0.1); }).find("the device of tool 1 ticks at 500 Hz") != std::string::npos);
+  auto const bad_coupling = [] { Simulator one(body(), Tool(press(0.03, 0.05, 0.004), Probe{}, TissueReaction{}, {.coupling = ContactCoupling{.stiffness = -1.0}})); };
+  CHECK(message_of(bad_coupling).find("-1 N/m") != std::string::npos);
+  CHECK_THROWS_AS(Session({}).recording(0), OutOfRange);
+}
