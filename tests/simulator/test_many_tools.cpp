@@ -16,8 +16,10 @@
 #include <palpate/simulator/simulator.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <span>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -41,6 +43,13 @@ Hand stroke() { return Hand(palpate_test::stroke<double>(0.010, 0.25), {.max_for
 Knife knife() { return Knife({.puncture_depth = 0.006, .snap = 5e-4}); }
 auto body() { return skin<double>(ZoneOfInfluence{.rings = 4}); }
 auto tool(Hand hand, int key) { return Tool(std::move(hand), Probe({.tip_radius = 0.002}), TissueReaction{}, {.key = key}); }
+
+struct Broken : Probe {
+  template <class Body>
+  void advance(Body&, ToolPose<double> const&) {
+    throw Error("broken");
+  }
+};
 
 }  // namespace
 
@@ -168,4 +177,51 @@ TEST_CASE("tools that do not go together are refused in a sentence", "[simulator
   auto const bad_coupling = [] { Simulator one(body(), Tool(press(0.03, 0.05, 0.004), Probe{}, TissueReaction{}, {.coupling = ContactCoupling{.stiffness = -1.0}})); };
   CHECK(message_of(bad_coupling).find("-1 N/m") != std::string::npos);
   CHECK_THROWS_AS(Session({}).recording(0), OutOfRange);
+}
+
+// Yardstick: run(), which makes the same ticks in one go.
+TEST_CASE("a host's own loop makes the ticks that run() makes", "[simulator][tools][host_loop]") {
+  Simulator whole(stroke(), body(), knife(), TissueReaction{}), hosted(stroke(), body(), knife(), TissueReaction{});
+  Recording const expected = whole.run(0.9);
+  Recording ticks;
+  int frames = 0;
+  for (; frames < 54; ++frames) {   // at 60 Hz: 16 or 17 servo ticks a frame
+    auto const made = hosted.tick(1.0 / 60.0, [&](Tick const& tick) { ticks.append(tick); });
+    CHECK((made == 16 || made == 17));
+  }
+  hosted.close();
+  CHECK(ticks.to_csv() == expected.to_csv());
+  CHECK(hosted.body().positions() == whole.body().positions());
+  CHECK_THROWS_AS(hosted.tick(-1.0), InvalidArgument);
+  CHECK_THROWS_AS(hosted.tick_body(0.01), Error);
+  CHECK_THROWS_AS(hosted.finish(), Error);
+}
+
+TEST_CASE("a host ticks the body while the servos run on their threads", "[simulator][tools][realtime][host_loop]") {
+  Simulator simulator(body(), tool(press(0.030, 0.050, 0.004), 0), tool(press(0.080, 0.050, 0.004, 500.0), 1));
+  simulator.start(0.3, 60.0);
+  int frames = 0;
+  while (simulator.tick_body(1.0 / 60.0)) {
+    ++frames;
+    if (simulator.snapshots().fetch()) CHECK(simulator.snapshots().latest().points.cols() == simulator.body().size());
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  Session const session = simulator.finish();
+  CHECK(frames > 2);
+  CHECK(session.recording(0).ticks().size() == 300);
+  CHECK(session.recording(1).ticks().size() == 150);
+  simulator.start(100.0, 60.0);   // ended before: by finish(), and by nothing but the end of the simulator
+  simulator.tick_body(1.0 / 60.0);
+  CHECK(simulator.finish().recording(0).ticks().size() < 100000);
+  simulator.start(100.0, 60.0);
+}
+
+TEST_CASE("a body that throws in a host's loop lets the hand go", "[simulator][tools][realtime][host_loop]") {
+  Simulator simulator(press(0.030, 0.050, 0.004), body(), Broken{}, TissueReaction{});
+  simulator.start(1.0, 100.0);
+  CHECK(message_of([&] {
+          while (simulator.tick_body(0.01)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }) == "broken");
+  simulator.close();
+  CHECK(simulator.statistics().servo_counts.ticks < 1000);
 }

@@ -71,81 +71,90 @@ class Simulation {
     });
   }
 
+  // --- in lock-step -----------------------------------------------------------------------------------------------------
   /// after_tick(ticks) with that of each tool, once a tick.
   template <class AfterTick>
   std::vector<Recording> run(double seconds, AfterTick const& after_tick) {
-    return with_open_devices([&] {
-      for_each_servo([](auto, auto& servo) { servo.loop.begin_session(); });
-      double const rate = lockstep_rate();
-      auto const ticks = tick_count(seconds, rate);
-      Scalar const h = static_cast<Scalar>(1.0 / rate);
-      auto const snapshot_every = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(rate / options_.snapshot_rate)));
-      for_each_servo([&](auto, auto& servo) { aim(servo.statistics, rate); });
-      aim(statistics_, rate);
-      std::vector<Recording> recordings(tools, Recording{});
-      for (Recording& recording : recordings) recording.reserve(ticks);
-      std::array<std::chrono::nanoseconds, tools> spent;
-      std::array<PlacedTool<Scalar>, tools> placed;
-      std::array<Tick, tools> now;
-      flags_->stop.store(false, std::memory_order_relaxed);
-      for (std::uint64_t k = 0; k < ticks && !flags_->stop.load(std::memory_order_acquire); ++k) {
-        std::uint64_t const tick = servo<0>().done;
-        auto last = std::chrono::steady_clock::now();
-        auto const lap = [&last] {
-          auto const before = std::exchange(last, std::chrono::steady_clock::now());
-          return last - before;
-        };
-        for_each_servo([&](auto i, auto& servo) {
-          servo.loop.read(h);
-          placed[i] = {servo.loop.placed(), servo.loop.tool(), servo.loop.pose_discontinuities()};
-          spent[i] = lap();
-        });
-        auto const models = loop_.tick(placed, h);
-        statistics_.add(lap());
-        for_each_servo([&](auto i, auto& servo) {
-          now[i] = servo.loop.respond(models[i], static_cast<double>(tick) / rate);
-          servo.statistics.add(spent[i] + lap());
-          recordings[i].append(now[i]);
-          ++servo.done;
-        });
-        if (tick % snapshot_every == 0 || k + 1 == ticks) publish(now[0].time);
-        if (tick % live_every == 0 || k + 1 == ticks) {
-          for_each_servo([](auto, auto& servo) { servo.publish(); });
-          publish_body_statistics();
-        }
-        after_tick(std::span<Tick const>(now));
-      }
-      for_each_servo([&](auto i, auto& servo) { recordings[i].set_saturation(servo.loop.chain().saturation()); });
-      return recordings;
+    close();
+    OpenDevices const devices(servos_);
+    begin_lockstep();
+    auto const ticks = tick_count(seconds, rate());
+    std::vector<Recording> recordings(tools);
+    for (Recording& recording : recordings) recording.reserve(ticks);
+    tick_in_lockstep(ticks, [&](std::span<Tick const> now) {
+      for (std::size_t k = 0; k < tools; ++k) recordings[k].append(now[k]);
+      after_tick(now);
     });
+    for_each_servo([&](auto i, auto& servo) { recordings[i].set_saturation(servo.loop.chain().saturation()); });
+    return recordings;
+  }
+  /// As many whole ticks as there are in these seconds and what was left over before. Opens the devices the first time.
+  template <class AfterTick>
+  std::uint64_t tick(double seconds, AfterTick const& after_tick) {
+    if (!devices_) {
+      auto devices = std::make_unique<OpenDevices>(servos_);
+      begin_lockstep();
+      devices_ = std::move(devices), left_over_ = 0;
+    }
+    tick_count(seconds, rate());   // throws
+    double const all = left_over_ + seconds * rate(), whole = std::floor(all + 1e-6);
+    left_over_ = all - whole;
+    return tick_in_lockstep(static_cast<std::uint64_t>(whole), after_tick);
   }
 
+  // --- in real time -----------------------------------------------------------------------------------------------------
   std::vector<Recording> run_realtime(double seconds) {
-    return with_open_devices([&] {
-      for_each_servo([&](auto, auto& servo) { servo.loop.begin_session(options_.body_rate); });
-      flags_->stop.store(false, std::memory_order_relaxed), flags_->body_runs.store(true, std::memory_order_relaxed);
-      aim(statistics_, options_.body_rate);
-      for_each_servo([&](auto, auto& servo) { aim(servo.statistics, servo.loop.rate()); });
-      return [&]<std::size_t... I>(std::index_sequence<I...>) {
-        std::tuple<std::optional<RealtimeServo<typename Tools::Device, typename Tools::Force, Scalar>>...> running;
-        (std::get<I>(running).emplace(servo<I>(), options_.realtime, tick_count(seconds, servo<I>().loop.rate()), *flags_), ...);
-        std::exception_ptr failure;
-        try {
-          (std::get<I>(running)->start(), ...);
-          run_body(*std::get<I>(running)...);
-        } catch (...) {
-          failure = std::current_exception();
-        }
-        flags_->body_runs.store(false, std::memory_order_release);
-        (std::get<I>(running)->end(), ...);
-        if (failure) std::rethrow_exception(failure);
-        publish(time());
-        std::vector<Recording> recordings;
-        (recordings.push_back(std::get<I>(running)->take_recording()), ...);
-        return recordings;
-      }(std::make_index_sequence<tools>{});
-    });
+    start(seconds, options_.body_rate);
+    try {
+      constexpr std::uint64_t max_caught_up = 4;   // a body too slow for its rate falls behind rather than taking ever longer steps
+      double const period = 1.0 / options_.body_rate;
+      Pacer pacer(options_.body_rate);
+      while (any_servo_runs()) {
+        for_each_running([](auto& servo) { servo.watch(); });
+        auto const slot = pacer.wait();
+        if (slot.skipped > max_caught_up) loop_.leave_out(period * static_cast<double>(slot.skipped - max_caught_up));
+        tick_body(period * static_cast<double>(1 + std::min(slot.skipped, max_caught_up)), slot);
+      }
+    } catch (...) {
+      close();
+      throw;
+    }
+    return finish();
   }
+  /// The servos run from now on, for so many seconds at most; `body_rate` is how often tick_body() will be called, about [Hz].
+  void start(double seconds, double body_rate) {
+    close();
+    auto running = std::make_unique<Running>(*this, body_rate);
+    flags_->stop.store(false, std::memory_order_relaxed), flags_->body_runs.store(true, std::memory_order_relaxed);
+    aim(statistics_, body_rate);
+    for_each_servo([&](auto i, auto& servo) {
+      aim(servo.statistics, servo.loop.rate());
+      std::get<i>(running->servos).emplace(servo, options_.realtime, tick_count(seconds, servo.loop.rate()), *flags_);
+    });
+    statistics_.pause();
+    running_ = std::move(running);
+    for_each_running([](auto& servo) { servo.start(); });
+  }
+  /// The body's half of a tick of h seconds. False once no servo runs any more.
+  bool tick_body(double h) {
+    if (!running_) throw Error("Simulator: tick_body before start; start(seconds) lets the servos run");
+    for_each_running([](auto& servo) { servo.watch(); });
+    if (any_servo_runs()) tick_body(h, {.due = std::chrono::steady_clock::now(), .skipped = 0});
+    return any_servo_runs();
+  }
+  /// Ends the servos where they run, and the devices are closed.
+  std::vector<Recording> finish() {
+    if (!running_) throw Error("Simulator: finish before start; start(seconds) lets the servos run");
+    running_->end();
+    publish_body_statistics();
+    publish(time());
+    std::vector<Recording> recordings;
+    for_each_running([&](auto& servo) { recordings.push_back(servo.take_recording()); });
+    close();
+    return recordings;
+  }
+  /// Closes the devices that tick() or start() has opened.
+  void close() noexcept { running_.reset(), devices_.reset(); }
 
   void stop() noexcept { flags_->stop.store(true, std::memory_order_release); }
 
@@ -212,16 +221,6 @@ class Simulation {
       throw InvalidArgument(message("a run of ", seconds, " s at ", rate, " Hz; it must not be negative nor above 1e9 ticks"));
     return static_cast<std::uint64_t>(std::llround(seconds * rate));
   }
-  /// Hz, that of all devices.
-  double lockstep_rate() const {
-    double const rate = servo<0>().loop.rate();
-    for_each_servo([&](auto i, auto const& servo) {
-      if (servo.loop.rate() != rate)
-        throw InvalidArgument(message("Simulator: the device of tool ", i(), " ticks at ", servo.loop.rate(), " Hz, that of tool 0 at ", rate,
-                                      "; in lock-step all need one rate, run_realtime takes any"));
-    });
-    return rate;
-  }
   /// Sets the period that a loop aims at; what it counted before stays.
   static void aim(TickStatistics& statistics, double rate) {
     auto const period = Pacer::period_of(rate);
@@ -240,16 +239,55 @@ class Simulation {
   void for_each_servo(Use const& use) const {
     [&]<std::size_t... I>(std::index_sequence<I...>) { (use(std::integral_constant<std::size_t, I>{}, std::get<I>(servos_)), ...); }(std::make_index_sequence<tools>{});
   }
-  /// Opens one device after the other, runs, and closes them.
-  template <std::size_t I = 0, class Run>
-  auto with_open_devices(Run const& run) {
-    if constexpr (I == tools) {
-      return run();
-    } else {
-      auto& device = servo<I>().loop.device();
-      DeviceSession<std::remove_cvref_t<decltype(device)>, typename std::remove_cvref_t<decltype(servo<I>().loop)>::DeviceScalar> const session(device);
-      return with_open_devices<I + 1>(run);
+
+  void begin_lockstep() {
+    for_each_servo([](auto, auto& servo) { servo.loop.begin_session(); });
+    for_each_servo([&](auto i, auto& servo) {
+      if (servo.loop.rate() != rate())
+        throw InvalidArgument(message("Simulator: the device of tool ", i(), " ticks at ", servo.loop.rate(), " Hz, that of tool 0 at ", rate(),
+                                      "; in lock-step all need one rate, run_realtime takes any"));
+    });
+    for_each_servo([&](auto, auto& servo) { aim(servo.statistics, rate()); });
+    aim(statistics_, rate());
+    flags_->stop.store(false, std::memory_order_relaxed);
+  }
+  double rate() const noexcept { return servo<0>().loop.rate(); }   // Hz
+  /// Returns how many it has taken: fewer where it was stopped.
+  template <class AfterTick>
+  std::uint64_t tick_in_lockstep(std::uint64_t ticks, AfterTick const& after_tick) {
+    Scalar const h = static_cast<Scalar>(1.0 / rate());
+    auto const snapshot_every = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(rate() / options_.snapshot_rate)));
+    std::array<std::chrono::nanoseconds, tools> spent;
+    std::array<PlacedTool<Scalar>, tools> placed;
+    std::array<Tick, tools> now;
+    std::uint64_t k = 0;
+    for (; k < ticks && !flags_->stop.load(std::memory_order_acquire); ++k) {
+      std::uint64_t const tick = servo<0>().done;
+      auto last = std::chrono::steady_clock::now();
+      auto const lap = [&last] {
+        auto const before = std::exchange(last, std::chrono::steady_clock::now());
+        return last - before;
+      };
+      for_each_servo([&](auto i, auto& servo) {
+        servo.loop.read(h);
+        placed[i] = {servo.loop.placed(), servo.loop.tool(), servo.loop.pose_discontinuities()};
+        spent[i] = lap();
+      });
+      auto const models = loop_.tick(placed, h);
+      statistics_.add(lap());
+      for_each_servo([&](auto i, auto& servo) {
+        now[i] = servo.loop.respond(models[i], static_cast<double>(tick) / rate());
+        servo.statistics.add(spent[i] + lap());
+        ++servo.done;
+      });
+      if (tick % snapshot_every == 0 || k + 1 == ticks) publish(now[0].time);
+      if (tick % live_every == 0 || k + 1 == ticks) {
+        for_each_servo([](auto, auto& servo) { servo.publish(); });
+        publish_body_statistics();
+      }
+      after_tick(std::span<Tick const>(now));
     }
+    return k;
   }
 
   void publish_body_statistics() noexcept {
@@ -265,52 +303,67 @@ class Simulation {
     snapshots_->publish(loop_.body(), time, all[0].pose.position, all[0].phase, std::span<ToolSnapshot<Scalar> const>(all.data(), tools > 1 ? tools : 0));
   }
 
-  /// Until none of the servos runs any more.
-  template <class... Running>
-  void run_body(Running&... running) {
-    constexpr std::uint64_t max_caught_up = 4;   // a body too slow for its rate falls behind rather than taking ever longer steps
-    double const period = 1.0 / options_.body_rate;
+  /// Opened one after the other, closed the other way round.
+  struct OpenDevices {
+    explicit OpenDevices(std::tuple<Servo<Tools>...>& servos) {
+      [&]<std::size_t... I>(std::index_sequence<I...>) { (std::get<I>(sessions).emplace(std::get<I>(servos).loop.device()), ...); }(std::make_index_sequence<tools>{});
+    }
+    std::tuple<std::optional<DeviceSession<typename Tools::Device, typename decltype(Servo<Tools>::loop)::DeviceScalar>>...> sessions;
+  };
+  /// What there is while the servos run.
+  struct Running {
+    Running(Simulation& simulation, double body_rate) : devices(simulation.servos_), flags(*simulation.flags_) {
+      simulation.for_each_servo([&](auto, auto& servo) { servo.loop.begin_session(body_rate); });
+    }
+    ~Running() { end(); }
+    void end() {
+      flags.body_runs.store(false, std::memory_order_release);
+      std::apply([](auto&... servo) { ((servo ? servo->end() : void()), ...); }, servos);
+    }
+
+    OpenDevices devices;
+    RunFlags& flags;
+    std::tuple<std::optional<RealtimeServo<typename Tools::Device, typename Tools::Force, Scalar>>...> servos;
     double since_snapshot = 0.0;
     std::uint64_t since_live = 0;   // ticks
     double stable_step = 0.0;       // s, of the last one
-    statistics_.pause();
-    Pacer pacer(options_.body_rate);
-    while ((running.runs() || ...)) {
-      (running.watch(), ...);
-      auto const slot = pacer.wait();
-      auto const started = std::chrono::steady_clock::now();
-      double const h = period * static_cast<double>(1 + std::min(slot.skipped, max_caught_up));
-      if (slot.skipped > max_caught_up) loop_.leave_out(period * static_cast<double>(slot.skipped - max_caught_up));
-      std::array<PlacedTool<Scalar>, tools> placed;
-      std::array<ToolSnapshot<Scalar>, tools> shown;
-      double time = 0;
-      std::size_t k = 0;
-      auto const fetch = [&](auto& servo) {
-        bool const is_placed = servo.fetch_pose();
-        placed[k] = {is_placed, servo.pose().tool, servo.pose().pose_discontinuities};
-        shown[k++].pose = servo.pose().tool;
-        time = std::max(time, servo.pose().time);
-      };
-      (fetch(running), ...);
-      auto const models = loop_.tick(placed, static_cast<Scalar>(h));
-      k = 0;
-      auto const answer = [&](auto& servo) {
-        if (placed[k].is_placed) servo.publish(models[k]);
-        ++k;
-      };
-      (answer(running), ...);
-      since_snapshot += h;
-      if (since_snapshot * options_.snapshot_rate >= 1.0) {
-        since_snapshot = 0.0;
-        publish(time, shown);
-      }
-      statistics_.add(TickTiming{slot.due, started, std::chrono::steady_clock::now()});
-      statistics_.add_skipped(slot.skipped);
-      bool const is_other = loop_.counts().stable_step != stable_step;   // what forecasts follow from is told at once
-      stable_step = loop_.counts().stable_step;
-      if (since_live++ % live_every == 0 || is_other) publish_body_statistics();
+  };
+  template <class Use>
+  void for_each_running(Use const& use) {
+    std::apply([&](auto&... servo) { (use(*servo), ...); }, running_->servos);
+  }
+  bool any_servo_runs() const noexcept {
+    return std::apply([](auto const&... servo) { return (servo->runs() || ...); }, running_->servos);
+  }
+  void tick_body(double h, Pacer::Slot const& slot) {
+    auto const started = std::chrono::steady_clock::now();
+    std::array<PlacedTool<Scalar>, tools> placed;
+    std::array<ToolSnapshot<Scalar>, tools> shown;
+    double time = 0;
+    std::size_t k = 0;
+    for_each_running([&](auto& servo) {
+      bool const is_placed = servo.fetch_pose();
+      auto const& pose = servo.pose();
+      placed[k] = {is_placed, pose.tool, pose.pose_discontinuities};
+      shown[k++].pose = pose.tool;
+      time = std::max(time, pose.time);
+    });
+    auto const models = loop_.tick(placed, static_cast<Scalar>(h));
+    k = 0;
+    for_each_running([&](auto& servo) {
+      if (placed[k].is_placed) servo.publish(models[k]);
+      ++k;
+    });
+    running_->since_snapshot += h;
+    if (running_->since_snapshot * options_.snapshot_rate >= 1.0) {
+      running_->since_snapshot = 0.0;
+      publish(time, shown);
     }
-    publish_body_statistics();
+    statistics_.add(TickTiming{slot.due, started, std::chrono::steady_clock::now()});
+    statistics_.add_skipped(slot.skipped);
+    bool const is_other = loop_.counts().stable_step != running_->stable_step;   // what forecasts follow from is told at once
+    running_->stable_step = loop_.counts().stable_step;
+    if (running_->since_live++ % live_every == 0 || is_other) publish_body_statistics();
   }
 
   SimulatorOptions options_;
@@ -320,6 +373,9 @@ class Simulation {
   std::unique_ptr<SnapshotChannel<Scalar>> snapshots_;
   std::unique_ptr<RunFlags> flags_;
   TickStatistics statistics_;   // of the body's ticks
+  double left_over_ = 0;        // ticks that the host's loop has asked for, less than one
+  std::unique_ptr<OpenDevices> devices_;   // while the host ticks in lock-step
+  std::unique_ptr<Running> running_;       // while the servos run; closes first
 };
 
 }  // namespace detail

@@ -6,6 +6,7 @@
 #include <palpate/simulator/simulation.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -74,6 +75,25 @@ class Simulator<Device, Body, CutterType, Force> {
   }
   /// Runs `seconds` of real time on two threads: this one becomes the body's, a new one the servo.
   Recording run_realtime(double seconds) { return std::move(all_.run_realtime(seconds)[0]); }
+
+  // --- for a host that owns the loop ------------------------------------------------------------------------------------
+  /// Both halves, in lock-step: as many whole servo ticks as there are in h seconds and what was left over before, and after_tick(tick) after each. Returns their
+  /// number. The device is opened the first time, and stays open until close(), a run or the end of the simulator, which is not to be moved meanwhile.
+  template <class AfterTick>
+  std::uint64_t tick(double h, AfterTick after_tick) {
+    return all_.tick(h, [&](std::span<Tick const> ticks) { after_tick(ticks[0]); });
+  }
+  std::uint64_t tick(double h) {
+    return tick(h, [](Tick const&) {});
+  }
+  /// The servo alone, in real time, on its thread: it runs from now on, for `seconds` at most. The host calls tick_body(), at about `body_rate` [Hz].
+  void start(double seconds, double body_rate) { all_.start(seconds, body_rate); }
+  /// The body alone: a tick of h seconds. False once the servo has ended. Throws as run_realtime does; then close(), and the hand is let go.
+  bool tick_body(double h) { return all_.tick_body(h); }
+  /// Ends the servo, if it still runs, and closes the device.
+  Recording finish() { return std::move(all_.finish()[0]); }
+  /// Ends what tick() or start() has begun, without a recording.
+  void close() noexcept { all_.close(); }
 
   /// Ends the run that goes on, from any thread or from `after_tick`: in real time after the servo's tick, with a force of zero as at every end; in lock-step
   /// likewise. The recording ends there. Without a run it does nothing.
@@ -153,6 +173,17 @@ class Simulator<Body, Tools...> {
     return run(seconds, [](std::span<Tick const>) {});
   }
   Session run_realtime(double seconds) { return Session(all_.run_realtime(seconds)); }
+  template <class AfterTick>
+  std::uint64_t tick(double h, AfterTick after_tick) {
+    return all_.tick(h, after_tick);
+  }
+  std::uint64_t tick(double h) {
+    return tick(h, [](std::span<Tick const>) {});
+  }
+  void start(double seconds, double body_rate) { all_.start(seconds, body_rate); }
+  bool tick_body(double h) { return all_.tick_body(h); }
+  Session finish() { return Session(all_.finish()); }
+  void close() noexcept { all_.close(); }
   void stop() noexcept { all_.stop(); }
   auto mark() const { return all_.loop().body().save(); }
   template <class Mark>
