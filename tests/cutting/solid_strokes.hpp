@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -96,8 +97,8 @@ inline std::array<PlaneCase, 5> plane_cases() {
           PlaneCase{"Y: another", Place(0.0041, 0, 0), Place(1 / 0.0041, 100, 100), 2, 8, 8, 12}};
 }
 
-/// Strokes of any kind, three through each solid: blocks, balls and very uneven ones, of which make(mesh, seed) makes a body. All invariants after each tick; a
-/// solid is restored in mid-cut. Reports the first three that fail, and returns how many tetrahedra were made.
+/// Strokes of any kind, three through each solid: blocks, balls, shells, bent and very uneven ones, of which make(mesh, seed) makes a body. All invariants after
+/// each tick; a solid is restored in mid-cut. Reports the first three that fail, and returns how many tetrahedra were made.
 /// PALPATE_SOLID_STROKES sets how many strokes, PALPATE_SEED with which seed they begin.
 template <class S, class Make>
 int cut_at_random(std::uint64_t otherwise, Make const& make) {
@@ -108,12 +109,27 @@ int cut_at_random(std::uint64_t otherwise, Make const& make) {
     Random random(Seed{seed});
     auto const any = [&] { return Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
     TetrahedralMesh<double> mesh = make_block<double>(4, 4, 4, 0.005, seed % 2 == 0 ? BlockPattern::alternating : BlockPattern::kuhn);
-    if (seed % 3 == 1)   // a ball
+    std::uint64_t const kind = seed % 5;
+    if (kind == 1 || kind == 3)   // a ball
       for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
         Place const p = mesh.points.col(i) - Place::Constant(0.0075);
         if (double const far = p.cwiseAbs().maxCoeff(); far > 0) mesh.points.col(i) = Place::Constant(0.0075) + p * (far / p.norm());
       }
-    if (seed % 3 == 2)   // very uneven
+    if (kind == 3)   // an organ: flat, and bent
+      for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
+        Place const p = mesh.points.col(i) - Place::Constant(0.0075);
+        mesh.points.col(i) = Place::Constant(0.0075) + Place(1.5 * p[0], p[1] + 30 * p[0] * p[0], 0.6 * p[2]);
+      }
+    if (kind == 4) {   // a shell: no tetrahedra in the middle
+      Eigen::Index kept = 0;
+      for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+        Place middle = Place::Zero();
+        for (int const v : mesh.tetrahedra.col(t)) middle += mesh.points.col(v) / 4;
+        if ((middle - Place::Constant(0.0075)).cwiseAbs().maxCoeff() > 0.0025) mesh.tetrahedra.col(kept++) = mesh.tetrahedra.col(t);
+      }
+      mesh.tetrahedra.conservativeResize(4, kept);
+    }
+    if (kind == 2)   // very uneven
       mesh.points.row(0) = 0.015 * (mesh.points.row(0).array() / 0.015).square().matrix() * 0.9 + 0.1 * mesh.points.row(0);
     TetrahedralMesh<S> const solid{mesh.points.cast<S>(), mesh.tetrahedra};
     if (!validate(solid).empty()) continue;
@@ -150,10 +166,13 @@ int cut_at_random(std::uint64_t otherwise, Make const& make) {
         double const size = std::sqrt(was.second * static_cast<double>(body.total_mass()));
         if (!((is.first - was.first).norm() <= digits * size)) wrong += "the momentum is not what it was\n";
         if (!(is.second <= was.second * (1 + digits))) wrong += "kinetic energy has risen\n";
-        if (!wrong.empty()) wrong = "seed " + std::to_string(seed) + ", stroke " + std::to_string(n) + ", tick " + std::to_string(tick) + ":\n" + wrong;
+        if (!wrong.empty()) wrong = "tick " + std::to_string(tick) + ":\n" + wrong;
         if (moves) body.step(S(1e-3));
       }
       made += knife.report().tetrahedra_added;
+      if constexpr (testing::HasTetrahedralElements<std::remove_cvref_t<decltype(body.tissue())>>)
+        if (wrong.empty()) wrong = testing::to_text(before.check_end(body));
+      if (!wrong.empty()) wrong = "seed " + std::to_string(seed) + ", stroke " + std::to_string(n) + ", " + wrong;
       if (n < 2) knife.lift(body);
     }
     CHECK(wrong == "");

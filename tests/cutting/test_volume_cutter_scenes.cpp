@@ -14,6 +14,7 @@
 #include <palpate/testing/solid_cut_invariants.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -239,4 +240,27 @@ TEST_CASE("a stroke makes at most six tetrahedra of each that it goes through, a
   INFO(made << " tetrahedra made of " << crossed << "; " << cut_iterations / 3 << " iterations a step after a cut, " << whole_iterations / 3 << " of a block");
   CHECK(made <= 6 * crossed);
   CHECK(cut_iterations <= 1.5 * whole_iterations);
+}
+
+TEST_CASE("each piece that a cut has made has six modes without a force, and no more", "[volume_cutter][scenes]") {
+  // Yardstick: the eigenvalues of the stiffness at rest, forces differenced.
+  auto body = make_body(4, 4, 3, BlockPattern::alternating);
+  VolumeCutter<double> knife;
+  stroke(knife, body, Place(0.0081, -0.01, -0.01), Place(0.0068, -0.01, 0.02), Place(0, 0.035, 0), 40);
+  knife.lift(body);
+  REQUIRE(pieces(body) == 2);
+  Eigen::Index const n = 3 * body.size();
+  Matrix3X<double> const rest = body.rest_solid().points, still = Matrix3X<double>::Zero(3, body.size());
+  Eigen::MatrixXd stiffness(n, n);
+  double const step = 1e-6 * edge;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Matrix3X<double> ahead = rest, behind = rest;
+    ahead(k % 3, k / 3) += step, behind(k % 3, k / 3) -= step;
+    for (int i = 0; i < body.size(); ++i)
+      stiffness.col(k).segment<3>(3 * i) = (body.tissue().internal_force(i, behind, still) - body.tissue().internal_force(i, ahead, still)) / (2 * step);
+  }
+  Eigen::VectorXd const modes = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>((stiffness + stiffness.transpose()) / 2, Eigen::EigenvaluesOnly).eigenvalues();
+  CHECK(modes[11] < 1e-6 * modes[n - 1]);
+  CHECK(modes[0] > -1e-6 * modes[n - 1]);
+  CHECK(modes[12] > 1e-4 * modes[n - 1]);
 }

@@ -11,6 +11,8 @@
 #include <palpate/testing/violations.hpp>
 #include <palpate/tissue/element.hpp>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -65,6 +67,9 @@ struct SolidTaken {
 /// Search     nearest point and nearest vertex are those of a search of all.
 /// Taken      where tetrahedra were taken away, volume and mass are less by what is said; the skin is not larger, and the border is a manifold at its edges and
 ///            vertices wherever it was.
+/// At a stroke's end, by check_end(), of elements:
+/// Stretch    the energy of a uniform stretch is what it was, however it was divided and opened, and no particle inside is pulled: a patch test.
+/// Rigid      each piece may be turned and moved by itself without any energy: six modes each.
 /// Tolerances 1e-12 (double) or 1e-5 (float) of the total; row bounds 1e-6 or 1e-3.
 template <class Body>
 class SolidCutInvariants {
@@ -77,6 +82,39 @@ class SolidCutInvariants {
     for (Eigen::Index t = 0; t < rest_.tetrahedra.cols(); ++t) lowest_ = std::min(lowest_, height(rest_, t));
     dangling_ = fans_too_many(body);
     pinched_ = static_cast<int>(pinched(body.tissue().topology()).size());
+    if constexpr (HasTetrahedralElements<Tissue>) stretch_energy_ = static_cast<double>(body.tissue().potential_energy(stretched(body)));
+  }
+
+  /// What has to hold besides at the end of a stroke, where nothing was taken away: it computes forces of the whole body.
+  Violations check_end(Body const& body) const
+    requires HasTetrahedralElements<typename Body::Tissue>
+  {
+    Violations found;
+    double const digits = sizeof(Scalar) == sizeof(float) ? 1e-4 : 1e-9;
+    Matrix3X<Scalar> x = stretched(body);
+    double const energy = static_cast<double>(body.tissue().potential_energy(x));
+    if (!(std::abs(energy - stretch_energy_) <= digits * stretch_energy_))
+      report(found, "a uniform stretch holds ", energy, " J; it was ", stretch_energy_, " J");
+    Matrix3X<Scalar> const still = Matrix3X<Scalar>::Zero(3, x.cols());
+    auto const& solid = body.tissue().topology();
+    double largest = 0, inside = 0;   // N
+    for (int i = 0; i < body.size(); ++i) {
+      double const force = static_cast<double>(body.tissue().internal_force(i, x, still).norm());
+      largest = std::max(largest, force);
+      if (body.tissue().surface().triangles_at(i).empty() && !solid.tetrahedra_at(i).empty()) inside = std::max(inside, force);
+    }
+    if (!(inside <= 100 * digits * largest))
+      report(found, "a uniform stretch pulls a particle inside with ", inside, " N; at the border with up to ", largest, " N");
+    Random random(checks_.seed);
+    auto const any = [&] { return Vector3<double>(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
+    for (auto const& piece : connected_components(body.rest_solid())) {
+      Matrix<double, 3, 3> const turn = Eigen::AngleAxisd(random.uniform(0.5, 2.5), any().normalized()).toRotationMatrix();
+      Vector3<double> const way = size_ * any();
+      for (int const i : piece) x.col(i) = (turn * x.col(i).template cast<double>() + way).template cast<Scalar>();
+    }
+    double const turned = static_cast<double>(body.tissue().potential_energy(x));
+    if (!(std::abs(turned - energy) <= digits * energy)) report(found, "pieces that are turned and moved hold ", turned, " J instead of ", energy, " J");
+    return found;
   }
 
   /// All that is not as it must be. The body is only asked; asking fits its search tree to where it is.
@@ -107,6 +145,13 @@ class SolidCutInvariants {
     SpringSums springs;
     Vector3<double> moment = Vector3<double>::Zero(), wounds = Vector3<double>::Zero();
   };
+
+  /// Where its particles are under a uniform stretch with shear.
+  static Matrix3X<Scalar> stretched(Body const& body) {
+    Matrix<Scalar, 3, 3> stretch;
+    stretch << Scalar(1.2), Scalar(0.1), Scalar(0), Scalar(0), Scalar(0.9), Scalar(-0.05), Scalar(0.02), Scalar(0), Scalar(1.05);
+    return stretch * body.rest_solid().points;
+  }
 
   template <class... Parts>
   void report(Violations& found, Parts const&... parts) const {
@@ -321,6 +366,7 @@ class SolidCutInvariants {
   Sums sums_;
   double size_ = 0, lowest_ = std::numeric_limits<double>::infinity();
   int dangling_ = 0, pinched_ = 0;
+  double stretch_energy_ = 0;   // J
 };
 
 }  // namespace palpate::testing
