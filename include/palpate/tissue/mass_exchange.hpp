@@ -16,7 +16,8 @@ namespace palpate {
 /// Where a cut has put each particle, and who may lend it mass: a small particle on stiff springs would force small steps on the whole body.
 /// A particle at X = Σ w_k X_k takes δ from its parents, w_k δ from each, or gives it back so; copies of one particle lie at one place and
 /// lend each other what they like. Mass carries its velocity along.
-/// Invariant  Σ m, Σ m X and Σ m v stay, and the kinetic energy does not rise: every transfer is an inelastic one.
+/// Invariant  Σ m, Σ m X and Σ m v stay, and the kinetic energy does not rise: every transfer is an inelastic one. No mass becomes 0: what would be lost in the
+///            rounding of the one that gets it stays where it is.
 /// Source     \cite zheng2006 ch. 3 conserves mass; how it is shared among particles is left open there.
 /// Cost       O(springs at the particle and at those around it).
 template <RealScalar Scalar>
@@ -102,6 +103,12 @@ class MassExchange {
     return tissue.nailed(i) ? most : std::min(most, m - bound / rate);
   }
 
+  /// What a particle gets is more than this [kg], else it stays: a nailed one, which can always spare some, would lend again and again until it has none.
+  template <class Tissue>
+  static Scalar least(Tissue const& tissue, int i) {
+    return std::numeric_limits<Scalar>::epsilon() * tissue.mass(i);
+  }
+
   /// Whether a particle still lies where its parents say: a cutter may have moved one of them.
   template <class Tissue>
   bool lies_between_parents(Tissue const& tissue, Origin const& origin, int i) const {
@@ -118,7 +125,7 @@ class MassExchange {
   void draw(Tissue const& tissue, int i, Scalar wanted, Scalar rate, int generations, Move const& move) const {
     auto const lack = [&, bound = tissue.stiffness_bound(i)] { return wanted - spare(tissue, i, rate, bound); };
     for (int copy = at(i).next_copy; copy != i && lack() > 0; copy = at(copy).next_copy)
-      if (Scalar const amount = std::min(lack(), spare(tissue, copy, rate)); amount > 0) move(copy, i, amount);
+      if (Scalar const amount = std::min(lack(), spare(tissue, copy, rate)); amount > least(tissue, i)) move(copy, i, amount);
     if (!(lack() > 0)) return;
     Origin const& origin = at(i);
     if (lies_between_parents(tissue, origin, i)) {
@@ -128,7 +135,7 @@ class MassExchange {
       Scalar amount = lack();
       for (std::size_t k = 0; k < 3; ++k)
         if (origin.weights[k] > 0) amount = std::min(amount, spare(tissue, origin.parents[k], rate) / origin.weights[k]);
-      if (amount > 0)
+      if (amount > least(tissue, i))
         for (std::size_t k = 0; k < 3; ++k)
           if (origin.weights[k] > 0) move(origin.parents[k], i, origin.weights[k] * amount);
     }
@@ -155,7 +162,7 @@ class MassExchange {
       if (origin.parents[k] >= 0 && are_copies(i, origin.parents[k])) part += origin.weights[k], origin.parents[k] = i;
     if (!(part > 0 && lack > 0) || !lies_between_parents(tissue, origin, child)) return;
     Scalar const amount = std::min(spare(tissue, child, rate), lack / part);
-    if (!(amount > 0)) return;
+    if (!(amount * part > least(tissue, i))) return;
     for (std::size_t k = 0; k < 3; ++k)
       if (origin.weights[k] > 0) move(child, origin.parents[k], origin.weights[k] * amount);
   }
