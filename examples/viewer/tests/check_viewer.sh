@@ -61,7 +61,7 @@ run firm 0 --script firm.script --resolution 500 --out firm
 grep -q '^phase indenting' firm/report.txt || fail "firm: $(cat firm/report.txt)"
 
 # A solid: palpated, felt, then cut; the cut is taken back, and the key for the cutter knows two.
-printf 'move 300 430\nwait 0.3\nleft down\nwait 0.4\nshot solid\nwheel 6\nwait 0.3\nmove 500 412 1.2\nleft up\nwait 0.3\nshot solid_cut\n' >solid.script
+printf 'move 300 430\nwait 0.3\nleft down\nwait 0.4\nshot solid\nwheel 6\nwait 0.3\nmove 400 421 0.6\nshot solid_cutting\nmove 500 412 0.6\nleft up\nwait 0.3\nshot solid_cut\n' >solid.script
 printf 'key u\nwait 0.1\nshot solid_undone\nkey k\nwait 0.02\nshot blunt\nkey k\nwait 0.02\nshot sharp\n' >>solid.script
 run solid 0 --script solid.script --tissue solid --coupling tight --resolution 500 --out solid
 "$check_shots" solid solid solid_cut solid_undone || fail "solid: the pictures and the report differ"
@@ -71,6 +71,12 @@ awk '/^shot/ { name = $2 } /^phase indenting/ && name == "solid" { phase = 1 } /
 awk '/^shot/ { name = $2 } /^pieces/ { pieces[name] = $2 } /^cut_area/ { area[name] = 1e4 * $2 } END {
   exit !(pieces["solid_cut"] == 1 && area["solid"] == 0 && area["solid_undone"] == 0 && area["solid_cut"] > 8 && area["solid_cut"] < 13) }' solid/report.txt ||
   fail "solid: $(grep -e '^shot' -e '^pieces' -e '^cut_area' solid/report.txt)"
+
+# The hand pays for the cut: 60 J/m2 times the 26 mm of the edge in tissue, and the same times the area.
+awk '/^shot/ { name = $2 } /^phase/ { phase[name] = $2 } /^force / { force[name] = sqrt($2 * $2 + $3 * $3 + $4 * $4) } /^energy / { energy[name] = $2 }
+  /^cut_area/ { area[name] = $2 } END { at = force["solid_cutting"]
+  exit !(phase["solid_cutting"] == "moving" && at > 1.2 && at < 1.9 && energy["solid_cut"] >= 60 * area["solid_cut"]) }' solid/report.txt ||
+  fail "solid: $(grep -e '^shot' -e '^phase' -e '^force ' -e '^energy ' -e '^cut_area' solid/report.txt)"
 
 wait "$pressed" || fail "pressed: exit code $?: $(cat pressed.err)"
 "$check_shots" pressed firm || fail "the picture in real time and the report differ"
