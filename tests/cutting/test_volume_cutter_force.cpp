@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
-// What a solid does to a blade that cuts it: work, force, puncture. Yardsticks: toughness times area, toughness times the length of the blade in tissue.
+// What a solid does to a blade that cuts it: work, force, puncture. Yardsticks: toughness times area, toughness times the length of the blade in tissue; what
+// measured curves say at the depth and the speed of its path.
 #include "catch.hpp"
 #include <palpate/body/soft_body.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
+#include <palpate/force/blade.hpp>
+#include <palpate/force/cutting_force.hpp>
+#include <palpate/force/karnopp_friction.hpp>
+#include <palpate/force/liver.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
@@ -66,6 +71,18 @@ double energy_at(Recording const& recording, double time) {
   auto const& ticks = recording.ticks();
   auto const it = std::lower_bound(ticks.begin(), ticks.end(), time, [](Tick const& t, double at) { return t.time < at; });
   return it == ticks.end() ? ticks.back().energy : it->energy;
+}
+
+/// N, of the published liver so deep [m] on the way in or out: table 6-2 of the thesis, written out; it takes millimetres.
+double published_liver(double deep, bool out) {
+  constexpr double rows[5][4] = {{0.1211, -8.8553, 1.4730, -3.3122},
+                                 {0.3226, 0.4131, 17.1267, -9.3809},
+                                 {-1.2783, -6.0967, -0.0032, 3.7464},
+                                 {-0.6281, -0.4962, -0.0200, 8.6331},
+                                 {-2.4796, -4.0361, 0.0002, 1.6728}};
+  double force = 18.6234;
+  for (auto const& [of_depth, of_flag, weight, bias] : rows) force += weight * std::tanh(of_depth * 1000 * deep + (out ? of_flag : 0) + bias);
+  return force;
 }
 
 }  // namespace
@@ -133,6 +150,51 @@ TEST_CASE("a blade punctures when it presses hard enough, however little deep", 
   CHECK((first - 2)->force.norm() < force);
   CHECK(result.area > 0);
   CHECK(cut_along<double>(stroke<double>(), {.puncture_depth = 0.5}).area == 0);
+}
+
+TEST_CASE("measured curves, blade factors and friction are felt at the depth and speed of the blade in a solid", "[volume_cutter][cut_force]") {
+  // Yardstick: how deep the path is below the flat skin, its speed into the tissue, and the closed forms at these: 3 N at 18 mm before the puncture; then the
+  // published network times w cos θ/s at d/cos θ, the lesser branch on the way out, and (C + b v) d of the friction, whose spring stays drawn where the blade
+  // stays as deep.
+  double const puncture = 0.006, deepest = 0.014, speed = 0.04, angle = 0.2, width = 8, sharpness = 1.25, dry = 20, viscous = 300, spring = 600;
+  CuttingForce force(bladed(liver_hysteresis<double>(), BladeFactors<double>{.width_ratio = width, .sharpness = sharpness, .entry_angle = angle}),
+                     KarnoppFriction<double>({.dynamic = dry, .viscous = viscous, .holding = 40, .stick_speed = 0.002, .stick_stiffness = spring}));
+  auto const at = [](double x, double z) { return Vector3<double>(x, 0.0113, z); };
+  auto path = Trajectory<double>::start(at(0.012, top + 0.004));
+  path.line(at(0.012, top - deepest), (deepest + 0.004) / speed).line(at(0.030, top - deepest), 0.4);
+  path.line(at(0.030, top + 0.004), (deepest + 0.004) / speed);
+  Simulator simulator(ScriptedDevice<double>(path, {.max_force = 10.0}), make_body<double>(), VolumeCutter<double>({.puncture_depth = puncture}), std::move(force));
+  auto const recording = simulator.run(path.duration());
+  CHECK(simulator.cutter().area() > 0.5 * 0.018 * deepest);   // the front is at the last edges
+
+  auto const curve = [&](double deep, bool out) {
+    double const d = deep / std::cos(angle), in = published_liver(d, false);
+    return width * std::cos(angle) / sharpness * (out ? std::min(published_liver(d, true), in) : in);
+  };
+  double const sliding = dry + viscous * speed;   // N/m
+  int indents = 0, enters = 0, cuts = 0, leaves = 0;
+  for (Tick const& tick : recording.ticks()) {
+    double const deep = top - tick.tip[2];
+    double expected = 0;
+    if (tick.phase == CuttingPhase::indenting) {
+      expected = 3.0 / 0.018 * deep, ++indents;
+      CHECK(deep < puncture + 1.01e-3 * speed);
+    } else if (tick.phase == CuttingPhase::moving && tick.tip[0] == 0.012) {
+      if (deep < puncture + 2 * sliding * puncture / spring) continue;   // its spring is being drawn
+      expected = curve(deep, false) + sliding * deep, ++enters;
+    } else if (tick.phase == CuttingPhase::moving && deep > deepest - 1e-9) {
+      expected = curve(deepest, false) + sliding * deepest, ++cuts;
+    } else if (tick.phase == CuttingPhase::moving) {
+      if (deep > deepest - 2 * sliding * deepest / spring - 0.0015 || deep < 0.002) continue;   // friction and curve turn; below 2 mm the curve fades
+      expected = curve(deep, true) - sliding * deep, ++leaves;
+    }
+    if (!((tick.force - Vector3<double>(0, 0, expected)).norm() < 1e-6))
+      FAIL_CHECK("at " << tick.time << " s, " << 1e3 * deep << " mm deep: " << tick.force.transpose() << " N instead of " << expected << " N");
+  }
+  CHECK(indents > 140);
+  CHECK(enters > 170);
+  CHECK(cuts > 390);
+  CHECK(leaves > 200);
 }
 
 TEST_CASE("what makes no sense as a resistance is refused with the value", "[volume_cutter][cut_force]") {

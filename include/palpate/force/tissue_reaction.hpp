@@ -16,9 +16,9 @@ namespace palpate {
 /// Source     \cite zheng2006 ch. 2, fig. 2.1 (tightly coupled framework)
 /// Invariant  The scale is finite; checked by `validate`.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Coupled are a tool that indents and a blade held across its edge. While a tool cuts, F is 0: springs hold a tip on the
-///            surface and do not resist a blade that has entered. Fracture and friction are forces of CuttingForce. The body's step rate
-///            is audible in the force unless the body runs at the servo rate.
+/// Limits     Coupled are a tool that indents, a blade held across its edge, and one that a solid resists (VolumeCutter with a toughness or friction). While
+///            another tool cuts, F is 0: springs hold a tip on the surface and do not resist a blade that has entered. Fracture and friction are forces of
+///            CuttingForce then. The body's step rate is audible in the force unless the body runs at the servo rate.
 struct TissueReaction {
   double scale = 1.0;
 
