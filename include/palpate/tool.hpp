@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Tools: what is held in the hand. Beside palpate.hpp, since a program with a point for a tool needs none of it.
+#include <palpate/tool/built_in_shapes.hpp>
+#include <palpate/tool/tool_shape.hpp>
+#include <palpate/tool/trocar.hpp>
