@@ -59,7 +59,8 @@ TEST_CASE("A shape says what is wrong with it", "[tool][tool_shape]") {
   CHECK_THROWS_WITH(with([&](auto& s) { s.rods[1].use = RodUse::deforming; }), says("rod 1 deforms", "radius is 0"));
   CHECK_THROWS_WITH(with([&](auto& s) { s.haptic_point = HapticPoint::chosen, s.chosen = 2; }), says("rod 2", "there are 2"));
   CHECK_THROWS_WITH(with([&](auto& s) { s.haptic_point = HapticPoint::chosen, s.chosen = 1; }), says("rod 1", "which cuts"));
-  CHECK_THROWS_WITH(with([&](auto& s) { s.picture.points.setZero(3, 3), s.picture.triangles.setConstant(3, 1, 3); }), says("triangle 0", "corner 3", "3 points"));
+  CHECK_THROWS_WITH(with([&](auto& s) { s.picture.points.setZero(3, 3), s.picture.triangles.setConstant(3, 1, 3); }),
+                    says("triangle 0", "corner 3", "3 points"));
   CHECK_THROWS_WITH(with([&](auto& s) { s.picture.points.setConstant(3, 1, nan); }), says("point of the picture is not finite"));
   CHECK_THROWS_WITH(make_probe_shape<double>({.radius = 0}), says(".radius is 0 m", "positive"));
   CHECK_THROWS_WITH(make_hook_shape<double>({.bend = 4}), says(".bend is 4 rad", "below pi"));

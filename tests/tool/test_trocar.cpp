@@ -25,7 +25,8 @@ TEMPLATE_TEST_CASE("Through a trocar: spherical angles and depth give the shaft,
   S worst = 0, worst_turn = 0, worst_tip = 0;
   int lost = 0;
   for (int i = 0; i < 1000; ++i) {
-    S const tilt = random.uniform<S>(0, S(1.4)), round = random.uniform<S>(0, S(6.28)), depth = random.uniform<S>(S(0.002), S(0.29)), turn = random.uniform<S>(-3, 3);
+    S const tilt = random.uniform<S>(0, S(1.4)), round = random.uniform<S>(0, S(6.28)), depth = random.uniform<S>(S(0.002), S(0.29)),
+            turn = random.uniform<S>(-3, 3);
     // By hand: the shaft is z tilted about the horizontal axis (−sin, cos, 0), and the tool first turned about z.
     V const shaft(std::sin(tilt) * std::cos(round), std::sin(tilt) * std::sin(round), std::cos(tilt));
     Eigen::Quaternion<S> const tilted(Eigen::AngleAxis<S>(tilt, V(-std::sin(round), std::cos(round), 0))), turned(Eigen::AngleAxis<S>(turn, V::UnitZ()));
@@ -55,7 +56,8 @@ TEST_CASE("Of a random commanded orientation a trocar takes the nearest that goe
   for (int i = 0; i < 1000; ++i) {
     ToolPose<double> commanded;
     for (int k = 0; k < 3; ++k) commanded.position[k] = random.uniform(-0.1, 0.1);
-    commanded.orientation = Eigen::Quaternion<double>(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)).normalized();
+    commanded.orientation =
+        Eigen::Quaternion<double>(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)).normalized();
     Vector3<double> const up = Vector3<double>(0, 0, 0.05) - commanded.position, shaft = commanded.orientation * Vector3<double>(1, 2, -2) / 3;
     auto const pose = trocar.find(commanded);
     REQUIRE(pose.has_value() == (up.dot(shaft) > 0));

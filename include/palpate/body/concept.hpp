@@ -46,4 +46,14 @@ concept SimulatedBody = TouchableBody<B> && requires(B& body, B const& seen, typ
   body.restore(seen.save());
 };
 
+/// Refinement: a body that finds the triangles near a tool that is longer than a point: those in a box.
+template <class B>
+concept SearchableBody = TouchableBody<B> && requires(B& body, typename B::Vector const& corner, void (*visit)(int)) {
+  body.visit_triangles_in_box(corner, corner, visit);
+};
+
+/// Refinement: a body whose forces in a step are those of the time force_time · h after its begin; of others it is the begin.
+template <class B>
+concept StatesForceTime = SimulatedBody<B> && requires { { B::force_time } -> std::convertible_to<double>; };
+
 }  // namespace palpate

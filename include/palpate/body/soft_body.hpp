@@ -81,14 +81,18 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
   explicit SoftBody(Tissue matter, IntegratorType integrator = {}, RegionType region = {}, ExecutionType execution = {})
       : Motion(std::move(matter), std::move(region), std::move(execution)), integrator_(std::move(integrator)) {}
 
+  /// Forces of a step are those of the time force_time · h after its begin.
+  static constexpr double force_time = [] {
+    if constexpr (HasForceTime<IntegratorType>) return static_cast<double>(IntegratorType::force_time);
+    return 0.0;
+  }();
+
   /// The acceleration [m/s²] that springs, gravity and the forces applied so far will give a particle in the next step of h seconds,
   /// as the integrator will see it; zero for one that is nailed or held. What a contact has to work against.
   Vector predicted_acceleration(int i, Scalar h) const {
     this->check(i);
     if (!this->is_free(i)) return Vector::Zero();
-    Scalar drift = 0;
-    if constexpr (HasForceTime<IntegratorType>) drift = static_cast<Scalar>(IntegratorType::force_time) * h;
-    return this->acceleration_after(i, drift);
+    return this->acceleration_after(i, static_cast<Scalar>(force_time) * h);
   }
 
   // --- how it moves -------------------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/pseudo_normal.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
@@ -139,7 +140,7 @@ class Touch {
     if (!nearest.found()) return;
     Vector const offset = tip - nearest.point;
     bool on_border = false;
-    Vector const normal = pseudo_normal(body, nearest, on_border);
+    Vector const normal = detail::pseudo_normal(body, nearest.triangle, nearest.barycentric, on_border);
     Scalar const above = offset.dot(normal);
     bool const beside = on_border && std::abs(above) < Scalar(0.999) * offset.norm();
     Scalar const distance = (above < 0 ? -offset.norm() : offset.norm()) - radius_;
@@ -149,7 +150,7 @@ class Touch {
       return;
     }
     bool const has_front = front_ >= 0 && front_ < body.tissue().surface().triangle_count();
-    if (outside_ && has_front && facet_normal(body, front_).dot(normal) < 0) {   // now nearest to a side that looks the other way
+    if (outside_ && has_front && detail::facet_normal(body, front_).dot(normal) < 0) {   // now nearest to a side that looks the other way
       if (begin_in_front(body, tip)) return;
       if (distance <= 0 && !((last_tip_ - nearest.point).dot(normal) > 0)) return;   // the tip has not come through that side
     }
@@ -183,7 +184,7 @@ class Touch {
     looked_from_ = tip;
     clear_ = std::max(offset.norm(), longest_ / 500);
     bool on_border = false;
-    Vector const normal = pseudo_normal(body, nearest, on_border);
+    Vector const normal = detail::pseudo_normal(body, nearest.triangle, nearest.barycentric, on_border);
     if (on_border || !(offset.dot(normal) > radius_) || !(normal.dot(contact_.normal) < 0)) return false;
     end();
     outside_ = true;
@@ -205,49 +206,6 @@ class Touch {
     }
     if (!contact_.touching) contact_ = {};
     return contact_.touching;
-  }
-
-  /// The direction that tells outside from inside at a nearest point: the mean of the facet normals there, weighted by angle.
-  template <class Body>
-  static Vector pseudo_normal(Body const& body, SurfacePoint<Scalar> const& at, bool& on_border) {
-    auto const& surface = body.tissue().surface();
-    auto const corners = surface.corners(at.triangle);
-    int zero = 0, kept = -1, missing = -1;
-    for (int k = 0; k < 3; ++k) {
-      if (at.barycentric[k] > 0)
-        kept = k;
-      else
-        missing = k, ++zero;
-    }
-    if (zero == 0) return facet_normal(body, at.triangle).normalized();
-    Vector sum = Vector::Zero();
-    if (zero == 1) {   // on an edge
-      int const a = corners[static_cast<std::size_t>((missing + 1) % 3)], b = corners[static_cast<std::size_t>((missing + 2) % 3)];
-      for (int const t : {at.triangle, body.triangle_across(a, b)}) {
-        if (t < 0)
-          on_border = true;
-        else
-          sum += facet_normal(body, t).normalized();
-      }
-      return sum.normalized();
-    }
-    int const v = corners[static_cast<std::size_t>(kept)];
-    for (int const t : surface.triangles_at(v)) {
-      auto const c = surface.corners(t);
-      auto const k = static_cast<std::size_t>(surface.corner_of(t, v));
-      Vector const vertex = body.positions().col(v), next = body.positions().col(c[(k + 1) % 3]), last = body.positions().col(c[(k + 2) % 3]);
-      Vector const e = (next - vertex).normalized(), f = (last - vertex).normalized(), n = facet_normal(body, t).normalized();
-      sum += std::acos(std::min(Scalar(1), std::max(Scalar(-1), e.dot(f)))) * n;
-      if (surface.triangle_with_edge(c[(k + 1) % 3], v) < 0 || surface.triangle_with_edge(v, c[(k + 2) % 3]) < 0) on_border = true;
-    }
-    return sum.normalized();
-  }
-
-  template <class Body>
-  static Vector facet_normal(Body const& body, int t) {
-    auto const c = body.tissue().surface().corners(t);
-    Vector const a = body.positions().col(c[0]), u = body.positions().col(c[1]) - a, v = body.positions().col(c[2]) - a;
-    return u.cross(v);
   }
 
   /// Where a walk over the surface ended.

@@ -62,7 +62,8 @@ template <RealScalar Scalar>
 ToolShape<Scalar> make_scalpel_shape(ScalpelShape const& of = {}) {
   detail::require_positive("ScalpelShape: .edge", of.edge, "m"), detail::require_positive("ScalpelShape: .radius", of.radius, "m");
   detail::require_positive("ScalpelShape: .length", of.length, "m");
-  if (!(of.angle > 0 && of.angle <= std::numbers::pi / 2)) throw InvalidArgument(detail::message("ScalpelShape: .angle is ", of.angle, " rad; give one above 0, at most pi/2"));
+  if (!(of.angle > 0 && of.angle <= std::numbers::pi / 2))
+    throw InvalidArgument(detail::message("ScalpelShape: .angle is ", of.angle, " rad; give one above 0, at most pi/2"));
   Vector3<Scalar> const heel(Scalar(of.edge * std::cos(of.angle)), 0, Scalar(of.edge * std::sin(of.angle)));
   return detail::drawn_shape<Scalar>({{.rod = {.to = heel}, .use = RodUse::cutting},
                                       {.rod = {.from = heel, .to = heel + Vector3<Scalar>(0, 0, Scalar(of.length)), .radius = Scalar(of.radius)}}});
@@ -80,7 +81,8 @@ template <RealScalar Scalar>
 ToolShape<Scalar> make_forceps_shape(ForcepsShape const& of = {}) {
   detail::require_positive("ForcepsShape: .jaw", of.jaw, "m"), detail::require_positive("ForcepsShape: .radius", of.radius, "m");
   detail::require_positive("ForcepsShape: .shaft", of.shaft, "m");
-  if (!(of.opening >= 0 && of.opening < 2 * of.jaw)) throw InvalidArgument(detail::message("ForcepsShape: .opening is ", of.opening, " m; give 0 or more, below twice .jaw, which is ", of.jaw));
+  if (!(of.opening >= 0 && of.opening < 2 * of.jaw))
+    throw InvalidArgument(detail::message("ForcepsShape: .opening is ", of.opening, " m; give 0 or more, below twice .jaw, which is ", of.jaw));
   double const half = of.opening / 2;
   Scalar const x = Scalar(half), r = Scalar(of.radius);
   Vector3<Scalar> const joint(0, 0, Scalar(std::sqrt(of.jaw * of.jaw - half * half)));

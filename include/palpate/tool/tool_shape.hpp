@@ -63,7 +63,8 @@ struct ToolShape {
     if (!is_finite(picture.points)) refuse("a point of the picture is not finite; repair the mesh first");
     if (haptic_point != HapticPoint::chosen) return;
     if (chosen < 0 || static_cast<std::size_t>(chosen) >= rods.size()) refuse("the haptic point is that of rod ", chosen, ", but there are ", rods.size());
-    if (rods[static_cast<std::size_t>(chosen)].use != RodUse::deforming) refuse("the haptic point is that of rod ", chosen, ", which cuts; choose one that deforms");
+    if (rods[static_cast<std::size_t>(chosen)].use != RodUse::deforming)
+      refuse("the haptic point is that of rod ", chosen, ", which cuts; choose one that deforms");
   }
 };
 

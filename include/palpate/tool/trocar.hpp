@@ -13,14 +13,15 @@
 
 namespace palpate {
 
-/// A fixed point that the tool's shaft goes through, as in the wall of the belly: it leaves a tool four freedoms, two tilts, the turn about the shaft, the depth.
+/// A fixed point that the tool's shaft goes through, as in the wall of the belly. It leaves a tool four freedoms: two tilts, the turn about the shaft,
+/// the depth.
 ///   d = (c − p)/|c − p|,   q′ = r q   with r the smallest rotation that takes q a to d
 /// The tip stays where it is commanded, p, and the shaft is turned through the point c: so the commanded position gives tilts and depth, the commanded
 /// orientation the turn.
 /// Units      m; world frame for the point and the poses, the tool's for the shaft's direction a, from tip to hand.
 /// Accuracy   the shaft goes through c to a few ε of |c| and |p|.
-/// Limits     There is no such pose where the tip is not inside: nearer to c than `min_depth`, or commanded so that c lies ahead of the tip instead of behind
-///            it; nor where the depth is above the shaft's `length`.
+/// Limits     There is no such pose where the tip is not inside: nearer to c than `min_depth`, or commanded so that c lies ahead of the tip instead of
+///            behind it; nor where the depth is above the shaft's `length`.
 template <RealScalar Scalar>
 struct TrocarOptions {
   Vector3<Scalar> point = Vector3<Scalar>::Zero();    ///< m, c
@@ -34,10 +35,12 @@ class Trocar {
  public:
   explicit Trocar(TrocarOptions<Scalar> const& options = {}) : options_(options) {
     if (!is_finite(options.point)) throw InvalidArgument("Trocar: .point is not finite; give the place of the hole in m");
-    if (!is_finite(options.shaft) || !(options.shaft.norm() > 0)) throw InvalidArgument("Trocar: .shaft must be finite and not zero; give the direction from the tip to the hand");
+    if (!is_finite(options.shaft) || !(options.shaft.norm() > 0))
+      throw InvalidArgument("Trocar: .shaft must be finite and not zero; give the direction from the tip to the hand");
     detail::require_positive("Trocar: .min_depth", options.min_depth, "m");
     if (!(options.length > options.min_depth) || !std::isfinite(options.length))
-      throw InvalidArgument(detail::message("Trocar: .length is ", options.length, " m; it must be finite and above .min_depth, which is ", options.min_depth, " m"));
+      throw InvalidArgument(
+          detail::message("Trocar: .length is ", options.length, " m; it must be finite and above .min_depth, which is ", options.min_depth, " m"));
     options_.shaft.normalize();
   }
 
@@ -48,7 +51,8 @@ class Trocar {
     Vector3<Scalar> const up = options_.point - commanded.position, shaft = commanded.orientation * options_.shaft;
     Scalar const depth = up.norm();
     // False for what is not finite. The rotation has an axis, since the shaft is less than a right angle off.
-    if (!(depth >= options_.min_depth && depth <= options_.length && shaft.dot(up) > 0 && std::abs(commanded.orientation.norm() - 1) < Scalar(0.01))) return std::nullopt;
+    if (!(depth >= options_.min_depth && depth <= options_.length && shaft.dot(up) > 0 && std::abs(commanded.orientation.norm() - 1) < Scalar(0.01)))
+      return std::nullopt;
     ToolPose<Scalar> pose = commanded;
     pose.orientation = (Eigen::Quaternion<Scalar>::FromTwoVectors(shaft, up) * commanded.orientation).normalized();
     Vector3<Scalar> const off = pose.orientation * options_.shaft;   // rounding of the first rotation, taken back by a second, smaller one
@@ -64,9 +68,11 @@ class Trocar {
       throw InvalidArgument("Trocar: the commanded pose is not finite, or its orientation is no unit quaternion");
     Scalar const depth = up.norm();
     if (depth < options_.min_depth)
-      throw InvalidArgument(detail::message("Trocar: the tip is ", depth, " m from the fixed point, which gives the shaft no direction; keep it ", options_.min_depth, " m or more inside"));
+      throw InvalidArgument(detail::message("Trocar: the tip is ", depth, " m from the fixed point, which gives the shaft no direction; keep it ",
+                                            options_.min_depth, " m or more inside"));
     if (depth > options_.length)
-      throw InvalidArgument(detail::message("Trocar: the tip is ", depth, " m from the fixed point, and the shaft is ", options_.length, " m long; give a longer one, or pull the tool back"));
+      throw InvalidArgument(detail::message("Trocar: the tip is ", depth, " m from the fixed point, and the shaft is ", options_.length,
+                                            " m long; give a longer one, or pull the tool back"));
     throw InvalidArgument("Trocar: the fixed point lies ahead of the tip, a right angle or more off the shaft; move the tip inside, or turn the tool");
   }
 
