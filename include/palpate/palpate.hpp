@@ -3,8 +3,8 @@
 
 /// palpate: soft tissue and haptics. This header reads as the table of contents; each line can be included alone.
 /// Headers of their own, because few programs need them and each costs compile time: palpate/organs.hpp (demo organs),
-/// palpate/fitting.hpp (coefficients from measurements), palpate/training.hpp (sessions of a person, guidance), and the
-/// drivers palpate/device/phantom.hpp and palpate/device/force_dimension.hpp. For policies of one's own palpate/extend/ has a
+/// palpate/tool.hpp (tools longer than a point), palpate/fitting.hpp (coefficients from measurements), palpate/training.hpp
+/// (sessions of a person, guidance), and the drivers palpate/device/phantom.hpp and palpate/device/force_dimension.hpp. For policies of one's own palpate/extend/ has a
 /// header for each family: law, material, integrator, tissue, cutter, device, force.
 
 // core: scalars, errors, random numbers, units, frames

@@ -103,4 +103,14 @@ concept CountsArea = requires(C const& cutter) {
   { cutter.area() } -> std::same_as<double>;
 };
 
+/// Refinement: a tool that is longer than a point and pushes the tissue itself, in each of the body's steps; then nothing else couples its tip.
+///   press(body, share, h)     pushes for the next step of h seconds, at whose end the tool is at this share of the way to its last pose, 0 < share ≤ 1;
+///                             returns the force of the tissue on the tool [N]
+///   haptic_point()            of the tool, at its last pose, where contact() is [m]: depth is that of this point
+template <class C, class Body>
+concept PressesTissue = Cutter<C, Body> && requires(C& cutter, C const& seen, Body& body, typename Body::Scalar share) {
+  { cutter.press(body, share, share) } -> std::same_as<Vector3<typename Body::Scalar>>;
+  { seen.haptic_point() } -> std::convertible_to<Vector3<typename Body::Scalar>>;
+};
+
 }  // namespace palpate

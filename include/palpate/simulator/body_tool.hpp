@@ -16,7 +16,7 @@ namespace palpate {
 
 /// What one tool does to a body, in a tick of it: advance() touches and cuts, push() couples it to the tissue before each step, model() says what its servo needs
 /// to know. While the tool indents, the touched point is coupled to the tip, and so is the point at a blade that is held across its edge, or that a solid resists;
-/// the tip moves evenly through the tick.
+/// the tip moves evenly through the tick. A tool that presses the tissue itself does so in each of them.
 template <class BodyType, class CutterType>
 class BodyTool {
   static_assert(SimulatedBody<BodyType> && Cutter<CutterType, BodyType>);
@@ -57,6 +57,10 @@ class BodyTool {
         reaction_ += coupling_.drag(body, *held, cutter_.contact().normal, now, tool_.velocity, each) / Scalar(steps);
     if constexpr (ResistsBlade<CutterType, BodyType>)
       if (auto const grip = cutter_.grip()) reaction_ += coupling_.resist(body, *grip, tip - now, tool_.velocity, each) / Scalar(steps);
+    if constexpr (PressesTissue<CutterType, BodyType>) {
+      reaction_ += cutter_.press(body, Scalar(i) / Scalar(steps), each) / Scalar(steps);
+      return;
+    }
     if (!presses_) return;
     reaction_ += coupling_.apply(body, cutter_.contact(), now, tool_.velocity, cutter_.tip_radius(), each) / Scalar(steps);
   }
@@ -74,6 +78,7 @@ class BodyTool {
       model.normal = contact.normal;
       model.tip_radius = cutter_.tip_radius();
       model.tissue_force = reaction_;
+      if constexpr (PressesTissue<CutterType, BodyType>) model.home_point += tool_.position - cutter_.haptic_point();   // a depth below it is one of the haptic point
     }
     if constexpr (CountsArea<CutterType>) model.cut_area = cutter_.area();
     if (sensor_.kind() != SurfaceKind::none)

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/tool/blunt_tool.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+
+namespace palpate {
+
+template <RealScalar Scalar>
+struct HookOptions {
+  HookShape shape = {};
+  Scalar friction = Scalar(0.3);
+  Scalar angle = std::numbers::pi_v<Scalar> / 4;   ///< rad, between the point and the way into the tissue, up to which it hooks in
+  Scalar hooking_force = Scalar(0.05);             ///< N, with which its point must press to hook in; what pulls it out without a side load
+  Scalar tear_force = Scalar(10);                  ///< N, at which the tissue tears off
+};
+
+/// A surgical hook, or retractor: it slides or hooks in by its orientation.
+///   Hook<double> hook({.friction = 0.5});
+///   Simulator simulator(device, std::move(body), hook, TissueReaction{});
+/// Its point and its shaft push like a blunt tool's. Where the point is turned into the tissue, within `angle` of it, and presses with `hooking_force`, the
+/// tissue at the tip is held: drawn to any side it comes along. It lets go
+///   when the point is turned away, by `angle` and ten degrees;
+///   when it is pulled out: the pull along the point is above friction · side load + hooking_force;
+///   when the load is above `tear_force`.
+/// A point that lies on the tissue slides: the force along the surface is at most friction times that across it.
+/// Units      m, N, rad; world frame. As it is, not turned, the point looks down, −z; see HookShape.
+/// Source     \cite bielser2002: a hook that slides or hooks in, depending on its orientation.
+/// Limits     It holds one point of the surface: what it is hooked into does not rip, and does not slide along the point.
+template <RealScalar Scalar>
+class Hook {
+ public:
+  using Vector = Vector3<Scalar>;
+
+  explicit Hook(HookOptions<Scalar> const& options = {})
+      : options_(options), tool_(make_hook_shape<Scalar>(options.shape), {.friction = options.friction}) {
+    detail::OptionCheck const check{"HookOptions"};
+    check(options.angle > 0 && options.angle < std::numbers::pi_v<Scalar> / 2, ".angle", static_cast<double>(options.angle), " rad",
+          "give one between 0 and pi/2");
+    check.positive(".hooking_force", static_cast<double>(options.hooking_force), " N");
+    check.positive(".tear_force", static_cast<double>(options.tear_force), " N");
+  }
+
+  template <class Body>
+  void advance(Body& body, ToolPose<Scalar> const& tool) {
+    if (body.restorations() != restorations_) hooked_ = false;
+    restorations_ = body.restorations();
+    tool_.advance(body, tool);
+    if (hooked_) follow(body);
+    if (!hooked_)
+      hook_in(body);
+    else if (lets_go(body))
+      hooked_ = false;   // it hooks in again after a tick, where it presses then
+    if (hooked_ && !tool_.contact().touching) tool_.show(body, 0, pin_.triangle, pin_.barycentric, tool_.rods().pose().position);
+  }
+  template <class Body>
+  Vector press(Body& body, Scalar share, Scalar h) {
+    return tool_.press(body, share, h, hooked_ ? &pin_ : nullptr);
+  }
+  template <class Body>
+  void reset(Body& body) noexcept {
+    hooked_ = false;
+    tool_.reset(body);
+  }
+
+  /// Whether it has hooked in, and what it holds.
+  bool hooked() const noexcept { return hooked_; }
+  PinnedPoint<Scalar> const& held() const noexcept { return pin_; }
+
+  SurfaceContact<Scalar> const& contact() const noexcept { return tool_.contact(); }
+  CuttingPhase state() const noexcept { return hooked_ ? CuttingPhase::indenting : tool_.state(); }
+  CutReport const& report() const noexcept { return tool_.report(); }
+  Scalar tip_radius() const noexcept { return tool_.tip_radius(); }
+  Vector const& haptic_point() const noexcept { return tool_.haptic_point(); }
+  Vector const& force() const noexcept { return tool_.force(); }
+  Vector const& moment() const noexcept { return tool_.moment(); }
+  RodContact<Scalar> const& rods() const noexcept { return tool_.rods(); }
+  HookOptions<Scalar> const& options() const noexcept { return options_; }
+
+ private:
+  /// The way that the point looks, from the bend to the tip.
+  Vector point_direction() const noexcept { return rods().pose().orientation * Vector(-Vector::UnitZ()); }
+
+  template <class Body>
+  void hook_in(Body const& body) {
+    for (auto const& touch : rods().touches()) {
+      if (!touch.acts || touch.rod != 0 || touch.parameter > 0) continue;   // at the point's end alone
+      Vector const into = -outward(body, touch.triangle, touch.barycentric);
+      if (!(point_direction().dot(into) > std::cos(options_.angle)) || !(-tool_.force().dot(into) > options_.hooking_force)) continue;
+      Vector const on_rod = touch.on_axis - static_cast<Scalar>(options_.shape.radius) * touch.normal;
+      pin_ = {.triangle = touch.triangle,
+              .barycentric = touch.barycentric,
+              .offset = rods().pose().orientation.conjugate() * (on_rod - rods().pose().position),
+              .limit = options_.tear_force};
+      held_at_ = RodContact<Scalar>::point_at(body, pin_.triangle, pin_.barycentric);
+      revision_ = body.topology_revision();
+      hooked_ = true;
+      return;
+    }
+  }
+
+  /// After a cut the point that is held may be in another triangle: the one nearest to where it was.
+  template <class Body>
+  void follow(Body& body) {
+    if (revision_ != body.topology_revision()) {
+      auto const nearest = body.nearest_point(held_at_);
+      if (!nearest.found()) return void(hooked_ = false);
+      pin_.triangle = nearest.triangle, pin_.barycentric = nearest.barycentric / nearest.barycentric.sum();
+      revision_ = body.topology_revision();
+    }
+    held_at_ = RodContact<Scalar>::point_at(body, pin_.triangle, pin_.barycentric);
+  }
+
+  template <class Body>
+  bool lets_go(Body const& body) const {
+    constexpr Scalar ten_degrees = std::numbers::pi_v<Scalar> / 18;
+    Vector const into = -outward(body, pin_.triangle, pin_.barycentric), along = point_direction();
+    if (!(along.dot(into) > std::cos(options_.angle + ten_degrees))) return true;
+    Vector load = pin_.force;   // on the point
+    for (auto const& touch : rods().touches())
+      if (touch.rod == 0) load += touch.force;
+    Scalar const pull = load.dot(along);   // the tissue draws the point in: it is being pulled out
+    Scalar const side = (load - pull * along).norm();
+    return pull > options_.friction * side + options_.hooking_force || !(pin_.force.norm() < Scalar(0.999) * options_.tear_force);
+  }
+
+  /// Smooth outward normal of the undisturbed surface.
+  template <class Body>
+  static Vector outward(Body const& body, int triangle, Vector const& weights) {
+    auto const corners = body.tissue().surface().corners(triangle);
+    Vector normal = Vector::Zero();
+    for (std::size_t k = 0; k < 3; ++k) normal += weights[static_cast<int>(k)] * body.reference_normal(corners[k]);
+    return normal.normalized();
+  }
+
+  HookOptions<Scalar> options_;
+  BluntTool<Scalar> tool_;
+  PinnedPoint<Scalar> pin_;
+  Vector held_at_ = Vector::Zero();   // m, the point that is held
+  std::size_t revision_ = 0, restorations_ = 0;
+  bool hooked_ = false;
+};
+
+}  // namespace palpate

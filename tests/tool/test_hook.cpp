@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+// Yardsticks: how far the skin at the point stays behind a hook that is drawn 10 mm along it (less than 1 mm point down), and Coulomb's cone where it slides.
+#include "catch.hpp"
+#include "tool/tool_bodies.hpp"
+
+#include <palpate/tool/hook.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+using namespace palpate;
+using namespace palpate_test;
+
+namespace {
+
+/// The point turned by so many degrees about y: 0 looks down, 90 lies on the skin and looks against the way.
+template <class S>
+ToolPose<S> pose(Vector3<S> const& at, double degrees) {
+  return {.position = at, .orientation = Eigen::Quaternion<S>(Eigen::AngleAxis<S>(S(degrees * std::numbers::pi / 180), Vector3<S>::UnitY()))};
+}
+
+/// What was seen of a hook that is pressed 3 mm in, in 0.15 s, drawn 10 mm along x in 0.5 s, and held.
+struct Drawn {
+  bool hooked = false, stayed = true;
+  double slip = 0;      // m, the most that the tissue first touched was behind the tip, along x
+  double cone = 0;      // the largest force along the rods' surface over that across it
+  double side = 0;      // N, the force along x at the end
+  double carried = 0;   // m, of the tissue first touched, along x
+};
+
+template <class S, class Body>
+Drawn draw(Body body, Vector3<S> const& start, double degrees) {
+  Hook<S> hook({.shape = {.radius = 0.001, .point = 0.01, .shaft = 0.03}, .friction = S(0.3)});
+  Drawn seen;
+  S const h = S(5e-4);
+  int triangle = -1;
+  Vector3<S> weights, first;
+  double on_tool = 0;
+  for (int k = 0; k < 1500; ++k) {
+    S const t = S(k) * h, down = std::min(S(1), t / S(0.15)), along = std::clamp((t - S(0.15)) / S(0.5), S(0), S(1));
+    auto const at = pose<S>(start + Vector3<S>(S(0.01) * along, 0, S(0.002) - S(0.005) * down), degrees);
+    hook.advance(body, at);
+    Vector3<S> const force = hook.press(body, S(1), h);
+    REQUIRE(force.allFinite());
+    if (triangle < 0 && along > 0) {
+      REQUIRE(hook.contact().touching);
+      triangle = hook.contact().triangle, weights = hook.contact().barycentric;
+      first = RodContact<S>::point_at(body, triangle, weights);
+      on_tool = static_cast<double>((first - at.position).x());
+      seen.hooked = hook.hooked();
+    }
+    if (triangle >= 0) {
+      Vector3<S> const now = RodContact<S>::point_at(body, triangle, weights);
+      seen.slip = std::max(seen.slip, static_cast<double>((at.position - now).x()) + on_tool);
+      seen.stayed = seen.stayed && hook.hooked();
+      seen.carried = static_cast<double>((now - first).x());
+      seen.side = static_cast<double>(force.x());
+      S pressed = 0, rubbed = 0;
+      for (auto const& touch : hook.rods().touches()) pressed += touch.pressed, rubbed += touch.rubbed;
+      if (pressed > S(0.05)) seen.cone = std::max(seen.cone, static_cast<double>(rubbed / pressed));
+    }
+    REQUIRE(body.step(h));
+  }
+  return seen;
+}
+
+template <class S>
+void check_down(Drawn const& seen) {
+  CAPTURE(seen.slip, seen.cone, seen.side, seen.carried);
+  CHECK((seen.hooked && seen.stayed));
+  CHECK(seen.slip < 0.001);
+  CHECK(seen.carried > 0.009);
+  CHECK(seen.side < -0.1);   // the tissue draws back
+}
+
+template <class S>
+void check_flat(Drawn const& seen) {
+  CAPTURE(seen.slip, seen.cone, seen.side, seen.carried);
+  CHECK_FALSE(seen.hooked);
+  CHECK(seen.slip > 0.005);
+  CHECK(seen.cone == Approx(0.3).epsilon(256 * static_cast<double>(std::numeric_limits<S>::epsilon())));
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("A hook drawn 10 mm along the skin point down holds it; turned by a right angle it slides", "[tool][hook]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  Vector3<S> const on_skin(S(0.0263), S(0.0341), 0), on_block(S(0.0221), S(0.0187), S(0.018));
+  SECTION("springs") {
+    check_down<S>(draw<S>(skin<S>(), on_skin, 0));
+    check_flat<S>(draw<S>(skin<S>(), on_skin, 90));
+  }
+  SECTION("finite elements, implicit") {
+    check_down<S>(draw<S>(block<S>(), on_block, 0));
+    check_flat<S>(draw<S>(block<S>(), on_block, 90));
+  }
+}
+
+TEST_CASE("On a plate that can not give way a lying hook's force is Coulomb's to rounding, against the way", "[tool][hook]") {
+  auto const mesh = make_grid<double>(2, 2, 0.2);   // the hook stays over one of two triangles
+  MassSpring<double> tissue(mesh, {.mass = {.total = 0.1}, .link = {.stiffness = 60}, .home = {.stiffness = 6}});
+  for (int i = 0; i < 4; ++i) tissue.nail(i);
+  SoftBody plate(std::move(tissue), LeapfrogVerlet{});
+  Hook<double> hook({.shape = {.radius = 0.001, .point = 0.01, .shaft = 0.02}, .friction = 0.4});
+  double const h = 1e-3;
+  double worst = 0, lowest = 1e9;
+  for (int k = 0; k < 100; ++k) {
+    double const x = k < 20 ? 0.0 : 2e-4 * (k - 20);
+    hook.advance(plate, pose<double>({0.13 + x, 0.03, 0.002 - std::min(k, 15) * 1e-4}, 90));
+    Vector3<double> const force = hook.press(plate, 1.0, h);
+    if (k > 25) worst = std::max({worst, std::abs(force.x() + 0.4 * force.z()), std::abs(force.y())}), lowest = std::min(lowest, force.z());
+    plate.step(h);
+  }
+  CHECK_FALSE(hook.hooked());
+  CHECK(lowest > 0.5);   // 2000 N/m, 0.5 mm, at one place or more
+  CHECK(worst < 1e-9);
+}
+
+TEST_CASE("A hook lets go when it is turned away, pulled out, or loaded above what the tissue holds; and hooks in again", "[tool][hook]") {
+  auto body = block<double>();
+  HookOptions<double> options{.shape = {.radius = 0.001, .point = 0.01, .shaft = 0.03}, .hooking_force = 0.03, .tear_force = 0.4};
+  Hook<double> hook(options);
+  Vector3<double> const start(0.0221, 0.0187, 0.020);
+  Vector3<double> at = start;
+  double turned = 0, most = 0;
+  bool held = true;
+  auto const go = [&](Vector3<double> const& way, double degrees, int steps) {
+    for (int k = 0; k < steps; ++k) {
+      at += way / steps, turned += degrees / steps;
+      hook.advance(body, pose<double>(at, turned));
+      REQUIRE(hook.press(body, 1.0, 1e-3).allFinite());
+      REQUIRE(body.step(1e-3));
+      held = held && hook.hooked();
+      most = std::max(most, hook.held().force.norm());
+    }
+  };
+  go({0, 0, -0.005}, 0, 100);
+  REQUIRE(hook.hooked());
+  held = true;
+  SECTION("turned by 54 degrees it holds, by 60 not") {
+    go({0, 0, 0}, 54, 100);
+    CHECK(hook.hooked());
+    go({0, 0, 0}, 6, 20);
+    CHECK_FALSE(hook.hooked());
+  }
+  SECTION("lifted it comes out, and nothing is left of its force") {
+    go({0, 0, 0.01}, 0, 200);
+    CHECK_FALSE(hook.hooked());
+    CHECK(hook.force().norm() == 0);
+    CHECK(hook.state() == CuttingPhase::no_contact);
+    go({0, 0, -0.01}, 0, 200);
+    CHECK(hook.hooked());
+  }
+  SECTION("drawn too far the tissue tears off") {
+    go({0.003, 0, 0}, 0, 75);
+    CHECK(held);
+    go({0.006, 0, 0}, 0, 150);
+    CHECK_FALSE(held);   // in the tick after which it hooks in anew, where it presses then
+    CHECK((most > 0.39 && most < 0.4 * (1 + 1e-9)));
+  }
+  SECTION("restored, and taken away") {
+    body.restore(body.save());
+    hook.advance(body, pose<double>(at, 0));
+    CHECK_FALSE(hook.hooked());
+    hook.reset(body);
+    CHECK(hook.state() == CuttingPhase::no_contact);
+  }
+}
+
+TEST_CASE("A hook refuses options that make no sense", "[tool][hook]") {
+  CHECK_THROWS_WITH(Hook<double>({.friction = -1}), says(".friction is -1"));
+  CHECK_THROWS_WITH(Hook<double>({.angle = 2}), says(".angle is 2 rad", "pi/2"));
+  CHECK_THROWS_WITH(Hook<double>({.hooking_force = 0}), says(".hooking_force is 0 N", "above zero"));
+  CHECK_THROWS_WITH(Hook<double>({.tear_force = -2}), says(".tear_force is -2 N"));
+}
