@@ -4,6 +4,7 @@
 #include "catch.hpp"
 #include "solid_strokes.hpp"
 
+#include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/core/random.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
@@ -240,6 +241,62 @@ TEST_CASE("a stroke makes at most six tetrahedra of each that it goes through, a
   INFO(made << " tetrahedra made of " << crossed << "; " << cut_iterations / 3 << " iterations a step after a cut, " << whole_iterations / 3 << " of a block");
   CHECK(made <= 6 * crossed);
   CHECK(cut_iterations <= 1.5 * whole_iterations);
+}
+
+TEST_CASE("a small piece goes where the stroke that has cut it off ends, if that is wanted and nothing holds it", "[volume_cutter][scenes]") {
+  // Yardstick: the same stroke without: how many tetrahedra the corner of the block has, and what they weigh.
+  auto const cut_corner = [](auto& body, VolumeCutter<double>& knife) {
+    Place const normal = Place(1, 0.9, 1.1).normalized(), blade = normal.unitOrthogonal(), way = normal.cross(blade), at(0.0071, 0, 0);
+    stroke(knife, body, at - 0.03 * blade - 0.03 * way, at + 0.03 * blade - 0.03 * way, 0.06 * way, 40);
+  };
+  auto whole = make_body(5, 5, 5, BlockPattern::alternating);
+  VolumeCutter<double> sharp;
+  cut_corner(whole, sharp);
+  auto const mesh = whole.rest_solid();
+  auto const parts = connected_components(mesh);
+  REQUIRE(parts.size() == 2);
+  auto const& small = parts[0].size() < parts[1].size() ? parts[0] : parts[1];
+  int count = 0;
+  for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) count += std::find(small.begin(), small.end(), mesh.tetrahedra(0, t)) != small.end() ? 1 : 0;
+  double const volume = volumes(whole)[1];
+  REQUIRE(count > 3);
+  CHECK(sharp.debris().tetrahedra == 0);
+
+  for (int const debris : {count, count + 1})
+    for (char const* const holds : {"nothing", "a nail", "a hand"}) {
+      INFO(debris << " of " << count << " tetrahedra, held by " << holds);
+      auto body = make_body(5, 5, 5, BlockPattern::alternating);
+      int corner = -1;
+      for (int i = 0; i < body.size(); ++i)
+        if (body.tissue().rest_position(i).norm() < 1e-9) corner = i;
+      if (holds == std::string("a hand")) body.hold(corner);
+      if (holds == std::string("a nail")) {
+        auto tissue = body.tissue();
+        tissue.nail(corner);
+        body = SoftBody(std::move(tissue), BackwardEuler{.tolerance = 1e-3});
+      }
+      auto const saved = body.save();
+      auto const before = invariants_of(body);
+      bool const goes = debris > count && holds == std::string("nothing");
+      VolumeCutter<double> knife({.debris = debris});
+      cut_corner(body, knife);
+      CHECK(pieces_of(body).size() == (goes ? 1u : 2u));
+      CHECK(knife.debris().debris == (goes ? 1 : 0));
+      CHECK(knife.debris().tetrahedra == (goes ? count : 0));
+      CHECK(knife.debris().volume == Approx(goes ? volume : 0).epsilon(1e-12));
+      CHECK(knife.debris().mass == Approx(goes ? 1000 * volume : 0).epsilon(1e-12));
+      CHECK(body.tissue().tetrahedra() == mesh.tetrahedra.cols() - (goes ? count : 0));
+      auto const now = [&] { return testing::to_text(before.check(body, {.volume = knife.debris().volume, .mass = knife.debris().mass})); };
+      CHECK(now() == "");
+      CHECK(body.step(1e-3));
+      stroke(knife, body, Place(0.0112, -0.01, -0.01), Place(0.0112, -0.01, 0.03), Place(0, 0.04, 0), 40);   // the blade goes on with other numbers
+      knife.lift(body);
+      CHECK(pieces_of(body).size() == (goes ? 2u : 3u));
+      CHECK(now() == "");
+      body.restore(saved);
+      CHECK(testing::to_text(before.check(body)) == "");
+    }
+  CHECK_THROWS_WITH(VolumeCutter<double>({.debris = -1}), Catch::Contains("debris is -1; it must not be negative"));
 }
 
 TEST_CASE("each piece that a cut has made has six modes without a force, and no more", "[volume_cutter][scenes]") {

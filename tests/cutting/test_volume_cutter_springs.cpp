@@ -562,6 +562,8 @@ TEST_CASE("a cutter of solids and a surface, and the other way round, are refuse
   auto block = spring_block(3);
   ProgressiveCutter<double> scalpel;
   CHECK_THROWS_WITH(scalpel.advance(block, {0.005, 0.005, 0.03}), Catch::Contains("built from a volume") && Catch::Contains("VolumeCutter"));
+  VolumeCutter<double> clearing({.debris = 5});
+  CHECK_THROWS_WITH(clearing.advance(block, {{0.0031, -0.01, 0.004}, {0.0031, 0.03, 0.004}}), Catch::Contains("debris is 5") && Catch::Contains("give 0, or take FiniteElements"));
   CHECK_THROWS_WITH(block.insert_on_edge(0, 1, 1.0), Catch::Contains("s is 1"));
   CHECK_THROWS_AS(block.insert_on_edge(0, 26, 0.5), InvalidArgument);
   CHECK_THROWS_AS(block.insert_on_edge(0, 27, 0.5), OutOfRange);

@@ -61,8 +61,8 @@ class Touch {
     if (!is_finite(tip)) return contact_;
     if (was_restored(body)) end();
     restorations_ = body.restorations();
+    if (contact_.touching && !is_still_there(body) && !find_again(body)) end();
     if (contact_.touching) {
-      if (!is_still_there(body)) find_again(body);
       follow(body, tip);
       if (contact_.off_surface && !keep_beside) end();
       if (contact_.touching && (tip - contact_.point).norm() > longest_)
@@ -118,12 +118,14 @@ class Touch {
     return (body.reference_position(c[0]) - contact_.home_point).squaredNorm() <= longest;
   }
 
-  /// The triangle that was touched is gone, one that another tool's temporary particle had made: the contact is where the last touched point was.
+  /// The triangle that was touched is gone, one that another tool's temporary particle had made, or with tissue that was taken away: the contact is where the last
+  /// touched point was. False where there is none.
   template <class Body>
-  void find_again(Body& body) {
+  bool find_again(Body& body) {
     SurfacePoint<Scalar> const nearest = body.nearest_point(contact_.point);
     contact_.triangle = nearest.triangle;
     contact_.barycentric = nearest.barycentric;
+    return nearest.found();
   }
 
   void end() noexcept {

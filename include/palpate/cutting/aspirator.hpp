@@ -9,6 +9,7 @@
 #include <palpate/core/tool_pose.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/border_rule.hpp>
+#include <palpate/cutting/detail/removal.hpp>
 #include <palpate/mesh/tetrahedral_adjacency.hpp>
 #include <palpate/tissue/concept.hpp>
 
@@ -16,7 +17,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -44,12 +44,8 @@ struct AspiratorOptions {
 };
 
 /// What has been taken away since the tool was made, or reset.
-struct AspiratorReport : CutReport {
-  int tetrahedra = 0;       ///< taken away, with those of debris
-  double volume = 0;        ///< m³, undeformed
-  double mass = 0;          ///< kg
+struct AspiratorReport : CutReport, RemovedTissue {
   int vertices_split = 0;   ///< where what is left hangs together at a vertex alone
-  int debris = 0;           ///< pieces that came free and went
   int refused = 0;          ///< in the last tick: tetrahedra in reach that have to stay, since the border would be no manifold
 };
 
@@ -123,13 +119,11 @@ class Aspirator {
     goes_on_ = touch_.update(body, tip).touching || went_on;
     report_.refused = 0;
     if (goes_on_) choose(body, tip);
-    goes_on_ = goes_on_ && !taken_.empty();
+    goes_on_ = goes_on_ && taken_.size() > 0;
     state_ = !contact().touching ? CuttingPhase::no_contact : goes_on_ ? CuttingPhase::moving : CuttingPhase::indenting;
     if (!goes_on_) return;
     int const triangles = body.tissue().surface().triangle_count();
-    take(body);
-    split(body);
-    if (options_.debris > 1) clear_debris(body);
+    split(body, taken_.take(body, report_));
     body.finish_edits();
     report_.triangles_added += body.tissue().surface().triangle_count() - triangles;
     touch_.update(body, tip);   // what it touched may be gone: where it touches now
@@ -142,14 +136,6 @@ class Aspirator {
     for (int const v : body.tissue().topology().corners(t)) sum += body.positions().col(v);
     return (sum / 4 - tip).norm();
   }
-  /// m³, undeformed.
-  template <class Body>
-  static double volume(Body const& body, int t) {
-    double const length = 1 - static_cast<double>(body.tissue().link_prestrain());
-    return static_cast<double>(body.tissue().list().elements[static_cast<std::size_t>(t)].volume()) / (length * length * length);
-  }
-  bool is_taken(int t) const noexcept { return std::find(taken_.begin(), taken_.end(), t) != taken_.end(); }
-
   /// From the border inwards: what lies behind a tetrahedron that goes is at the border then.
   template <class Body>
   void choose(Body& body, Vector const& tip) {
@@ -157,7 +143,7 @@ class Aspirator {
     taken_.clear(), waiting_.clear();
     auto const offer = [&](int t) {
       Scalar const far = distance(body, t, tip);
-      if (far <= options_.reach && !is_taken(t) && std::none_of(waiting_.begin(), waiting_.end(), [&](Reached const& one) { return one.tetrahedron == t; }))
+      if (far <= options_.reach && !taken_.has(t) && std::none_of(waiting_.begin(), waiting_.end(), [&](Reached const& one) { return one.tetrahedron == t; }))
         waiting_.push_back({far, t});
     };
     Vector const around = Vector::Constant(options_.reach + body.mean_edge());
@@ -168,16 +154,16 @@ class Aspirator {
       goes_on = false;
       std::sort(waiting_.begin(), waiting_.end());
       for (Reached const& next : waiting_) {
-        if (is_taken(next.tetrahedron) || !find_set(body, tip, next.tetrahedron, most - taken_.size())) continue;
+        if (taken_.has(next.tetrahedron) || !find_set(body, tip, next.tetrahedron, most - taken_.size())) continue;
         for (int const t : set_) {
-          taken_.push_back(t), sum += volume(body, t);
+          taken_.add(t), sum += detail::Removal::volume(body, t);
           for (int k = 0; k < 4; ++k)
             if (int const beyond = solid.neighbour(t, k); beyond >= 0) behind_.push_back(beyond);
         }
         goes_on = true;
         break;
       }
-      std::erase_if(waiting_, [&](Reached const& one) { return is_taken(one.tetrahedron); });
+      std::erase_if(waiting_, [&](Reached const& one) { return taken_.has(one.tetrahedron); });
       for (int const t : std::exchange(behind_, {})) offer(t);
     }
     if (taken_.size() < most && sum < static_cast<double>(options_.most_volume)) report_.refused = static_cast<int>(waiting_.size());
@@ -186,7 +172,7 @@ class Aspirator {
   template <class Body>
   bool find_set(Body const& body, Vector const& tip, int first, std::size_t most) {
     auto const& solid = body.tissue().topology();
-    auto const goes = [&](int t) { return std::find(set_.begin(), set_.end(), t) != set_.end() || is_taken(t); };
+    auto const goes = [&](int t) { return std::find(set_.begin(), set_.end(), t) != set_.end() || taken_.has(t); };
     set_.assign(1, first);
     for (std::size_t before = 0; set_.size() <= most && before < set_.size();) {
       before = set_.size();
@@ -207,61 +193,22 @@ class Aspirator {
   }
 
   // --- how --------------------------------------------------------------------------------------------------------------
-  /// Largest numbers first, so that no other one of them gets another number. Remembers the particles that they had.
+  /// Splits vertices at which alone parts hang together, and takes what came free.
   template <class Body>
-  void take(Body& body) {
-    std::sort(taken_.begin(), taken_.end(), std::greater<>());
-    corners_.clear();
-    for (int const t : taken_) {
-      auto const c = body.tissue().topology().corners(t);
-      auto const weigh = [&] {
-        double sum = 0;
-        for (int const v : c) sum += static_cast<double>(body.tissue().mass(v));
-        return sum;
-      };
-      double const before = weigh();
-      report_.volume += volume(body, t);
-      body.remove_tetrahedron(t);
-      report_.mass += before - weigh();
-      ++report_.tetrahedra;
-      corners_.insert(corners_.end(), c.begin(), c.end());
-    }
-    std::sort(corners_.begin(), corners_.end());
-    corners_.erase(std::unique(corners_.begin(), corners_.end()), corners_.end());
-  }
-  template <class Body>
-  void split(Body& body) {
+  void split(Body& body, std::vector<int>& corners) {
     auto const& solid = body.tissue().topology();
-    for (std::size_t n = 0, count = corners_.size(); n < count; ++n) {
-      solid.fans_at(corners_[n], fans_);
+    for (std::size_t n = 0, count = corners.size(); n < count; ++n) {
+      solid.fans_at(corners[n], fans_);
       for (int k = 1; k < fans_.size(); ++k) {
-        corners_.push_back(body.split_vertex(corners_[n], fans_[k]));
+        corners.push_back(body.split_vertex(corners[n], fans_[k]));
         ++report_.vertices_split, ++report_.particles_added;
       }
     }
-  }
-  /// Pieces beside what was taken that are small, and held by nothing.
-  template <class Body>
-  void clear_debris(Body& body) {
-    auto const& solid = body.tissue().topology();
-    auto const most = static_cast<std::size_t>(std::min(options_.debris, solid.tetrahedron_count()));
+    if (options_.debris < 2) return;
     taken_.clear();
-    for (int const v : corners_)
-      for (int const start : solid.tetrahedra_at(v)) {
-        if (is_taken(start)) continue;
-        set_.assign(1, start);
-        bool is_free = true;
-        for (std::size_t n = 0; n < set_.size() && set_.size() < most; ++n)
-          for (int k = 0; k < 4; ++k) {
-            int const corner = solid.corners(set_[n])[static_cast<std::size_t>(k)], beyond = solid.neighbour(set_[n], k);
-            is_free = is_free && !body.tissue().nailed(corner) && !body.is_held(corner);
-            if (beyond >= 0 && std::find(set_.begin(), set_.end(), beyond) == set_.end()) set_.push_back(beyond);
-          }
-        if (!is_free || set_.size() >= most || taken_.size() + set_.size() >= static_cast<std::size_t>(solid.tetrahedron_count())) continue;
-        taken_.insert(taken_.end(), set_.begin(), set_.end());
-        ++report_.debris;
-      }
-    take(body);
+    for (int const v : corners)
+      for (int const t : solid.tetrahedra_at(v)) taken_.add_debris(body, t, options_.debris, report_);
+    taken_.take(body, report_);
   }
 
   Options options_;
@@ -272,7 +219,8 @@ class Aspirator {
   detail::BorderRule rule_;
   TetrahedronFans fans_;
   std::vector<Reached> waiting_;   // at the border and in reach
-  std::vector<int> taken_, set_, behind_, corners_;
+  detail::Removal taken_;
+  std::vector<int> set_, behind_;
 };
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/blade_resistance.hpp>
 #include <palpate/cutting/detail/blade_sweep.hpp>
+#include <palpate/cutting/detail/removal.hpp>
 #include <palpate/cutting/detail/skin_of.hpp>
 #include <palpate/cutting/detail/solid_cut.hpp>
 #include <palpate/cutting/detail/traced_blade.hpp>
@@ -49,6 +50,7 @@ struct VolumeCutOptions {
   Scalar least_snap = Scalar(0.05);      ///< or than this share of the mesh's mean edge
   Scalar least_height = Scalar(0.02);    ///< of a tetrahedron that a cut makes, in mean edges; a crossing that would make a lower one goes to an end
   int most_tetrahedra = 1000;            ///< that a tick may make, about; the blade follows in the next ones
+  int debris = 0;                        ///< where a stroke ends, cut-off pieces of fewer tetrahedra than that go, if nothing holds them; 0: none does
 
   void validate() const {
     if (edge.size() < 2) throw InvalidArgument(detail::message("VolumeCutter: an edge of ", edge.size(), " points; it takes at least two"));
@@ -69,6 +71,7 @@ struct VolumeCutOptions {
     if (!(least_height >= 0 && least_height < Scalar(0.5)))
       throw InvalidArgument(detail::message("VolumeCutter: least_height is ", least_height, "; it must be from 0 to below 0.5 mean edges"));
     if (most_tetrahedra < 1) throw InvalidArgument(detail::message("VolumeCutter: most_tetrahedra is ", most_tetrahedra, "; it must be at least 1"));
+    if (debris < 0) throw InvalidArgument(detail::message("VolumeCutter: debris is ", debris, "; it must not be negative"));
   }
 };
 
@@ -94,8 +97,10 @@ struct VolumeCutOptions {
 /// Blade      moves straight between two ticks; in a deformed solid it is followed at points half a mean edge apart.
 /// Force      with a toughness Gc or a friction φ of the lips the tissue resists the blade: it stays where it is until the tool pulls it with Gc L⊥ + φ L, L the
 ///            blade's length in tissue and L⊥ its part across the way. So the hand's work is at least Gc times the area cut; see grip().
-/// Cost       O(tetrahedra near the way of the blade). Memory grows as the body does.
-/// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges; the body stays as it was.
+/// Debris     where a stroke that has cut ends, pieces with a wound and fewer tetrahedra than `debris`, none of them nailed or held, go as under an Aspirator.
+/// Cost       O(tetrahedra near the way of the blade). Memory grows as the body does. With debris, at a stroke's end, O(triangles of wounds · debris²).
+/// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges, and for debris of tissue from which no tetrahedra can be taken; the
+///            body stays as it was.
 /// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. Two edges with a gap between them
 ///            are one blade of three pieces.
 /// Source     the sweep in material coordinates is that of \cite zheng2006 for surfaces.
@@ -145,7 +150,7 @@ class VolumeCutter {
     if (!was_restored(body)) {
       auto& shape = detail::shape_of(body);
       if (waits_) go(shape, 0, options_.puncture_depth);
-      cut_.end(shape);
+      end_stroke(shape);
     }
     forget();
   }
@@ -162,6 +167,8 @@ class VolumeCutter {
   /// The cut has not come to where the blade was: so much is not cut in one tick, see most_tetrahedra.
   bool is_behind() const noexcept { return is_behind_; }
   Report const& report() const noexcept { return cut_.report(); }
+  /// What has gone as debris since it was made.
+  RemovedTissue const& debris() const noexcept { return removed_; }
   Options const& options() const noexcept { return options_; }
 
   // --- of a tool --------------------------------------------------------------------------------------------------------
@@ -189,7 +196,10 @@ class VolumeCutter {
   }
 
   template <class Body>
-  static void require_sound(Body const& body, std::span<Vector const> blade) {
+  void require_sound(Body const& body, std::span<Vector const> blade) const {
+    if constexpr (!RemovableSolid<typename Body::Tissue>)
+      if (options_.debris > 0)
+        throw InvalidArgument(detail::message("VolumeCutter: debris is ", options_.debris, ", and from this tissue no tetrahedra can be taken; give 0, or take FiniteElements"));
     if (blade.size() < 2) throw InvalidArgument(detail::message("VolumeCutter: a blade of ", blade.size(), " points; it takes at least two"));
     for (Vector const& point : blade)
       if (!is_finite(point)) throw InvalidArgument("VolumeCutter: the blade is not finite; the tick was not taken");
@@ -240,7 +250,9 @@ class VolumeCutter {
       if (contact.depth < options_.puncture_depth && !(force >= options_.puncture_force)) return;
       state_ = CuttingPhase::moving;
     }
+    int const taken = removed_.tetrahedra;
     cut(body, std::span<Vector const>(blade_), Scalar(0));
+    if (removed_.tetrahedra != taken) touch_.update(skin, tool.position, true);   // what it touched may be gone
   }
 
   // --- the blade ------------------------------------------------------------------------------------------------------
@@ -310,9 +322,7 @@ class VolumeCutter {
   /// It is here now: where it is in the tissue, and whether it has left it.
   template <class Body>
   void arrive(Body& body, std::span<Vector const> blade, Scalar puncture_depth) {
-    traced_.trace(body, blade);
-    at_.clear();
-    for (detail::BladeSample const& sample : traced_.samples()) at_.push_back(detail::TracedBlade<Scalar>::now(body, sample));
+    find(body, blade);
     if (traced_.is_inside()) {
       punctured_ = punctured_ || !(puncture_depth > 0);
       for (detail::BladeSample const& sample : traced_.samples())
@@ -320,9 +330,32 @@ class VolumeCutter {
           punctured_ = !(body.nearest_point(detail::TracedBlade<Scalar>::now(body, sample).template cast<Scalar>()).distance < puncture_depth);
       return;
     }
-    cut_.end(body);
+    if (end_stroke(body)) find(body, blade);   // tetrahedra have other numbers now
     punctured_ = !(puncture_depth > 0);
     if (is_far_away(body, blade)) forget();
+  }
+  template <class Body>
+  void find(Body& body, std::span<Vector const> blade) {
+    traced_.trace(body, blade);
+    at_.clear();
+    for (detail::BladeSample const& sample : traced_.samples()) at_.push_back(detail::TracedBlade<Scalar>::now(body, sample));
+  }
+  /// Returns whether debris has gone.
+  template <class Body>
+  bool end_stroke(Body& body) {
+    bool const clears = cut_.has_cut() && options_.debris > 1;
+    cut_.end(body);
+    if constexpr (RemovableSolid<typename Body::Tissue>) {
+      removal_.clear();
+      for (int t = 0; clears && t < body.tissue().surface().triangle_count(); ++t)
+        if (body.tissue().is_wound(t)) removal_.add_debris(body, body.tissue().topology().border_face(t).tetrahedron, options_.debris, removed_);
+      if (removal_.size() == 0) return false;
+      removal_.take(body, removed_);
+      body.finish_edits();
+      renumberings_ = body.renumberings();
+      return true;
+    }
+    return false;
   }
 
   template <class Body>
@@ -358,6 +391,8 @@ class VolumeCutter {
   Touch<Scalar> touch_;
   CuttingPhase state_ = CuttingPhase::no_contact;
   detail::SolidCut<Scalar> cut_;
+  detail::Removal removal_;
+  RemovedTissue removed_;
   detail::BladeResistance<Scalar> resistance_;
   std::vector<Vector> blade_, target_;
   detail::TracedBlade<Scalar> traced_;   // where it was at the end of the last sweep
