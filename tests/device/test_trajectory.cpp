@@ -4,6 +4,7 @@
 #include "allocation_trap.hpp"
 #include "device/message.hpp"
 
+#include <palpate/device/scripted_device.hpp>
 #include <palpate/device/trajectory.hpp>
 
 #include <cmath>
@@ -212,4 +213,22 @@ TEST_CASE("sampling a path does not allocate", "[trajectory][realtime]") {
   long const count = allocations.count();
   CHECK(count == 0);
   CHECK(std::isfinite(sum));
+}
+
+// By hand: 5 cm/s, then 2 cm/s.
+TEST_CASE("a path through points in time is where they say, when they say", "[trajectory]") {
+  TimedPoint<double> const points[] = {{0.5, {0, 0, 0.02}}, {0.9, {0, 0, 0}}, {1.9, {0.02, 0, 0}}};
+  auto const path = Trajectory<double>::through(points);
+  CHECK(path.at(0.2).position.isApprox(Vector3<double>(0, 0, 0.02)));
+  CHECK(path.at(0.7).position.isApprox(Vector3<double>(0, 0, 0.01)));
+  CHECK(path.at(0.7).velocity.isApprox(Vector3<double>(0, 0, -0.05)));
+  CHECK(path.at(1.4).position.isApprox(Vector3<double>(0.01, 0, 0)));
+  CHECK(path.at(5.0).position.isApprox(Vector3<double>(0.02, 0, 0)));
+  ScriptedDevice<double> device({{0.0, {0, 0, 0.02}}, {0.4, {0, 0, 0}}});
+  DeviceState<double> state;
+  for (int k = 0; k <= 200; ++k) device.read(state);
+  CHECK(state.position.z() == Approx(0.01));
+  CHECK_THROWS_AS(Trajectory<double>::through({}), InvalidArgument);
+  TimedPoint<double> const back[] = {{0.5, {0, 0, 0.02}}, {0.5, {0, 0, 0}}};
+  CHECK(message_of([&] { Trajectory<double>::through(back); }).find("point 1 has the time 0.5 s") != std::string::npos);
 }

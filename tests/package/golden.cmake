@@ -71,6 +71,10 @@ macro(check_08_cut_volume)
   expect_lines(08_cut_volume "pieces 2 cut area 0.001600 m2 lips 0.003200 m2\nvolume 0.000064000000 m3 mass 0.064000000000 kg\n")
 endmacro()
 
+macro(check_09_tools)
+  expect_lines(09_tools "tools 3, both hooks pull outwards: yes\ncut opened: yes, mass kept: yes\n")
+endmacro()
+
 macro(check_05_simulator)
   run(05_simulator)
   if(output MATCHES "^ticks 3600 cut 1 largest force ([0-9.]+) N\n$")

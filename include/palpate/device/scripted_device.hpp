@@ -8,6 +8,7 @@
 #include <palpate/device/trajectory.hpp>
 
 #include <cstdint>
+#include <initializer_list>
 #include <utility>
 
 namespace palpate {
@@ -51,6 +52,10 @@ class ScriptedDevice {
     require(options.dropout_ticks >= 1, ".dropout_ticks", options.dropout_ticks, "give 1 or more");
     rewind();
   }
+
+  /// The same through points in time: ScriptedDevice<double>({{0.0, {0, 0, 0.01}}, {0.5, {0, 0, -0.005}}}); see Trajectory::through.
+  explicit ScriptedDevice(std::initializer_list<TimedPoint<Scalar>> points, ScriptedDeviceOptions const& options = {})
+      : ScriptedDevice(Trajectory<Scalar>::through({points.begin(), points.size()}), options) {}
 
   Capabilities capabilities() const noexcept { return capabilities_; }
 

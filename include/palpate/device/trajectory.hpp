@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -25,6 +26,13 @@ template <RealScalar Scalar>
 struct Motion {
   Vector3<Scalar> position = Vector3<Scalar>::Zero();
   Vector3<Scalar> velocity = Vector3<Scalar>::Zero();
+};
+
+/// Where something has to be, and when: s, m.
+template <RealScalar Scalar>
+struct TimedPoint {
+  double time = 0;
+  Vector3<Scalar> point = Vector3<Scalar>::Zero();
 };
 
 /// How the time of a piece is spread over its path, s(τ) with τ and s from 0 to 1.
@@ -51,6 +59,23 @@ class Trajectory {
   static Trajectory start(Point const& point) {
     require_finite("start", point);
     return Trajectory(point);
+  }
+  /// A path through these points, straight and evenly from one to the next; before the first time it rests there.
+  static Trajectory through(std::span<TimedPoint<Scalar> const> points) {
+    if (points.empty()) throw InvalidArgument("through: no points; a path needs at least one");
+    Trajectory path = start(points[0].point);
+    double time = 0;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      double const next = points[k].time;
+      if (!(k == 0 ? next >= 0 : next > time) || !std::isfinite(next))
+        throw InvalidArgument(detail::message("through: point ", k, " has the time ", next, " s; times are finite, from 0 on, and rise"));
+      if (k > 0)
+        path.line(points[k].point, next - time);
+      else if (next > 0)
+        path.hold(next);
+      time = next;
+    }
+    return path;
   }
   /// A path from a CSV file; see `read_trajectory` below.
   static Trajectory from_csv(std::filesystem::path const& path);
