@@ -23,7 +23,7 @@ int main() {
                       Tool(pull(-1.0), Hook<double>({.friction = 0.5}), TissueReaction{}),
                       Tool(pull(+1.0), Hook<double>({.friction = 0.5}), TissueReaction{}),
                       Tool(stroke, VolumeCutter<double>({.puncture_depth = 0.003}), CuttingForce(liver_hysteresis<double>())));
-  Session const session = simulator.run(4.0);
+  ToolRecordings const session = simulator.run(4.0);
 
   std::printf("tools %zu, both hooks pull outwards: %s\n", session.recordings().size(),
               session.recording(0).mean_force(1.0, 1.5).x() > 0 && session.recording(1).mean_force(1.0, 1.5).x() < 0 ? "yes" : "no");

@@ -57,7 +57,7 @@ TEST_CASE("one tool among several is what the simulator of one is, to the byte",
   Simulator alone(stroke(), body(), knife(), TissueReaction{});
   Simulator one(body(), Tool(stroke(), knife(), TissueReaction{}));
   Recording const expected = alone.run(0.9);
-  Session const session = one.run(0.9);
+  ToolRecordings const session = one.run(0.9);
   REQUIRE(session.recordings().size() == 1);
   CHECK(expected.largest_force() > 0.1);
   CHECK(session.recording(0).to_csv() == expected.to_csv());
@@ -69,7 +69,7 @@ TEST_CASE("one tool among several is what the simulator of one is, to the byte",
 TEST_CASE("tools in other places with the same keys give the same bytes", "[simulator][tools]") {
   Simulator first(body(), tool(press(0.030, 0.050, 0.006), 3), Tool(stroke(), knife(), TissueReaction{}, {.key = 1}), tool(press(0.045, 0.060, 0.005), 2));
   Simulator second(body(), tool(press(0.045, 0.060, 0.005), 2), tool(press(0.030, 0.050, 0.006), 3), Tool(stroke(), knife(), TissueReaction{}, {.key = 1}));
-  Session const a = first.run(0.9), b = second.run(0.9);
+  ToolRecordings const a = first.run(0.9), b = second.run(0.9);
   for (auto const& [one, other] : {std::pair(0, 1), std::pair(1, 2), std::pair(2, 0)}) {
     Recording const &here = a.recordings()[static_cast<std::size_t>(one)], &there = b.recordings()[static_cast<std::size_t>(other)];
     CHECK(here.largest_force() > 0.1);
@@ -85,7 +85,7 @@ TEST_CASE("what several tools press with adds up", "[simulator][tools]") {
   Vector3<double> felt = Vector3<double>::Zero();
   Simulator alone(skin<double>(WholeBody{}), tool(press(0.030, 0.050, 0.004), 0));
   double const single = alone.run(0.69).recording(0).mean_force(0.68, 0.69).z();
-  Session const session = simulator.run(0.69);
+  ToolRecordings const session = simulator.run(0.69);
   for (Recording const& recording : session.recordings()) {
     CHECK(recording.mean_force(0.68, 0.69).z() > 0.5 * single);
     felt += recording.mean_force(0.68, 0.69);
@@ -105,7 +105,7 @@ TEST_CASE("a device that fails ends its own tool's force within two ticks, and n
                         Tool(FaultyDevice<Hand>(press(0.050, 0.020, 0.006), {{.kind = kind, .tick = at, .ticks = kind == FaultKind::jump ? 1u : 0u, .shift = {0, 0.03, 0}}}), Probe{}, TissueReaction{},
                              {.servo = careful}),
                         whole(press(0.050, 0.080, 0.006), 3));
-    Session const session = simulator.run(0.9);
+    ToolRecordings const session = simulator.run(0.9);
     auto const& failed = session.recording(2).ticks();
     CHECK(failed[at - 1].force.norm() > 0.05);
     CHECK(failed[at + 1].force.isZero(0));
@@ -142,7 +142,7 @@ TEST_CASE("undo takes back what all tools have done", "[simulator][tools]") {
 TEST_CASE("in real time each device has its servo, and the run ends with the last", "[simulator][tools][realtime]") {
   Simulator simulator(body(), SimulatorOptions{.body_rate = 200.0}, tool(press(0.030, 0.050, 0.004), 0), Tool(stroke(), knife(), TissueReaction{}),
                       tool(press(0.080, 0.050, 0.004, 500.0), 2));
-  Session const session = simulator.run_realtime(0.2);
+  ToolRecordings const session = simulator.run_realtime(0.2);
   CHECK(session.recording(0).ticks().size() == 200);
   CHECK(session.recording(1).ticks().size() == 200);
   CHECK(session.recording(2).ticks().size() == 100);   // 500 Hz
@@ -157,7 +157,7 @@ TEST_CASE("in real time each device has its servo, and the run ends with the las
 TEST_CASE("what the tools tell a renderer and a listener is in their places", "[simulator][tools]") {
   Simulator simulator(body(), tool(press(0.030, 0.050, 0.006), 9), tool(press(0.070, 0.050, 0.0), 2));
   std::size_t told = 0;
-  Session const session = simulator.run(0.5, [&](std::span<Tick const> ticks) {
+  ToolRecordings const session = simulator.run(0.5, [&](std::span<Tick const> ticks) {
     CHECK(ticks.size() == 2);
     told += ticks[0].tip.x() == 0.030 && ticks[1].tip.x() == 0.070 ? 1 : 0;
   });
@@ -176,7 +176,7 @@ TEST_CASE("tools that do not go together are refused in a sentence", "[simulator
   CHECK(message_of([&] { simulator.run(0.1); }).find("the device of tool 1 ticks at 500 Hz") != std::string::npos);
   auto const bad_coupling = [] { Simulator one(body(), Tool(press(0.03, 0.05, 0.004), Probe{}, TissueReaction{}, {.coupling = ContactCoupling{.stiffness = -1.0}})); };
   CHECK(message_of(bad_coupling).find("-1 N/m") != std::string::npos);
-  CHECK_THROWS_AS(Session({}).recording(0), OutOfRange);
+  CHECK_THROWS_AS(ToolRecordings({}).recording(0), OutOfRange);
 }
 
 // Yardstick: run(), which makes the same ticks in one go.
@@ -206,7 +206,7 @@ TEST_CASE("a host ticks the body while the servos run on their threads", "[simul
     if (simulator.snapshots().fetch()) CHECK(simulator.snapshots().latest().points.cols() == simulator.body().size());
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  Session const session = simulator.finish();
+  ToolRecordings const session = simulator.finish();
   CHECK(frames > 2);
   CHECK(session.recording(0).ticks().size() == 300);
   CHECK(session.recording(1).ticks().size() == 150);

@@ -7,7 +7,7 @@
 #include <palpate/simulator/budget.hpp>
 #include <palpate/simulator/pacer.hpp>
 #include <palpate/simulator/realtime_servo.hpp>
-#include <palpate/simulator/session.hpp>
+#include <palpate/simulator/tool_recordings.hpp>
 #include <palpate/simulator/snapshot.hpp>
 #include <palpate/simulator/tool.hpp>
 

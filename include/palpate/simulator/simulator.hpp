@@ -148,7 +148,7 @@ class Simulator<Device, Body, CutterType, Force> {
 /// The same with any number of tools, each with its own device, force and safety chain.
 ///
 ///   Simulator simulator(std::move(body), Tool(left, ProgressiveCutter<double>(), force), Tool(right, NoCutter<double>(), TissueReaction{}));
-///   Session const session = simulator.run(3.6);
+///   ToolRecordings const session = simulator.run(3.6);
 ///
 /// run            lock-step: every tick reads all devices, ticks the body once with all tools, and answers each. Tools touch, cut and push in the order of their
 ///                keys, so that the same tools in other places with the same keys give the same bytes. Their devices have one rate.
@@ -166,13 +166,13 @@ class Simulator<Body, Tools...> {
 
   /// after_tick(ticks), if given: a std::span<Tick const> with that of each tool.
   template <class AfterTick>
-  Session run(double seconds, AfterTick after_tick) {
-    return Session(all_.run(seconds, after_tick));
+  ToolRecordings run(double seconds, AfterTick after_tick) {
+    return ToolRecordings(all_.run(seconds, after_tick));
   }
-  Session run(double seconds) {
+  ToolRecordings run(double seconds) {
     return run(seconds, [](std::span<Tick const>) {});
   }
-  Session run_realtime(double seconds) { return Session(all_.run_realtime(seconds)); }
+  ToolRecordings run_realtime(double seconds) { return ToolRecordings(all_.run_realtime(seconds)); }
   template <class AfterTick>
   std::uint64_t tick(double h, AfterTick after_tick) {
     return all_.tick(h, after_tick);
@@ -182,7 +182,7 @@ class Simulator<Body, Tools...> {
   }
   void start(double seconds, double body_rate) { all_.start(seconds, body_rate); }
   bool tick_body(double h) { return all_.tick_body(h); }
-  Session finish() { return Session(all_.finish()); }
+  ToolRecordings finish() { return ToolRecordings(all_.finish()); }
   void close() noexcept { all_.close(); }
   void stop() noexcept { all_.stop(); }
   auto mark() const { return all_.loop().body().save(); }

@@ -11,9 +11,9 @@
 namespace palpate {
 
 /// What several tools did, tick by tick: a recording of each, in their places; what `Simulator::run` returns where there are tools.
-class Session {
+class ToolRecordings {
  public:
-  explicit Session(std::vector<Recording> recordings) : recordings_(std::move(recordings)) {}
+  explicit ToolRecordings(std::vector<Recording> recordings) : recordings_(std::move(recordings)) {}
 
   std::vector<Recording> const& recordings() const noexcept { return recordings_; }
   /// Throws OutOfRange for a tool that is not there.
