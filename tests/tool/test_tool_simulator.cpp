@@ -107,3 +107,10 @@ TEST_CASE("The haptic point is the deepest place, the mean of all, or that of on
   Vector3<double> const mean = point(HapticPoint::averaged, 0);
   CHECK((mean.x() > 0.01 && mean.x() < 0.02 && std::abs(mean.x() + 20 * mean.z() - 0.02) < 1e-12));
 }
+
+TEST_CASE("a coupling for a tool that presses the tissue itself is refused", "[tool_simulator]") {
+  auto const make = [] {
+    Simulator simulator(skin<double>(), Tool(Stroke{{0.03, 0.03, 0}}, Hook<double>(), TissueReaction{}, {.coupling = ContactCoupling{.stiffness = 100.0}}));
+  };
+  CHECK_THROWS_AS(make(), InvalidArgument);
+}

@@ -60,7 +60,7 @@ class Simulation {
       : options_((options.validate(), options)),
         order_(order_of({made.options.key...})),
         servos_(Servo<Tools>{.loop{std::move(made.device), std::move(made.force), given(made.options.servo, options.servo)}}...),
-        loop_(std::move(body), std::tuple(BodyTool<Body, typename Tools::Cutter>(std::move(made.cutter), checked(given(made.options.coupling, options.coupling)))...), order_,
+        loop_(std::move(body), std::tuple(BodyTool<Body, typename Tools::Cutter>(std::move(made.cutter), coupling_of(made, options))...), order_,
               options.max_body_steps),
         snapshots_(std::make_unique<SnapshotChannel<Scalar>>()),
         flags_(std::make_unique<RunFlags>()) {
@@ -200,7 +200,11 @@ class Simulation {
   static T const& given(std::optional<T> const& own, T const& all) noexcept {
     return own.has_value() ? *own : all;
   }
-  static ContactCoupling const& checked(ContactCoupling const& coupling) {
+  template <class Tool>
+  static ContactCoupling const& coupling_of(Tool const& tool, SimulatorOptions const& options) {
+    if constexpr (PressesTissue<typename Tool::Cutter, Body>)
+      if (tool.options.coupling.has_value()) throw InvalidArgument("ToolOptions: .coupling of a tool that presses the tissue itself; its own options say how stiff it is");
+    ContactCoupling const& coupling = given(tool.options.coupling, options.coupling);
     coupling.validate();
     return coupling;
   }

@@ -11,7 +11,7 @@ namespace palpate {
 
 struct ToolOptions {
   std::optional<int> key = {};                      ///< tools touch, cut and push in the order of their keys; by default its place among the tools
-  std::optional<ContactCoupling> coupling = {};     ///< by default the simulator's
+  std::optional<ContactCoupling> coupling = {};     ///< by default the simulator's; not of a tool that presses the tissue itself
   std::optional<ServoOptions> servo = {};           ///< safety, frames and clutch of its device; by default the simulator's
 };
 
