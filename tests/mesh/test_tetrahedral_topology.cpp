@@ -6,6 +6,7 @@
 #include <palpate/core/random.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/sphere.hpp>
 #include <palpate/mesh/tetrahedral_topology.hpp>
 #include <palpate/testing/tetrahedral_topology.hpp>
 
@@ -14,6 +15,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace palpate;
@@ -109,6 +111,23 @@ TEST_CASE("what meets across a face, round an edge and at a vertex", "[topology]
   CHECK(neighbours == 14);                          // 6 along the axes, 6 along diagonals of squares, 2 along those of cubes
   CHECK(round(block, 0, 13).size() == 6);           // a cube's diagonal
   CHECK(round(block, 13, 26).size() == 6);
+}
+
+// By hand: the vertices of a ball's surface, 162 of them, all joined to its middle.
+TEST_CASE("a vertex with many neighbours visits each once", "[topology]") {
+  auto const ball = make_sphere<double>(1.0, 4);
+  int const middle = static_cast<int>(ball.points.cols());
+  REQUIRE(middle == 162);
+  Matrix<int, 4, Dynamic> tetrahedra(4, ball.triangles.cols());
+  tetrahedra.topRows<3>() = ball.triangles;
+  tetrahedra.row(3).setConstant(middle);
+  for (Eigen::Index t = 0; t < tetrahedra.cols(); ++t) std::swap(tetrahedra(0, t), tetrahedra(1, t));   // seen from the middle
+  TetrahedralTopology const cone(middle + 1, tetrahedra);
+  std::vector<int> times(162, 0), even(162, 0);
+  cone.for_each_neighbour(middle, [&](int i) { ++times[static_cast<std::size_t>(i)]; });
+  CHECK(times == std::vector<int>(162, 1));
+  cone.for_each_neighbour(middle, [](int i) { return i % 2 == 0; }, [&](int i) { ++even[static_cast<std::size_t>(i)]; });
+  for (std::size_t i = 0; i < 162; ++i) CHECK(even[i] == (i % 2 == 0 ? 1 : 0));
 }
 
 TEST_CASE("the border is numbered as surface() numbers it", "[topology]") {

@@ -11,12 +11,17 @@
 #include <palpate/device/faulty_device.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/force/tissue_reaction.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/simulator/simulator.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <span>
 #include <string>
 #include <thread>
@@ -44,26 +49,66 @@ Knife knife() { return Knife({.puncture_depth = 0.006, .snap = 5e-4}); }
 auto body() { return skin<double>(ZoneOfInfluence{.rings = 4}); }
 auto tool(Hand hand, int key) { return Tool(std::move(hand), Probe({.tip_radius = 0.002}), TissueReaction{}, {.key = key}); }
 
+/// Throws after so many ticks.
 struct Broken : Probe {
+  int left;
+  explicit Broken(int ticks) : Probe({.tip_radius = 0.002}), left(ticks) {}
   template <class Body>
-  void advance(Body&, ToolPose<double> const&) {
-    throw Error("broken");
+  void advance(Body& body, ToolPose<double> const& tool) {
+    if (--left < 0) throw Error("broken");
+    Probe::advance(body, tool);
   }
+};
+
+/// What a device was told.
+struct Told {
+  bool is_open = false;
+  double force = 0;    // N, written last
+  double most = 0;
+  int opened = 0;
+};
+/// A hand that notes it.
+class Noting : public Hand {
+ public:
+  Noting(Hand hand, Told& told) : Hand(std::move(hand)), told_(&told) {}
+  void open() noexcept { told_->is_open = true, ++told_->opened; }
+  void close() noexcept { told_->is_open = false; }
+  DeviceStatus write(Wrench<double> const& wrench) noexcept {
+    told_->force = wrench.force.norm(), told_->most = std::max(told_->most, told_->force);
+    return Hand::write(wrench);
+  }
+
+ private:
+  Told* told_;
+};
+/// A driver with a clock that does not start.
+class Stuck : public Noting {
+ public:
+  using Noting::Noting;
+  void start(void (*)(void*) noexcept, void*) { throw Error("the driver can not start"); }
+  void stop() noexcept {}
 };
 
 }  // namespace
 
-TEST_CASE("one tool among several is what the simulator of one is, to the byte", "[simulator][tools]") {
-  Simulator alone(stroke(), body(), knife(), TissueReaction{});
+// Yardstick: a servo and a body's loop, called by hand.
+TEST_CASE("one tool among several reads, ticks the body and answers, to the byte", "[simulator][tools]") {
+  ServoLoop<Hand, TissueReaction, double> servo(stroke(), TissueReaction{});
+  BodyLoop loop(body(), knife(), ContactCoupling{}, 100);
+  servo.begin_session();
+  Recording expected;
+  for (int k = 0; k < 900; ++k) {
+    servo.read(1e-3);
+    expected.append(servo.respond(loop.tick(servo.tool(), 1e-3, servo.pose_discontinuities()), k / 1000.0));
+  }
+  CHECK(expected.largest_force() > 0.1);
   Simulator one(body(), Tool(stroke(), knife(), TissueReaction{}));
-  Recording const expected = alone.run(0.9);
   ToolRecordings const session = one.run(0.9);
   REQUIRE(session.recordings().size() == 1);
-  CHECK(expected.largest_force() > 0.1);
   CHECK(session.recording(0).to_csv() == expected.to_csv());
-  CHECK(one.tool<0>().report().particles_added == alone.cutter().report().particles_added);
-  CHECK(one.body().positions() == alone.body().positions());
-  CHECK(one.time() == alone.time());
+  CHECK(one.tool<0>().report().particles_added > 0);
+  CHECK(one.body().positions() == loop.body().positions());
+  CHECK(one.time() == 0.9);
 }
 
 TEST_CASE("tools in other places with the same keys give the same bytes", "[simulator][tools]") {
@@ -192,9 +237,37 @@ TEST_CASE("a host's own loop makes the ticks that run() makes", "[simulator][too
   hosted.close();
   CHECK(ticks.to_csv() == expected.to_csv());
   CHECK(hosted.body().positions() == whole.body().positions());
-  CHECK_THROWS_AS(hosted.tick(-1.0), InvalidArgument);
   CHECK_THROWS_AS(hosted.tick_body(0.01), Error);
   CHECK_THROWS_AS(hosted.finish(), Error);
+}
+
+TEST_CASE("a host's loop that ends early lets the hand go, and closes the device once", "[simulator][tools][host_loop]") {
+  Told told;
+  Simulator simulator(Noting(press(0.030, 0.050, 0.006), told), body(), Probe({.tip_radius = 0.002}), TissueReaction{});
+  for (double const bad : {-1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) CHECK_THROWS_AS(simulator.tick(bad), InvalidArgument);
+  CHECK(told.opened == 0);
+  simulator.tick(0.6);
+  CHECK(told.is_open);
+  CHECK(told.force > 0.05);
+  simulator.tick(0.01, [&](Tick const&) { simulator.stop(); });
+  CHECK(told.force == 0);
+  CHECK(simulator.tick(0.01) == 0);   // until it is closed
+  simulator.close();
+  CHECK_FALSE(told.is_open);
+  CHECK(simulator.tick(0.01) == 10);
+  CHECK(told.opened == 2);
+  simulator.run(0.01);   // closes before it opens
+  CHECK(told.opened == 3);
+  CHECK_FALSE(told.is_open);
+}
+
+TEST_CASE("a body that throws under a host's tick lets the hand go", "[simulator][tools][host_loop]") {
+  Told told;
+  Simulator simulator(Noting(press(0.030, 0.050, 0.006), told), body(), Broken(600), TissueReaction{});
+  CHECK(message_of([&] { simulator.tick(1.0); }) == "broken");
+  CHECK(told.most > 0.05);
+  CHECK(told.force == 0);
+  CHECK_FALSE(told.is_open);
 }
 
 TEST_CASE("a host ticks the body while the servos run on their threads", "[simulator][tools][realtime][host_loop]") {
@@ -212,16 +285,48 @@ TEST_CASE("a host ticks the body while the servos run on their threads", "[simul
   CHECK(session.recording(1).ticks().size() == 150);
   simulator.start(100.0, 60.0);   // ended before: by finish(), and by nothing but the end of the simulator
   simulator.tick_body(1.0 / 60.0);
+  CHECK_THROWS_AS(simulator.tick(0.01), Error);   // the servos run
+  CHECK_THROWS_AS(simulator.tick_body(std::numeric_limits<double>::infinity()), InvalidArgument);
   CHECK(simulator.finish().recording(0).ticks().size() < 100000);
   simulator.start(100.0, 60.0);
 }
 
-TEST_CASE("a body that throws in a host's loop lets the hand go", "[simulator][tools][realtime][host_loop]") {
-  Simulator simulator(press(0.030, 0.050, 0.004), body(), Broken{}, TissueReaction{});
-  simulator.start(30.0, 100.0);
+TEST_CASE("a body that throws in a host's frames lets the hand go", "[simulator][tools][realtime][host_loop]") {
+  Told told;
+  Simulator simulator(Noting(press(0.030, 0.050, 0.006), told), body(), Broken(80), TissueReaction{});
+  simulator.start(60.0, 100.0);
   CHECK(message_of([&] {
-          while (simulator.tick_body(0.01)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+          while (simulator.tick_body(0.01)) std::this_thread::sleep_for(std::chrono::milliseconds(10));
         }) == "broken");
+  CHECK(told.opened == 1);
   simulator.close();
-  CHECK(simulator.statistics().servo_counts.ticks < 30000);
+  CHECK(told.force == 0);
+  CHECK_FALSE(told.is_open);
+}
+
+TEST_CASE("a servo that can not be started ends the others, and closes all devices", "[simulator][tools][realtime][host_loop]") {
+  Told one, two;
+  Simulator simulator(body(), Tool(Noting(press(0.030, 0.050, 0.006), one), Probe{}, TissueReaction{}), Tool(Stuck(press(0.080, 0.050, 0.006), two), Probe{}, TissueReaction{}));
+  for (int k = 1; k <= 2; ++k) {
+    CHECK(message_of([&] { k == 1 ? static_cast<void>(simulator.run_realtime(0.05)) : simulator.start(0.05, 60.0); }) == "the driver can not start");
+    CHECK_FALSE((one.is_open || two.is_open));
+    CHECK(one.opened == k);
+    CHECK_THROWS_AS(simulator.finish(), Error);
+  }
+}
+
+// What a tool touched may have another number once another has taken tissue away in the same tick.
+TEST_CASE("a tool does not push what has another number meanwhile", "[simulator][tools]") {
+  for (bool const is_taken : {false, true}) {
+    auto const mesh = make_block<double>(5, 5, 3, 0.005, BlockPattern::alternating);
+    SoftBody block(FiniteElements<double, StableNeoHookean<double>>(mesh, {.density = 1000.0, .material = {.young = 1e4, .poisson = 0.4}}), BackwardEuler{});
+    BodyTool<decltype(block), Probe> tool(Probe{}, ContactCoupling{});
+    for (double const z : {0.012, 0.0095}) tool.advance(block, {.position = {0.0103, 0.0107, z}}, 0);
+    REQUIRE(tool.cutter().contact().touching);
+    if (is_taken) block.remove_tetrahedron(0), block.finish_edits();
+    tool.push(block, 1, 1, 1e-3);
+    CHECK((tool.model(block, false).tissue_force.z() > 0) == !is_taken);
+    block.step(1e-3);
+    CHECK((block.positions() - block.tissue().rest_positions()).isZero(1e-9) == is_taken);
+  }
 }

@@ -163,6 +163,13 @@ TEST_CASE("the largest force is a magnitude, over finite forces", "[recording]")
   CHECK(recording.largest_force() == 5.0);
 }
 
+TEST_CASE("the mean force is that of the ticks in between", "[recording]") {
+  Recording recording;
+  for (int k = 0; k < 10; ++k) recording.append({.time = 0.5 * k, .force = {1.0 * k, 0.0, -2.0}});
+  CHECK(recording.mean_force(1.0, 2.0) == Vector3<double>(3.0, 0.0, -2.0));   // of 2, 3 and 4
+  CHECK(recording.mean_force(2.1, 2.4).isZero(0));
+}
+
 TEST_CASE("a recording of the servo tick neither allocates nor grows; what finds no room is counted", "[recording][realtime]") {
   REQUIRE(palpate_test::trap_works());
   Recording recording(1000);

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -113,4 +114,17 @@ TEST_CASE("a coupling for a tool that presses the tissue itself is refused", "[t
     Simulator simulator(skin<double>(), Tool(Stroke{{0.03, 0.03, 0}}, Hook<double>(), TissueReaction{}, {.coupling = ContactCoupling{.stiffness = 100.0}}));
   };
   CHECK_THROWS_AS(make(), InvalidArgument);
+}
+
+TEST_CASE("a tool forgets what it touched where the body is restored, whatever the next pose", "[tool_simulator]") {
+  auto body = skin<double>();
+  auto const before = body.save();
+  BluntTool<double> tool;
+  for (double const z : {0.004, 0.001}) tool.advance(body, {.position = {0.03, 0.03, z}});
+  REQUIRE(tool.contact().touching);
+  body.restore(before);
+  tool.advance(body, {.position = {0.03, std::numeric_limits<double>::quiet_NaN(), 0.001}});
+  CHECK_FALSE(tool.contact().touching);
+  CHECK(tool.rods().touches().empty());
+  CHECK(is_zero(tool.press(body, 1.0, 1e-3)));
 }

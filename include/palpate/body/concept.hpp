@@ -52,6 +52,10 @@ concept SearchableBody = TouchableBody<B> && requires(B& body, typename B::Vecto
   body.visit_triangles_in_box(corner, corner, visit);
 };
 
+/// Refinement: a body that counts how often numbers of its triangles went to others: as it was brought back, or tissue was taken away.
+template <class B>
+concept CountsRenumberings = TouchableBody<B> && requires(B const& seen) { { seen.renumberings() } -> std::same_as<std::size_t>; };
+
 /// Refinement: a body whose forces in a step are those of the time force_time · h after its begin; of others it is the begin.
 template <class B>
 concept StatesForceTime = SimulatedBody<B> && requires { { B::force_time } -> std::convertible_to<double>; };

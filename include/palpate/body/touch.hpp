@@ -25,6 +25,23 @@ struct SurfaceContact {
   Vector3<Scalar> home_point = Vector3<Scalar>::Zero();    ///< the same point of the undisturbed body [m]
   Vector3<Scalar> normal = Vector3<Scalar>::UnitZ();       ///< smooth outward unit normal there, of the undisturbed body
   Scalar depth = 0;                                        ///< of the tip below the undisturbed surface, along the normal [m]
+
+  /// Moves it to a point of a triangle, for a tip of this radius.
+  template <class Body>
+  void place(Body const& body, int at, Vector3<Scalar> const& weights, Vector3<Scalar> const& tip, Scalar radius) {
+    auto const corners = body.tissue().surface().corners(at);
+    triangle = at, barycentric = weights;
+    point.setZero(), home_point.setZero();
+    Vector3<Scalar> sum = Vector3<Scalar>::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      Scalar const w = weights[static_cast<int>(k)];
+      point += w * body.positions().col(corners[k]);
+      home_point += w * body.reference_position(corners[k]);
+      sum += w * body.reference_normal(corners[k]);
+    }
+    if (sum.squaredNorm() > 0) normal = sum.normalized();
+    depth = radius - (tip - home_point).dot(normal);
+  }
 };
 
 /// Follows a spherical tool tip on a soft body that deforms.
@@ -163,7 +180,7 @@ class Touch {
       contact_.touching = true;
       tip_on_surface_ = tip;
       measure(body);
-      place(body, nearest.triangle, nearest.barycentric, tip);
+      contact_.place(body, nearest.triangle, nearest.barycentric, tip, radius_);
       if (contact_.depth > 0) follow(body, tip);
     }
   }
@@ -199,9 +216,9 @@ class Touch {
   bool begin_in_front(Body& body, Vector const& tip) {
     int triangle = front_;
     Vector barycentric = Vector::Constant(Scalar(1) / 3);
-    place(body, triangle, barycentric, tip);
+    contact_.place(body, triangle, barycentric, tip, radius_);
     if (walk(body, tip, triangle, barycentric) == Walk::there) {
-      place(body, triangle, barycentric, tip);
+      contact_.place(body, triangle, barycentric, tip, radius_);
       contact_.touching = !is_above(tip);
       tip_on_surface_ = tip;
       measure(body);
@@ -238,7 +255,7 @@ class Touch {
         triangle = contact_.triangle, barycentric = contact_.barycentric, stays = true;   // seen from behind: stay where the contact was
     }
     if (!contact_.off_surface && !stays) tip_on_surface_ = tip;
-    place(body, triangle, barycentric, tip);
+    contact_.place(body, triangle, barycentric, tip, radius_);
   }
 
   /// Whether the undisturbed surface at a point looks to the side where the contact is.
@@ -301,23 +318,6 @@ class Touch {
       t = next;
     }
     return Walk::behind;
-  }
-
-  template <class Body>
-  void place(Body& body, int triangle, Vector const& barycentric, Vector const& tip) {
-    auto const c = body.tissue().surface().corners(triangle);
-    contact_.triangle = triangle;
-    contact_.barycentric = barycentric;
-    contact_.point.setZero(), contact_.home_point.setZero();
-    Vector normal = Vector::Zero();
-    for (std::size_t k = 0; k < 3; ++k) {
-      Scalar const w = barycentric[static_cast<int>(k)];
-      contact_.point += w * body.positions().col(c[k]);
-      contact_.home_point += w * body.reference_position(c[k]);
-      normal += w * body.reference_normal(c[k]);
-    }
-    if (normal.squaredNorm() > 0) contact_.normal = normal.normalized();
-    contact_.depth = radius_ - (tip - contact_.home_point).dot(contact_.normal);
   }
 
   SurfaceContact<Scalar> contact_;

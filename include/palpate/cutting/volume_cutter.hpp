@@ -102,7 +102,8 @@ struct VolumeCutOptions {
 /// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges, and for debris of tissue from which no tetrahedra can be taken; the
 ///            body stays as it was.
 /// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. Two edges with a gap between them
-///            are one blade of three pieces.
+///            are one blade of three pieces. Where another tool takes tissue away meanwhile, tetrahedra have other numbers: the blade begins anew where it
+///            is then, and the way of that tick stays uncut.
 /// Source     the sweep in material coordinates is that of \cite zheng2006 for surfaces.
 template <RealScalar Scalar>
 class VolumeCutter {

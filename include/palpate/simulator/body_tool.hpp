@@ -9,6 +9,7 @@
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/haptics/surface_sensor.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 
@@ -43,13 +44,14 @@ class BodyTool {
       cutter_.advance(body, tool);
     presses_ = cutter_.state() == CuttingPhase::indenting;
     reaction_.setZero();
+    renumberings_ = renumberings(body);
   }
   /// It is nowhere in this tick.
   void rest() noexcept { is_here_ = false; }
 
   /// Before step `i` of so many, from 1 on, each so many seconds.
   void push(BodyType& body, int i, int steps, Scalar each) {
-    if (!is_here_) return;
+    if (!is_here_ || renumberings(body) != renumberings_) return;   // another tool has taken tissue away: it finds its contact again in the next tick
     Vector const& tip = tool_.position;
     Vector const now = from_ + (tip - from_) * (Scalar(i) / Scalar(steps));
     if constexpr (HoldsTissue<CutterType, BodyType>)
@@ -81,8 +83,11 @@ class BodyTool {
       if constexpr (PressesTissue<CutterType, BodyType>) model.home_point += tool_.position - cutter_.haptic_point();   // a depth below it is one of the haptic point
     }
     if constexpr (CountsArea<CutterType>) model.cut_area = cutter_.area();
-    if (sensor_.kind() != SurfaceKind::none)
-      model.surface = sensor_.look(detail::shape_of(body), contact, model.phase, tool_.position, cutter_.tip_radius(), static_cast<Scalar>(coupling_.stiffness));
+    if (sensor_.kind() != SurfaceKind::none) {
+      if (renumberings(body) == renumberings_)
+        surface_ = sensor_.look(detail::shape_of(body), contact, model.phase, tool_.position, cutter_.tip_radius(), static_cast<Scalar>(coupling_.stiffness));
+      model.surface = surface_;
+    }
     return model;
   }
 
@@ -95,6 +100,12 @@ class BodyTool {
   CutterType const& cutter() const noexcept { return cutter_; }
 
  private:
+  static std::size_t renumberings(BodyType const& body) noexcept {
+    if constexpr (CountsRenumberings<BodyType>)
+      return body.renumberings();
+    else
+      return body.restorations();
+  }
   void take_away(BodyType& body) {
     if constexpr (ResettableCutter<CutterType, BodyType>) cutter_.reset(body);
     ticked_ = false;
@@ -110,6 +121,8 @@ class BodyTool {
   Scalar pressed_ = 0;                 // N, of the last tick
   bool ticked_ = false, is_here_ = false, presses_ = false;
   std::uint64_t pose_discontinuities_ = 0;
+  std::size_t renumberings_ = 0;     // of the body, when it was advanced last
+  SurfaceModel<Scalar> surface_{};   // the last that was sensed
 };
 
 }  // namespace palpate

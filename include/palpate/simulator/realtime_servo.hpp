@@ -100,7 +100,7 @@ class RealtimeServo {
   bool runs() const noexcept { return runs_.load(std::memory_order_acquire); }
   /// Throws where a device that has the clock has not ticked for a second: nobody waits for ever.
   void watch() {
-    if (!is_driven_) return;
+    if (!is_driven_ || !runs()) return;
     std::uint64_t const beats = beats_.load(std::memory_order_relaxed);
     auto const now = std::chrono::steady_clock::now();
     if (beats != seen_beats_ || !is_watched_) {

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/body/soft_body.hpp>
 #include <palpate/device/session.hpp>
 #include <palpate/simulator/body_loop.hpp>
 #include <palpate/simulator/budget.hpp>
 #include <palpate/simulator/pacer.hpp>
 #include <palpate/simulator/realtime_servo.hpp>
-#include <palpate/simulator/tool_recordings.hpp>
 #include <palpate/simulator/snapshot.hpp>
 #include <palpate/simulator/tool.hpp>
 
@@ -18,7 +16,6 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <exception>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -58,10 +55,9 @@ class Simulation {
 
   Simulation(Body body, SimulatorOptions const& options, Tools... made)
       : options_((options.validate(), options)),
-        order_(order_of({made.options.key...})),
         servos_(Servo<Tools>{.loop{std::move(made.device), std::move(made.force), given(made.options.servo, options.servo)}}...),
-        loop_(std::move(body), std::tuple(BodyTool<Body, typename Tools::Cutter>(std::move(made.cutter), coupling_of(made, options))...), order_,
-              options.max_body_steps),
+        loop_(std::move(body), std::tuple(BodyTool<Body, typename Tools::Cutter>(std::move(made.cutter), coupling_of(made, options))...),
+              order_of({made.options.key...}), options.max_body_steps),
         snapshots_(std::make_unique<SnapshotChannel<Scalar>>()),
         flags_(std::make_unique<RunFlags>()) {
     for_each_servo([&]<std::size_t I>(std::integral_constant<std::size_t, I>, auto& servo) {
@@ -83,6 +79,7 @@ class Simulation {
     for (Recording& recording : recordings) recording.reserve(ticks);
     tick_in_lockstep(ticks, [&](std::span<Tick const> now) {
       for (std::size_t k = 0; k < tools; ++k) recordings[k].append(now[k]);
+      if (recordings[0].ticks().size() == ticks) publish_all(now[0].time);
       after_tick(now);
     });
     for_each_servo([&](auto i, auto& servo) { recordings[i].set_saturation(servo.loop.chain().saturation()); });
@@ -91,15 +88,25 @@ class Simulation {
   /// As many whole ticks as there are in these seconds and what was left over before. Opens the devices the first time.
   template <class AfterTick>
   std::uint64_t tick(double seconds, AfterTick const& after_tick) {
+    if (running_) throw Error("Simulator: tick after start, while the servos run; finish() or close() ends them");
+    if (!(seconds >= 0) || !std::isfinite(seconds)) throw InvalidArgument(message("Simulator: a tick of ", seconds, " s; it must be finite and not negative"));
     if (!devices_) {
       auto devices = std::make_unique<OpenDevices>(servos_);
       begin_lockstep();
       devices_ = std::move(devices), left_over_ = 0;
     }
-    tick_count(seconds, rate());   // throws
-    double const all = left_over_ + seconds * rate(), whole = std::floor(all + 1e-6);
-    left_over_ = all - whole;
-    return tick_in_lockstep(static_cast<std::uint64_t>(whole), after_tick);
+    try {
+      double const all = left_over_ + seconds * rate();
+      tick_count(all / rate(), rate());   // throws
+      auto const whole = static_cast<std::uint64_t>(std::floor(all + 1e-6));
+      left_over_ = all - static_cast<double>(whole);
+      auto const made = tick_in_lockstep(whole, after_tick);
+      if (made < whole) for_each_servo([](auto, auto& servo) { servo.loop.write_zero_force(); });
+      return made;
+    } catch (...) {
+      close();
+      throw;
+    }
   }
 
   // --- in real time -----------------------------------------------------------------------------------------------------
@@ -113,7 +120,7 @@ class Simulation {
         for_each_running([](auto& servo) { servo.watch(); });
         auto const slot = pacer.wait();
         if (slot.skipped > max_caught_up) loop_.leave_out(period * static_cast<double>(slot.skipped - max_caught_up));
-        tick_body(period * static_cast<double>(1 + std::min(slot.skipped, max_caught_up)), slot);
+        move_body(period * static_cast<double>(1 + std::min(slot.skipped, max_caught_up)), slot);
       }
     } catch (...) {
       close();
@@ -121,7 +128,7 @@ class Simulation {
     }
     return finish();
   }
-  /// The servos run from now on, for so many seconds at most; `body_rate` is how often tick_body() will be called, about [Hz].
+  /// The servos alone, in real time, on their threads: they run from now on, for so many seconds at most. The host calls tick_body(), at about `body_rate` [Hz].
   void start(double seconds, double body_rate) {
     close();
     auto running = std::make_unique<Running>(*this, body_rate);
@@ -133,13 +140,19 @@ class Simulation {
     });
     statistics_.pause();
     running_ = std::move(running);
-    for_each_running([](auto& servo) { servo.start(); });
+    try {
+      for_each_running([](auto& servo) { servo.start(); });
+    } catch (...) {
+      close();
+      throw;
+    }
   }
-  /// The body's half of a tick of h seconds. False once no servo runs any more.
+  /// The body alone: a tick of h seconds. False once no servo runs any more. Throws as run_realtime does; then close(), and the hand is let go.
   bool tick_body(double h) {
     if (!running_) throw Error("Simulator: tick_body before start; start(seconds) lets the servos run");
+    if (!(h > 0) || !std::isfinite(h)) throw InvalidArgument(message("Simulator: tick_body takes ", h, " s; it must be finite and positive"));
     for_each_running([](auto& servo) { servo.watch(); });
-    if (any_servo_runs()) tick_body(h, {.due = std::chrono::steady_clock::now(), .skipped = 0});
+    if (any_servo_runs()) move_body(h, {.due = std::chrono::steady_clock::now(), .skipped = 0});
     return any_servo_runs();
   }
   /// Ends the servos where they run, and the devices are closed.
@@ -153,10 +166,23 @@ class Simulation {
     close();
     return recordings;
   }
-  /// Closes the devices that tick() or start() has opened.
+  /// Ends what tick() or start() has begun, without a recording.
   void close() noexcept { running_.reset(), devices_.reset(); }
 
+  /// Ends the run that goes on, from any thread or from `after_tick`: in real time after the servo's tick, with a force of zero as at every end; in lock-step
+  /// likewise. The recording ends there. Without a run it does nothing.
   void stop() noexcept { flags_->stop.store(true, std::memory_order_release); }
+
+  /// The body as it is now, cuts included, also while a tool is in it: for restore(), as often as wanted.
+  auto mark() const { return loop_.body().save(); }
+  /// Undoes all that has happened to the body since mark(). A tool that is in contact feels its force fade to zero over 50 ms, and has to touch
+  /// the tissue anew. Between runs, or from `after_tick`.
+  template <class Mark>
+  void restore(Mark const& mark) {
+    loop_.restore(mark);
+  }
+  Body& body() noexcept { return loop_.body(); }
+  Body const& body() const noexcept { return loop_.body(); }
 
   template <std::size_t I>
   auto& servo() noexcept {
@@ -168,13 +194,17 @@ class Simulation {
   }
   auto& loop() noexcept { return loop_; }
   auto const& loop() const noexcept { return loop_; }
+  /// Simulated time so far [s].
   double time() const noexcept { return servo<0>().time(); }
+  /// The body as drawn by another thread: call fetch() there, then latest().
   SnapshotChannel<Scalar>& snapshots() noexcept { return *snapshots_; }
 
   template <std::size_t I>
   SimulatorStatistics statistics() const {
     return {.servo = servo<I>().statistics, .body = statistics_, .servo_counts = servo<I>().loop.counts(), .body_counts = loop_.counts()};
   }
+  /// Whether the body will keep up with its ticks, also before the first: then a copy of it takes two steps, whose second is timed, and a tick is one of
+  /// run_realtime. Between runs, or from `after_tick`; it changes nothing.
   StepForecast forecast() const {
     SimulatorStatistics all = statistics<0>();
     if (all.body.target().count() == 0) aim(all.body, options_.body_rate);
@@ -284,16 +314,21 @@ class Simulation {
         servo.statistics.add(spent[i] + lap());
         ++servo.done;
       });
-      if (tick % snapshot_every == 0 || k + 1 == ticks) publish(now[0].time);
-      if (tick % live_every == 0 || k + 1 == ticks) {
-        for_each_servo([](auto, auto& servo) { servo.publish(); });
-        publish_body_statistics();
-      }
+      if (tick % snapshot_every == 0) publish(now[0].time);
+      if (tick % live_every == 0) publish_statistics();
       after_tick(std::span<Tick const>(now));
     }
     return k;
   }
 
+  void publish_all(double time) {
+    publish(time);
+    publish_statistics();
+  }
+  void publish_statistics() noexcept {
+    for_each_servo([](auto, auto& servo) { servo.publish(); });
+    publish_body_statistics();
+  }
   void publish_body_statistics() noexcept {
     for_each_servo([&](auto, auto& servo) { servo.live->publish_body(statistics_, loop_.counts()); });
   }
@@ -311,6 +346,9 @@ class Simulation {
   struct OpenDevices {
     explicit OpenDevices(std::tuple<Servo<Tools>...>& servos) {
       [&]<std::size_t... I>(std::index_sequence<I...>) { (std::get<I>(sessions).emplace(std::get<I>(servos).loop.device()), ...); }(std::make_index_sequence<tools>{});
+    }
+    ~OpenDevices() {
+      [&]<std::size_t... I>(std::index_sequence<I...>) { (std::get<tools - 1 - I>(sessions).reset(), ...); }(std::make_index_sequence<tools>{});
     }
     std::tuple<std::optional<DeviceSession<typename Tools::Device, typename decltype(Servo<Tools>::loop)::DeviceScalar>>...> sessions;
   };
@@ -339,7 +377,7 @@ class Simulation {
   bool any_servo_runs() const noexcept {
     return std::apply([](auto const&... servo) { return (servo->runs() || ...); }, running_->servos);
   }
-  void tick_body(double h, Pacer::Slot const& slot) {
+  void move_body(double h, Pacer::Slot const& slot) {
     auto const started = std::chrono::steady_clock::now();
     std::array<PlacedTool<Scalar>, tools> placed;
     std::array<ToolSnapshot<Scalar>, tools> shown;
@@ -371,7 +409,6 @@ class Simulation {
   }
 
   SimulatorOptions options_;
-  typename Loop::Order order_;
   std::tuple<Servo<Tools>...> servos_;
   Loop loop_;
   std::unique_ptr<SnapshotChannel<Scalar>> snapshots_;

@@ -4,6 +4,7 @@
 #include <palpate/body/soft_body.hpp>
 #include <palpate/core/event_ring.hpp>
 #include <palpate/simulator/simulation.hpp>
+#include <palpate/simulator/tool_recordings.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -54,73 +55,53 @@ class Simulator;
 /// Units          s, Hz, m, N.
 /// Errors         InvalidArgument for a duration or rate that makes no sense. An exception in the body's thread ends the run with
 ///                a force of zero and is thrown again by run_realtime. Error where a device's own clock stands still for a second.
-/// Threads        run and run_realtime from one thread at a time; snapshots() may be read from another one meanwhile.
+/// Threads        runs, and what a host's loop calls, from one thread at a time; snapshots() may be read from another one meanwhile.
 template <class Device, class Body, class CutterType, class Force>
   requires(!detail::is_tool<Body> && detail::MakeSimulator<Device, Body, CutterType, Force>)
-class Simulator<Device, Body, CutterType, Force> {
+class Simulator<Device, Body, CutterType, Force> : detail::Simulation<Body, Tool<Device, CutterType, Force>> {
+  using All = detail::Simulation<Body, Tool<Device, CutterType, Force>>;
+
  public:
   using Scalar = typename Body::Scalar;
 
-  Simulator(Device device, Body body, CutterType cutter, Force force, SimulatorOptions const& options = {})
-      : all_(std::move(body), options, Tool(std::move(device), std::move(cutter), std::move(force))) {}
+  Simulator(Device device, Body its_body, CutterType cutter, Force force, SimulatorOptions const& options = {})
+      : All(std::move(its_body), options, Tool(std::move(device), std::move(cutter), std::move(force))) {}
 
   /// Runs `seconds` of simulated time in lock-step, after what was run before; not for a device in somebody's hand. `after_tick(tick)` is called once a tick,
   /// if given.
   template <class AfterTick>
   Recording run(double seconds, AfterTick after_tick) {
-    return std::move(all_.run(seconds, [&](std::span<Tick const> ticks) { after_tick(ticks[0]); })[0]);
+    return std::move(All::run(seconds, [&](std::span<Tick const> ticks) { after_tick(ticks[0]); })[0]);
   }
   Recording run(double seconds) {
     return run(seconds, [](Tick const&) {});
   }
   /// Runs `seconds` of real time on two threads: this one becomes the body's, a new one the servo.
-  Recording run_realtime(double seconds) { return std::move(all_.run_realtime(seconds)[0]); }
+  Recording run_realtime(double seconds) { return std::move(All::run_realtime(seconds)[0]); }
+  using All::stop;
 
   // --- for a host that owns the loop ------------------------------------------------------------------------------------
   /// Both halves, in lock-step: as many whole servo ticks as there are in h seconds and what was left over before, and after_tick(tick) after each. Returns their
   /// number. The device is opened the first time, and stays open until close(), a run or the end of the simulator, which is not to be moved meanwhile.
   template <class AfterTick>
   std::uint64_t tick(double h, AfterTick after_tick) {
-    return all_.tick(h, [&](std::span<Tick const> ticks) { after_tick(ticks[0]); });
+    return All::tick(h, [&](std::span<Tick const> ticks) { after_tick(ticks[0]); });
   }
   std::uint64_t tick(double h) {
     return tick(h, [](Tick const&) {});
   }
-  /// The servo alone, in real time, on its thread: it runs from now on, for `seconds` at most. The host calls tick_body(), at about `body_rate` [Hz].
-  void start(double seconds, double body_rate) { all_.start(seconds, body_rate); }
-  /// The body alone: a tick of h seconds. False once the servo has ended. Throws as run_realtime does; then close(), and the hand is let go.
-  bool tick_body(double h) { return all_.tick_body(h); }
+  using All::start, All::tick_body, All::close;
   /// Ends the servo, if it still runs, and closes the device.
-  Recording finish() { return std::move(all_.finish()[0]); }
-  /// Ends what tick() or start() has begun, without a recording.
-  void close() noexcept { all_.close(); }
+  Recording finish() { return std::move(All::finish()[0]); }
 
-  /// Ends the run that goes on, from any thread or from `after_tick`: in real time after the servo's tick, with a force of zero as at every end; in lock-step
-  /// likewise. The recording ends there. Without a run it does nothing.
-  void stop() noexcept { all_.stop(); }
   /// The ticks of a run in real time as they happen, for one other thread: pop() them; what finds no room, more than a second's, is not kept there, but in the recording.
   EventRing<Tick, 1024>& live_ticks() noexcept { return *servo().ticks; }
 
-  /// The body as it is now, cuts included, also while the tool is in it: for restore(), as often as wanted.
-  auto mark() const { return all_.loop().body().save(); }
-  /// Undoes all that has happened to the body since mark(). A tool that is in contact feels its force fade to zero over 50 ms, and has to touch
-  /// the tissue anew. Between runs, or from `after_tick`.
-  template <class Mark>
-  void restore(Mark const& mark) {
-    all_.loop().restore(mark);
-  }
-
-  Body& body() noexcept { return all_.loop().body(); }
-  Body const& body() const noexcept { return all_.loop().body(); }
-  CutterType& cutter() noexcept { return all_.loop().cutter(); }
-  CutterType const& cutter() const noexcept { return all_.loop().cutter(); }
+  using All::body, All::mark, All::restore, All::time, All::snapshots, All::forecast;
+  CutterType& cutter() noexcept { return All::loop().cutter(); }
+  CutterType const& cutter() const noexcept { return All::loop().cutter(); }
   Force& force() noexcept { return servo().loop.force(); }
   Device& device() noexcept { return servo().loop.device(); }
-  /// Simulated time so far [s].
-  double time() const noexcept { return all_.time(); }
-
-  /// The body as drawn by another thread: call fetch() there, then latest().
-  SnapshotChannel<Scalar>& snapshots() noexcept { return all_.snapshots(); }
 
   /// What the safety chain does, told as it happens: pop() them from one thread, this one or another. 256 are kept.
   ServoEvents& events() noexcept { return servo().loop.events(); }
@@ -129,20 +110,15 @@ class Simulator<Device, Body, CutterType, Force> {
   WorkspaceMapping<Scalar> const& mapping() const noexcept { return servo().loop.mapping(); }
 
   /// What was counted so far: between runs, or from `after_tick`.
-  SimulatorStatistics statistics() const { return all_.template statistics<0>(); }
-  /// Whether the body will keep up with its ticks, also before the first: then a copy of it takes two steps, whose second is timed, and a tick is one of
-  /// run_realtime. Between runs, or from `after_tick`; it changes nothing.
-  StepForecast forecast() const { return all_.forecast(); }
+  SimulatorStatistics statistics() const { return All::template statistics<0>(); }
   /// statistics() while a run goes on, from any number of other threads: at most 50 ticks old.
   SimulatorStatistics live_statistics() const noexcept { return servo().live->statistics(); }
   /// What the servo's thread of the last real-time run, or of the one that goes on, was granted of `SimulatorOptions::realtime`.
   RealtimeReport realtime_report() const noexcept { return servo().live->report(); }
 
  private:
-  auto& servo() noexcept { return all_.template servo<0>(); }
-  auto const& servo() const noexcept { return all_.template servo<0>(); }
-
-  detail::Simulation<Body, Tool<Device, CutterType, Force>> all_;
+  auto& servo() noexcept { return All::template servo<0>(); }
+  auto const& servo() const noexcept { return All::template servo<0>(); }
 };
 
 /// The same with any number of tools, each with its own device, force and safety chain.
@@ -153,97 +129,78 @@ class Simulator<Device, Body, CutterType, Force> {
 /// run            lock-step: every tick reads all devices, ticks the body once with all tools, and answers each. Tools touch, cut and push in the order of their
 ///                keys, so that the same tools in other places with the same keys give the same bytes. Their devices have one rate.
 /// run_realtime   a servo thread, or driver, for each device, each at its own rate; this thread becomes the body's. A device that fails stops its own tool's force
-///                alone. The run ends when the last servo has.
+///                alone; but one whose own clock stands still for a second ends the run, as above. Else it ends when the last servo has.
 /// Members        as above; what belongs to one tool has its place as an argument: force<1>(). tool<1>() is its cutter.
 template <class Body, class... Tools>
   requires(detail::are_tools<Tools...> && (detail::ToolOf<Tools, Body> && ...))
-class Simulator<Body, Tools...> {
+class Simulator<Body, Tools...> : detail::Simulation<Body, Tools...> {
+  using All = detail::Simulation<Body, Tools...>;
+
  public:
   using Scalar = typename Body::Scalar;
 
-  explicit Simulator(Body body, Tools... tools) : Simulator(std::move(body), SimulatorOptions{}, std::move(tools)...) {}
-  Simulator(Body body, SimulatorOptions const& options, Tools... tools) : all_(std::move(body), options, std::move(tools)...) {}
+  explicit Simulator(Body its_body, Tools... tools) : Simulator(std::move(its_body), SimulatorOptions{}, std::move(tools)...) {}
+  Simulator(Body its_body, SimulatorOptions const& options, Tools... tools) : All(std::move(its_body), options, std::move(tools)...) {}
 
   /// after_tick(ticks), if given: a std::span<Tick const> with that of each tool.
   template <class AfterTick>
   ToolRecordings run(double seconds, AfterTick after_tick) {
-    return ToolRecordings(all_.run(seconds, after_tick));
+    return ToolRecordings(All::run(seconds, after_tick));
   }
   ToolRecordings run(double seconds) {
     return run(seconds, [](std::span<Tick const>) {});
   }
-  ToolRecordings run_realtime(double seconds) { return ToolRecordings(all_.run_realtime(seconds)); }
+  ToolRecordings run_realtime(double seconds) { return ToolRecordings(All::run_realtime(seconds)); }
   template <class AfterTick>
   std::uint64_t tick(double h, AfterTick after_tick) {
-    return all_.tick(h, after_tick);
+    return All::tick(h, after_tick);
   }
   std::uint64_t tick(double h) {
     return tick(h, [](std::span<Tick const>) {});
   }
-  void start(double seconds, double body_rate) { all_.start(seconds, body_rate); }
-  bool tick_body(double h) { return all_.tick_body(h); }
-  ToolRecordings finish() { return ToolRecordings(all_.finish()); }
-  void close() noexcept { all_.close(); }
-  void stop() noexcept { all_.stop(); }
-  auto mark() const { return all_.loop().body().save(); }
-  template <class Mark>
-  void restore(Mark const& mark) {
-    all_.loop().restore(mark);
-  }
-
-  Body& body() noexcept { return all_.loop().body(); }
-  Body const& body() const noexcept { return all_.loop().body(); }
-  double time() const noexcept { return all_.time(); }
-  SnapshotChannel<Scalar>& snapshots() noexcept { return all_.snapshots(); }
-  StepForecast forecast() const { return all_.forecast(); }
+  ToolRecordings finish() { return ToolRecordings(All::finish()); }
+  using All::body, All::mark, All::restore, All::time, All::snapshots, All::forecast, All::statistics, All::stop, All::start, All::tick_body, All::close;
 
   template <std::size_t I>
   auto& tool() noexcept {
-    return all_.loop().template tool<I>().cutter();
+    return All::loop().template tool<I>().cutter();
   }
   template <std::size_t I>
   auto const& tool() const noexcept {
-    return all_.loop().template tool<I>().cutter();
+    return All::loop().template tool<I>().cutter();
   }
   template <std::size_t I>
   auto& force() noexcept {
-    return all_.template servo<I>().loop.force();
+    return All::template servo<I>().loop.force();
   }
   template <std::size_t I>
   auto& device() noexcept {
-    return all_.template servo<I>().loop.device();
+    return All::template servo<I>().loop.device();
   }
   template <std::size_t I>
   EventRing<Tick, 1024>& live_ticks() noexcept {
-    return *all_.template servo<I>().ticks;
+    return *All::template servo<I>().ticks;
   }
   template <std::size_t I>
   ServoEvents& events() noexcept {
-    return all_.template servo<I>().loop.events();
+    return All::template servo<I>().loop.events();
   }
   template <std::size_t I>
   SafetyChain<Scalar> const& safety() const noexcept {
-    return all_.template servo<I>().loop.chain();
+    return All::template servo<I>().loop.chain();
   }
   template <std::size_t I>
   WorkspaceMapping<Scalar> const& mapping() const noexcept {
-    return all_.template servo<I>().loop.mapping();
-  }
-  template <std::size_t I>
-  SimulatorStatistics statistics() const {
-    return all_.template statistics<I>();
+    return All::template servo<I>().loop.mapping();
   }
   template <std::size_t I>
   SimulatorStatistics live_statistics() const noexcept {
-    return all_.template servo<I>().live->statistics();
+    return All::template servo<I>().live->statistics();
   }
   template <std::size_t I>
   RealtimeReport realtime_report() const noexcept {
-    return all_.template servo<I>().live->report();
+    return All::template servo<I>().live->report();
   }
-
- private:
-  detail::Simulation<Body, Tools...> all_;
 };
 
 /// Parts that make no simulator: what is wrong, in a sentence each, and nothing that could fail besides.

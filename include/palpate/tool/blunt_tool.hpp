@@ -57,18 +57,7 @@ class BluntTool {
     haptic_point_ = on_tool;
     contact_ = {};
     contact_.touching = true;
-    contact_.triangle = triangle;
-    contact_.barycentric = barycentric;
-    auto const corners = body.tissue().surface().corners(triangle);
-    Vector normal = Vector::Zero();
-    for (std::size_t k = 0; k < 3; ++k) {
-      Scalar const w = barycentric[static_cast<int>(k)];
-      contact_.point += w * body.positions().col(corners[k]);
-      contact_.home_point += w * body.reference_position(corners[k]);
-      normal += w * body.reference_normal(corners[k]);
-    }
-    if (normal.squaredNorm() > 0) contact_.normal = normal.normalized();
-    contact_.depth = tip_radius() - (haptic_point_ - contact_.home_point).dot(contact_.normal);
+    contact_.place(body, triangle, barycentric, on_tool, tip_radius());
   }
 
  private:

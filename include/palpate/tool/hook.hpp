@@ -37,13 +37,7 @@ class Hook {
   using Vector = Vector3<Scalar>;
 
   explicit Hook(HookOptions<Scalar> const& options = {})
-      : options_(options), tool_(make_hook_shape<Scalar>(options.shape), {.friction = options.friction}) {
-    detail::OptionCheck const check{"HookOptions"};
-    check(options.angle > 0 && options.angle < std::numbers::pi_v<Scalar> / 2, ".angle", static_cast<double>(options.angle), " rad",
-          "give one between 0 and pi/2");
-    check.positive(".hooking_force", static_cast<double>(options.hooking_force), " N");
-    check.positive(".tear_force", static_cast<double>(options.tear_force), " N");
-  }
+      : options_(checked(options)), tool_(make_hook_shape<Scalar>(options.shape), {.friction = options.friction}) {}
 
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool) {
@@ -82,6 +76,15 @@ class Hook {
   HookOptions<Scalar> const& options() const noexcept { return options_; }
 
  private:
+  static HookOptions<Scalar> const& checked(HookOptions<Scalar> const& options) {
+    detail::OptionCheck const check{"HookOptions"};
+    check(options.angle > 0 && options.angle < std::numbers::pi_v<Scalar> / 2, ".angle", static_cast<double>(options.angle), " rad",
+          "give one between 0 and pi/2");
+    check.not_negative(".friction", static_cast<double>(options.friction));
+    check.positive(".hooking_force", static_cast<double>(options.hooking_force), " N");
+    check.positive(".tear_force", static_cast<double>(options.tear_force), " N");
+    return options;
+  }
   /// The way that the point looks, from the bend to the tip.
   Vector point_direction() const noexcept { return rods().pose().orientation * Vector(-Vector::UnitZ()); }
 

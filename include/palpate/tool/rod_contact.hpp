@@ -78,14 +78,14 @@ class RodContact {
     return at;
   }
 
-  /// Moves the tool. A pose that is not finite changes nothing.
+  /// Moves the tool. A pose that is not finite leaves it where it is.
   template <class Body>
   void advance(Body& body, Pose const& pose) {
     static_assert(SearchableBody<Body>,
                   "palpate: a tool needs a body with visit_triangles_in_box(low, high, visit), which calls visit(triangle); see SearchableBody.");
-    if (!is_finite(pose.position) || !(std::abs(pose.orientation.norm() - 1) < Scalar(0.01))) return;
     if (body.restorations() != restorations_) reset();
     restorations_ = body.restorations();
+    if (!is_finite(pose.position) || !(std::abs(pose.orientation.norm() - 1) < Scalar(0.01))) return;
     previous_ = placed_ ? pose_ : pose;
     pose_ = pose;
     placed_ = true;
