@@ -72,6 +72,7 @@ ToolPose<double> random_pose(Random& random, Vector3<double> const& low, Vector3
   for (int k = 0; k < 3; ++k) pose.position[k] = random.uniform(low[k], high[k]);
   pose.orientation =
       Eigen::Quaternion<double>(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)).normalized();
+  pose.opening = random.uniform(0.0, 1.0);
   return pose;
 }
 
@@ -108,7 +109,8 @@ void check_at_random(Body const& start, std::vector<ToolShape<double>> const& sh
       std::size_t next = 0;
       auto const touches = tool.touches();
       for (std::size_t r = 0; r < shape.rods.size(); ++r) {
-        auto const& [rod, use] = shape.rods[r];
+        auto const rod = shape.rods[r].at(pose.opening);
+        auto const use = shape.rods[r].use;
         Vector3<double> const from = tool.placed(pose, rod.from), to = tool.placed(pose, rod.to);
         for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) {
           auto const corner = corners_of(body, t);

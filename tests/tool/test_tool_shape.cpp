@@ -36,6 +36,8 @@ TEMPLATE_TEST_CASE("Built-in shapes are valid, and their rods lie where they say
   CHECK(near(scalpel.rods[0].rod.to, {0.02 * std::sqrt(0.75), 0, 0.01}));
   auto const forceps = make_forceps_shape<S>({.opening = 0.012, .jaw = 0.01});
   CHECK((near(forceps.rods.at(0).rod.from, {-0.006, 0, 0}) && near(forceps.rods.at(1).rod.from, {0.006, 0, 0}) && near(forceps.rods[1].rod.to, {0, 0, 0.008})));
+  CHECK((near(forceps.rods[0].at(1).from, {-0.006, 0, 0}) && near(forceps.rods[1].at(0.5).from, {0.0035, 0, 0})));
+  CHECK((near(forceps.rods[0].at(0).from, {-0.001, 0, 0}) && near(forceps.rods[1].at(0).from, {0.001, 0, 0}) && near(forceps.rods[1].at(0).to, {0, 0, 0.008})));   // they touch
   for (auto const* shape : {&probe, &hook, &scalpel, &forceps}) {
     CHECK_NOTHROW(shape->validate());
     CHECK(shape->picture.triangles.cols() == 48 * static_cast<Eigen::Index>(shape->rods.size()));
@@ -63,6 +65,9 @@ TEST_CASE("A shape says what is wrong with it", "[tool][tool_shape]") {
                     says("triangle 0", "corner 3", "3 points"));
   CHECK_THROWS_WITH(with([&](auto& s) { s.picture.points.setConstant(3, 1, nan); }), says("point of the picture is not finite"));
   CHECK_THROWS_WITH(make_probe_shape<double>({.radius = 0}), says(".radius is 0 m", "positive"));
+  shape = make_forceps_shape<double>();
+  shape.rods[1].closing[0].x() = nan;
+  CHECK_THROWS_WITH(shape.validate(), says("an end of rod 1 is not finite"));
   CHECK_THROWS_WITH(make_hook_shape<double>({.bend = 4}), says(".bend is 4 rad", "below pi"));
   CHECK_THROWS_WITH(make_scalpel_shape<double>({.angle = 0}), says(".angle is 0 rad"));
   CHECK_THROWS_WITH(make_forceps_shape<double>({.opening = 0.05, .jaw = 0.02}), says(".opening is 0.05 m", "0.02"));

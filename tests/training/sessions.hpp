@@ -38,8 +38,8 @@ inline palpate::Session random_session(unsigned seed, int ticks, bool hand) {
       if (std::isfinite(value)) return value;
     }
   };
-  bool const turns = hand && seed % 4 == 0;
-  Session session{.seed = Seed{generator()}, .device = {.max_force = 1.5, .rate = 500.0, .reports_velocity = hand, .reports_orientation = turns}};
+  bool const turns = hand && seed % 4 == 0, grips = hand && (seed % 4 == 0 || seed % 6 == 0);
+  Session session{.seed = Seed{generator()}, .device = {.max_force = 1.5, .rate = 500.0, .reports_velocity = hand, .reports_orientation = turns, .reports_gripper = grips}};
   for (int i = 0; i < ticks; ++i) {
     Tick tick{.time = i / 500.0, .tip = {any(), any(), any()}, .phase = static_cast<CuttingPhase>(generator() % 3)};
     if (generator() % 2 == 0) {
@@ -53,6 +53,7 @@ inline palpate::Session random_session(unsigned seed, int ticks, bool hand) {
                               .velocity = {any(), any(), any()},
                               .orientation = turns && generator() % 2 == 0 ? Eigen::Quaternion<double>(any(), any(), any(), any()) : Eigen::Quaternion<double>::Identity(),
                               .buttons = static_cast<std::uint32_t>(generator() % 3 == 0 ? generator() : 0),
+                              .gripper = grips && generator() % 2 == 0 ? any() : 1.0,
                               .read = static_cast<DeviceStatus>(generator() % 4),
                               .written = static_cast<DeviceStatus>(generator() % 4)});
   }

@@ -7,14 +7,15 @@
 
 namespace palpate {
 
-/// Where a tool is, how it is turned and how fast it goes.
+/// Where a tool is, how it is turned, how fast it goes and how wide its jaws are open.
 /// Units      position [m] and velocity [m/s] of the tip; world frame.
-/// Invariant  orientation is a unit quaternion, world ← tool; the identity where nobody knows.
+/// Invariant  orientation is a unit quaternion, world ← tool; the identity where nobody knows. opening is from 0, closed, to 1, as open as the tool can be.
 template <RealScalar Scalar>
 struct ToolPose {
   Vector3<Scalar> position = Vector3<Scalar>::Zero();
   Eigen::Quaternion<Scalar> orientation = Eigen::Quaternion<Scalar>::Identity();
   Vector3<Scalar> velocity = Vector3<Scalar>::Zero();
+  Scalar opening = 1;   ///< of what has jaws
 };
 
 namespace detail {

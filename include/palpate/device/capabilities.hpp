@@ -64,6 +64,7 @@ struct Capabilities {
   DeviceValue max_torque{};       ///< N·m; 0: torques are ignored
   bool reports_velocity = false;  ///< `read` fills `velocity`; otherwise the host differentiates positions
   bool reports_orientation = false;
+  bool reports_gripper = false;   ///< `read` fills `gripper`; otherwise a button closes a tool's jaws, see ServoOptions::grip
   int buttons = 0;                ///< how many bits of `DeviceState::buttons` mean something
   bool moves_a_hand = true;       ///< then at most 1 N is written by default, see SafetyOptions. False for a simulated device: nobody is hurt, so
                                   ///< force is not capped and no button has to be held

@@ -47,6 +47,7 @@ struct DeviceState {
   Eigen::Quaternion<Scalar> orientation = Eigen::Quaternion<Scalar>::Identity();
   Vector3<Scalar> angular_velocity = Vector3<Scalar>::Zero();
   std::uint32_t buttons = 0;   ///< bit i is set while button i is pressed
+  Scalar gripper = 1;          ///< how far the fingers have opened it: 0 closed, 1 open
 };
 
 /// What the hand feels: force [N] and torque about the tip [N·m], in the device's frame.

@@ -20,6 +20,7 @@ struct HandSample {
   Vector3<double> velocity = Vector3<double>::Zero();   ///< as the device reported it; zero where it reports none
   Eigen::Quaternion<double> orientation = Eigen::Quaternion<double>::Identity();   ///< device ← tool, the same
   std::uint32_t buttons = 0;
+  double gripper = 1;   ///< from 0, closed, to 1, open; 1 where the device reports none
   DeviceStatus read = DeviceStatus::ok;
   DeviceStatus written = DeviceStatus::ok;
 };

@@ -34,7 +34,7 @@ class RecordedDevice : public detail::WrappedDevice<Device, Scalar> {
   DeviceStatus read(DeviceState<Scalar>& state) noexcept {
     if (!knows_) {
       Capabilities const capabilities = device_.capabilities();
-      knows_ = true, moves_ = capabilities.reports_velocity, turns_ = capabilities.reports_orientation;
+      knows_ = true, moves_ = capabilities.reports_velocity, turns_ = capabilities.reports_orientation, grips_ = capabilities.reports_gripper;
     }
     DeviceStatus const status = device_.read(state);
     logs_ = log_.samples.size() < log_.room;
@@ -45,6 +45,7 @@ class RecordedDevice : public detail::WrappedDevice<Device, Scalar> {
                               .velocity = moves_ ? state.velocity.template cast<double>().eval() : Vector3<double>(Vector3<double>::Zero()),
                               .orientation = turns_ ? state.orientation.template cast<double>() : Eigen::Quaternion<double>::Identity(),
                               .buttons = state.buttons,
+                              .gripper = grips_ ? static_cast<double>(state.gripper) : 1.0,
                               .read = status});
     else
       log_.samples.push_back({.read = status});
@@ -79,7 +80,7 @@ class RecordedDevice : public detail::WrappedDevice<Device, Scalar> {
   Log log_;
   std::size_t dropped_ = 0;
   bool logs_ = false;   // this tick has a sample
-  bool knows_ = false, moves_ = false, turns_ = false;   // whether it reports velocity and orientation, asked in the first read; else the state has the host's
+  bool knows_ = false, moves_ = false, turns_ = false, grips_ = false;   // whether it reports velocity, orientation and gripper, asked in the first read; else the state has the host's
 };
 
 }  // namespace palpate

@@ -39,6 +39,7 @@ class ReplayDevice {
     state.position = sample.position.template cast<Scalar>();
     state.buttons = sample.buttons;
     if (capabilities_.reports_orientation) state.orientation = sample.orientation.template cast<Scalar>();
+    if (capabilities_.reports_gripper) state.gripper = static_cast<Scalar>(sample.gripper);
     if (capabilities_.reports_velocity) state.velocity = rests ? Vector3<Scalar>::Zero() : sample.velocity.template cast<Scalar>().eval();
     return rests ? DeviceStatus::stale : sample.read;
   }

@@ -7,11 +7,22 @@
 #include <palpate/device/limit.hpp>
 #include <palpate/device/trajectory.hpp>
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <iterator>
 #include <utility>
+#include <vector>
 
 namespace palpate {
+
+/// How wide a gripper is open, and when: s, and 0, closed, to 1, open.
+struct TimedOpening {
+  double time = 0;
+  double opening = 1;
+};
 
 struct ScriptedDeviceOptions {
   double max_force = 3.3;           ///< N; the Touch's value
@@ -21,6 +32,7 @@ struct ScriptedDeviceOptions {
   double jitter = 0.0;              ///< s, a sample is taken up to that much early or late, evenly spread, and nobody is told; below half a tick
   double dropouts = 0.0;            ///< share of the ticks, 0 … 1, in which a dropout begins: reads that say `stale` and hold the last sample
   int dropout_ticks = 1;            ///< how long each lasts
+  std::vector<TimedOpening> gripper = {};   ///< of a device that reports its gripper: evenly from one to the next; empty: it reports none
   std::uint64_t seed = 0;           ///< of jitter and dropouts; the same seed gives the same run
 };
 
@@ -41,6 +53,7 @@ class ScriptedDevice {
         capabilities_{.max_force = options.max_force,
                       .rate = options.rate,
                       .reports_velocity = options.reports_velocity,
+                      .reports_gripper = !options.gripper.empty(),
                       .moves_a_hand = false,
                       .resolution = options.quantum > 0.0 ? DeviceValue(options.quantum) : DeviceValue{}} {
     require_valid(capabilities_);
@@ -50,6 +63,11 @@ class ScriptedDevice {
     require(options.jitter >= 0.0 && options.jitter < 0.5 / options.rate, ".jitter", options.jitter, "give seconds, 0 or more, below half a tick");
     require(options.dropouts >= 0.0 && options.dropouts <= 1.0, ".dropouts", options.dropouts, "give a share of the ticks, 0 to 1");
     require(options.dropout_ticks >= 1, ".dropout_ticks", options.dropout_ticks, "give 1 or more");
+    for (std::size_t k = 0; k < options.gripper.size(); ++k) {
+      require(options.gripper[k].opening >= 0 && options.gripper[k].opening <= 1, ".gripper", options.gripper[k].opening, "give openings from 0 to 1");
+      require(std::isfinite(options.gripper[k].time) && (k == 0 || options.gripper[k].time > options.gripper[k - 1].time), ".gripper's time",
+              options.gripper[k].time, "give finite times that rise");
+    }
     rewind();
   }
 
@@ -72,6 +90,7 @@ class ScriptedDevice {
     if (!drops || tick_ == 1) last_ = trajectory_.at(time);   // the first sample is there, whatever comes
     state.position = quantised(last_.position, options_.quantum);
     if (options_.reports_velocity) state.velocity = last_.velocity;
+    if (!drops && !options_.gripper.empty()) state.gripper = static_cast<Scalar>(opening(time));
     return drops ? DeviceStatus::stale : DeviceStatus::ok;
   }
   DeviceStatus write(Wrench<Scalar> const& wrench) noexcept {
@@ -98,6 +117,15 @@ class ScriptedDevice {
   ScriptedDeviceOptions const& options() const noexcept { return options_; }
 
  private:
+  double opening(double time) const noexcept {
+    auto const& at = options_.gripper;
+    auto const next = std::find_if(at.begin(), at.end(), [&](TimedOpening const& each) { return each.time > time; });
+    if (next == at.begin()) return at.front().opening;
+    if (next == at.end()) return at.back().opening;
+    auto const& before = *std::prev(next);
+    return before.opening + (time - before.time) / (next->time - before.time) * (next->opening - before.opening);
+  }
+
   Trajectory<Scalar> trajectory_;
   ScriptedDeviceOptions options_;
   Capabilities capabilities_;

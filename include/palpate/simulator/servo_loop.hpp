@@ -13,6 +13,7 @@
 #include <palpate/haptics/workspace_mapping.hpp>
 #include <palpate/simulator/tick.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -28,6 +29,8 @@ struct ServoOptions {
   SafetyOptions safety{};
   WorkspaceMapping<double> mapping{};    ///< from the device's frame to the world's
   std::uint32_t clutch = 0;              ///< buttons; while one is pressed the tip stays and the hand moves freely. 0: none
+  std::uint32_t grip = 0;                ///< buttons; while one is pressed the tool's jaws close, of a device that reports no gripper. 0: none
+  double grip_time = 0.1;                ///< s, in which they close or open
 };
 
 /// What happened on the servo's side.
@@ -82,6 +85,7 @@ class ServoLoop {
   ServoLoop(Device device, Force force, ServoOptions const& options = {})
       : device_(std::move(device)), force_(std::move(force)), options_(options), mapping_(options.mapping.template cast<Scalar>()), events_(std::make_unique<ServoEvents>()) {
     options.safety.validate();
+    detail::require_positive("ServoOptions: .grip_time", options.grip_time, "s");
   }
 
   /// Reads the device. The tip and its velocity are then known; without velocity from the device it is the difference over h.
@@ -125,6 +129,7 @@ class ServoLoop {
     tip_ = tip;
     if (reports_orientation_ && std::abs(state.orientation.norm() - 1) < DeviceScalar(0.01))   // false for what is not finite
       orientation_ = mapping_.orientation_to_world(state.orientation.template cast<Scalar>());
+    work_jaws(h);
     placed_ = follows_ = true;
   }
 
@@ -198,6 +203,7 @@ class ServoLoop {
     since_sample_ = 0;
     reports_velocity_ = capabilities.reports_velocity;
     reports_orientation_ = capabilities.reports_orientation;
+    reports_gripper_ = capabilities.reports_gripper;
     placed_at_ = -std::numeric_limits<double>::infinity();   // the clock of a session begins anew
     answer_is_due_ = false;
     reset_force();
@@ -211,7 +217,7 @@ class ServoLoop {
   Vector const& tip() const noexcept { return tip_; }
   Vector const& velocity() const noexcept { return velocity_; }
   /// The tool in the world. One whose device reports no orientation is not turned.
-  ToolPose<Scalar> tool() const noexcept { return {tip_, orientation_, velocity_}; }
+  ToolPose<Scalar> tool() const noexcept { return {tip_, orientation_, velocity_, opening_}; }
   /// Has there been a pose yet?
   bool placed() const noexcept { return placed_; }
   /// How often the tip was found farther from where it was than `SafetyLimits::jump`, or than the fastest hand goes while a device has no new samples for a
@@ -299,6 +305,16 @@ class ServoLoop {
       mapping_.close_clutch(position);
   }
 
+  /// The jaws are where the gripper is, or go on closing or opening with their button.
+  void work_jaws(Scalar h) noexcept {
+    if (reports_gripper_) {
+      if (std::isfinite(state_.gripper)) opening_ = std::clamp(static_cast<Scalar>(state_.gripper), Scalar(0), Scalar(1));
+      return;
+    }
+    Scalar const way = h / static_cast<Scalar>(options_.grip_time);
+    opening_ = std::clamp((state_.buttons & options_.grip) != 0 ? opening_ - way : opening_ + way, Scalar(0), Scalar(1));
+  }
+
   Device device_;
   Force force_;
   ServoOptions options_;
@@ -308,7 +324,7 @@ class ServoLoop {
   DeviceState<DeviceScalar> state_;   // the last usable one
   DeviceScalar max_force_ = 0;
   double rate_ = 0.0;
-  bool reports_velocity_ = false, reports_orientation_ = false;
+  bool reports_velocity_ = false, reports_orientation_ = false, reports_gripper_ = false;
   bool usable_ = false;    // this tick's pose is new
   bool follows_ = false;   // so was the last one's: a difference of the two is a velocity
   bool placed_ = false;
@@ -319,6 +335,7 @@ class ServoLoop {
   Vector tip_ = Vector::Zero();
   Vector velocity_ = Vector::Zero();
   Eigen::Quaternion<Scalar> orientation_ = Eigen::Quaternion<Scalar>::Identity();   // world ← tool
+  Scalar opening_ = 1;   // of the tool's jaws
   Scalar last_depth_ = 0;
   Scalar since_last_ = 0;   // s, the tick before this one
   double sample_age_ = 0;   // s, for which the device has had no new sample

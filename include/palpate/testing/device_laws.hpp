@@ -41,7 +41,7 @@ template <class A, class B>
 bool same_capabilities(A const& a, B const& b) {
   auto const same = [](DeviceValue const& x, DeviceValue const& y) { return x.value == y.value && x.provenance == y.provenance; };
   return same(a.max_force, b.max_force) && same(a.rate, b.rate) && same(a.max_torque, b.max_torque) && a.reports_velocity == b.reports_velocity &&
-         a.reports_orientation == b.reports_orientation && a.buttons == b.buttons && a.moves_a_hand == b.moves_a_hand &&
+         a.reports_orientation == b.reports_orientation && a.reports_gripper == b.reports_gripper && a.buttons == b.buttons && a.moves_a_hand == b.moves_a_hand &&
          same(a.continuous_force, b.continuous_force) && same(a.max_stiffness, b.max_stiffness) && same(a.max_damping, b.max_damping) &&
          same(a.mass, b.mass) && same(a.damping, b.damping) && same(a.friction, b.friction) && same(a.resolution, b.resolution) &&
          a.workspace.lower == b.workspace.lower && a.workspace.upper == b.workspace.upper && a.workspace.provenance == b.workspace.provenance;
@@ -56,6 +56,7 @@ class DeviceTicks {
     state_.velocity.setConstant(Scalar(12345.5));   // what a device does not measure it must not touch
     state_.angular_velocity.setConstant(Scalar(-54321.5));
     state_.orientation = Eigen::Quaternion<Scalar>(Scalar(0.5), Scalar(-0.5), Scalar(0.5), Scalar(-0.5));
+    state_.gripper = Scalar(-17.25);
     untouched_ = state_;
   }
 
@@ -117,6 +118,10 @@ class DeviceTicks {
       tell("no orientation", "orientation or angular velocity was written, but capabilities() say that they are not reported");
     if (capabilities_.reports_orientation && !(std::abs(state_.orientation.norm() - Scalar(1)) <= Scalar(1e-5)))
       tell("unit", "the orientation has length ", state_.orientation.norm(), "; it must be a unit quaternion");
+    if (!capabilities_.reports_gripper && state_.gripper != untouched_.gripper)
+      tell("no gripper", "the gripper was written, but capabilities() say that it is not reported");
+    if (capabilities_.reports_gripper && !(state_.gripper >= 0 && state_.gripper <= 1))
+      tell("gripper", "the gripper is ", state_.gripper, "; it must be from 0, closed, to 1, open");
     if (capabilities_.buttons < 32 && (state_.buttons >> capabilities_.buttons) != 0)
       tell("buttons", "button bits ", state_.buttons, " are set; capabilities() tell of ", capabilities_.buttons, " buttons");
     compare(status);

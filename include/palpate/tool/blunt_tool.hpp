@@ -31,9 +31,9 @@ class BluntTool {
     rods_.advance(body, tool);
     choose(body);
   }
-  template <class Body>
-  Vector press(Body& body, Scalar share, Scalar h, PinnedPoint<Scalar>* pin = nullptr) {
-    return rods_.press(body, share, h, pin);
+  template <class Body, class Leaves = LeavesNone>
+  Vector press(Body& body, Scalar share, Scalar h, PinnedPoint<Scalar>* pin = nullptr, Leaves const& leaves = {}) {
+    return rods_.press(body, share, h, pin, leaves);
   }
   template <class Body>
   void reset(Body&) noexcept {

@@ -3,6 +3,7 @@
 
 #include <palpate/tool/tool_shape.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -76,7 +77,8 @@ struct ForcepsShape {
   double radius = 0.001;    ///< m, of a jaw
   double shaft = 0.1;       ///< m
 };
-/// Rods 0 and 1 are the jaws, at −x and +x, each from its end to the joint; rod 2 is the shaft. The tip is in the middle between the jaws' ends.
+/// Rods 0 and 1 are the jaws, at −x and +x, each from its end to the joint; rod 2 is the shaft. The tip is in the middle between the jaws' ends. Closed, the
+/// ends touch.
 template <RealScalar Scalar>
 ToolShape<Scalar> make_forceps_shape(ForcepsShape const& of = {}) {
   detail::require_positive("ForcepsShape: .jaw", of.jaw, "m"), detail::require_positive("ForcepsShape: .radius", of.radius, "m");
@@ -86,8 +88,9 @@ ToolShape<Scalar> make_forceps_shape(ForcepsShape const& of = {}) {
   double const half = of.opening / 2;
   Scalar const x = Scalar(half), r = Scalar(of.radius);
   Vector3<Scalar> const joint(0, 0, Scalar(std::sqrt(of.jaw * of.jaw - half * half)));
-  return detail::drawn_shape<Scalar>({{.rod = {.from = {-x, 0, 0}, .to = joint, .radius = r}},
-                                      {.rod = {.from = {x, 0, 0}, .to = joint, .radius = r}},
+  Vector3<Scalar> const closing(x - std::min(x, r), 0, 0), joint_stays = Vector3<Scalar>::Zero();
+  return detail::drawn_shape<Scalar>({{.rod = {.from = {-x, 0, 0}, .to = joint, .radius = r}, .closing = {closing, joint_stays}},
+                                      {.rod = {.from = {x, 0, 0}, .to = joint, .radius = r}, .closing = {-closing, joint_stays}},
                                       {.rod = {.from = joint, .to = joint + Vector3<Scalar>(0, 0, Scalar(of.shaft)), .radius = 2 * r}}});
 }
 

@@ -10,6 +10,7 @@
 #include <palpate/tool/tool_shape.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -36,6 +37,10 @@ struct RodTouch {
   bool acts = false;                                  ///< it is pushed: the rod came from outside
   Vector3<Scalar> force = Vector3<Scalar>::Zero();    ///< N, of the tissue on the tool in the last step
   Scalar pressed = 0, rubbed = 0;                     ///< N, sums of the sizes of its parts across and along the rod's surface: rubbed ≤ friction · pressed
+};
+
+struct LeavesNone {
+  constexpr bool operator()(int, int) const noexcept { return false; }
 };
 
 /// The contact of a tool's deforming rods with a body, along their whole length.
@@ -75,8 +80,24 @@ class RodContact {
     Pose at = pose_;
     at.position = previous_.position + share * (pose_.position - previous_.position);
     at.orientation = previous_.orientation.slerp(share, pose_.orientation).normalized();
+    at.opening = std::clamp(previous_.opening + share * (pose_.opening - previous_.opening), Scalar(0), Scalar(1));
     return at;
   }
+
+  /// The tool at the begin and the end of the body's next step, at whose end it is at this share of the way since the last pose, and there: where the body's
+  /// forces are those of a later time, begin and end are so much later. Before press().
+  struct StepPoses {
+    Pose begin, end, now;
+    Scalar lead = 0;   // of the step
+  };
+  template <class Body>
+  StepPoses step_poses(Scalar share) const noexcept {
+    Scalar lead = 0;
+    if constexpr (StatesForceTime<Body>) lead = static_cast<Scalar>(Body::force_time);
+    Scalar const later = lead * (share - pressed_share_);
+    return {.begin = pose_at(pressed_share_ + later), .end = pose_at(share + later), .now = pose_at(share), .lead = lead};
+  }
+  bool is_placed() const noexcept { return placed_; }
 
   /// Moves the tool. A pose that is not finite leaves it where it is.
   template <class Body>
@@ -85,7 +106,7 @@ class RodContact {
                   "palpate: a tool needs a body with visit_triangles_in_box(low, high, visit), which calls visit(triangle); see SearchableBody.");
     if (body.restorations() != restorations_) reset();
     restorations_ = body.restorations();
-    if (!is_finite(pose.position) || !(std::abs(pose.orientation.norm() - 1) < Scalar(0.01))) return;
+    if (!is_finite(pose.position) || !(std::abs(pose.orientation.norm() - 1) < Scalar(0.01)) || !(pose.opening >= 0 && pose.opening <= 1)) return;
     previous_ = placed_ ? pose_ : pose;
     pose_ = pose;
     placed_ = true;
@@ -98,22 +119,19 @@ class RodContact {
   }
 
   /// Pushes the tissue in the body's next step of h seconds, at whose end the tool is at this share of the way since the last pose; returns the force on
-  /// the tool [N].
-  template <class Body>
-  Vector press(Body& body, Scalar share, Scalar h, PinnedPoint<Scalar>* pin = nullptr) {
+  /// the tool [N]. leaves(rod, triangle): those that a rod does not push.
+  template <class Body, class Leaves = LeavesNone>
+  Vector press(Body& body, Scalar share, Scalar h, PinnedPoint<Scalar>* pin = nullptr, Leaves const& leaves = {}) {
     force_.setZero(), moment_.setZero();
     if (!placed_ || !(h > 0)) return force_;
-    Scalar lead = 0;
-    if constexpr (StatesForceTime<Body>) lead = static_cast<Scalar>(Body::force_time);
-    Scalar const ahead = share + lead * (share - pressed_share_), before = pressed_share_ + lead * (share - pressed_share_);
-    Pose const end = pose_at(ahead), begin = pose_at(before), now = pose_at(share);
+    auto const [begin, end, now, lead] = step_poses<Body>(share);
     look(body, end, lead * h, coming);
     pressed_share_ = share;
     forces_.begin(), pushed_.clear();
     for (std::size_t i = 0; i < touches_.size(); ++i) {
       RodTouch<Scalar>& touch = touches_[i];
       touch.force.setZero(), touch.pressed = touch.rubbed = 0;
-      if (!touch.acts || (pin != nullptr && touch.rod == pin->rod && touch.triangle == pin->triangle)) continue;
+      if (!touch.acts || (pin != nullptr && touch.rod == pin->rod && touch.triangle == pin->triangle) || leaves(touch.rod, touch.triangle)) continue;
       push(body, touch, i, begin, end);
       if (!touch.behind) push_ends(body, touch, i, begin, end, lead * h);
     }
@@ -157,6 +175,14 @@ class RodContact {
   }
   static Vector placed(Pose const& pose, Vector const& in_tool) noexcept { return pose.position + pose.orientation * in_tool; }
 
+  /// Where a particle is after so many seconds, if it goes on as it does.
+  template <class Body>
+  static Vector moved(Body const& body, int i, Scalar seconds) {
+    Vector const x = body.positions().col(i);
+    if (!(seconds > 0)) return x;
+    return x + seconds * body.velocities().col(i);
+  }
+
  private:
   using Key = std::pair<int, int>;   // rod, triangle
   /// One contact that was pushed: of which touch, at which weights, and the way out there.
@@ -168,6 +194,7 @@ class RodContact {
   // Tissue that a rod carries lies at its surface, to rounding on either side. What is near may come within a step.
   static constexpr Scalar touching = Scalar(1.01), coming = Scalar(1.5);   // radii
 
+  Capsule<Scalar> rod_at(int k, Pose const& pose) const noexcept { return shape_.rods[static_cast<std::size_t>(k)].at(pose.opening); }
   Scalar least_radius() const noexcept {
     Scalar least = std::numeric_limits<Scalar>::infinity();
     for (auto const& each : shape_.rods)
@@ -175,12 +202,6 @@ class RodContact {
     return least;
   }
 
-  template <class Body>
-  static Vector moved(Body const& body, int i, Scalar seconds) {
-    Vector const x = body.positions().col(i);
-    if (!(seconds > 0)) return x;
-    return x + seconds * body.velocities().col(i);
-  }
   void take(Vector const& force, Vector const& at, Pose const& now) noexcept {
     force_ += force;
     moment_ += (at - now.position).cross(force);
@@ -188,16 +209,18 @@ class RodContact {
 
   template <class Body>
   void push(Body const& body, RodTouch<Scalar> const& touch, std::size_t index, Pose const& begin, Pose const& end) {
-    Capsule<Scalar> const& rod = shape_.rods[static_cast<std::size_t>(touch.rod)].rod;
-    Vector const at = rod.from + touch.parameter * (rod.to - rod.from);
-    forces_.add(body.tissue().surface().corners(touch.triangle), touch.barycentric, touch.normal, touch.depth, placed(end, at) - placed(begin, at));
+    auto const at = [&](Pose const& pose) {
+      Capsule<Scalar> const rod = rod_at(touch.rod, pose);
+      return placed(pose, rod.from + touch.parameter * (rod.to - rod.from));
+    };
+    forces_.add(body.tissue().surface().corners(touch.triangle), touch.barycentric, touch.normal, touch.depth, at(end) - at(begin));
     pushed_.push_back({index, touch.barycentric, touch.normal});
   }
 
   /// Where a rod lies along a triangle, one point would leave it free to tilt from step to step: it is pushed at the ends of their common stretch too.
   template <class Body>
   void push_ends(Body const& body, RodTouch<Scalar> const& touch, std::size_t index, Pose const& begin, Pose const& end, Scalar seconds) {
-    Capsule<Scalar> const& rod = shape_.rods[static_cast<std::size_t>(touch.rod)].rod;
+    Capsule<Scalar> const rod = rod_at(touch.rod, end);
     Vector const from = placed(end, rod.from), way = placed(end, rod.to) - from;
     auto const corners = body.tissue().surface().corners(touch.triangle);
     Vector const a = moved(body, corners[0], seconds), b = moved(body, corners[1], seconds), c = moved(body, corners[2], seconds);
@@ -223,16 +246,19 @@ class RodContact {
   template <class Body>
   Scalar collect(Body& body) {
     Scalar motion = 0;
-    for (auto const& each : shape_.rods)
-      for (Vector const& end : {each.rod.from, each.rod.to}) motion = std::max(motion, (placed(pose_, end) - placed(previous_, end)).norm());
+    auto const ends = [&](std::size_t k, Pose const& pose) {
+      Capsule<Scalar> const rod = rod_at(static_cast<int>(k), pose);
+      return std::array{placed(pose, rod.from), placed(pose, rod.to)};
+    };
+    for (std::size_t k = 0; k < shape_.rods.size(); ++k)
+      for (std::size_t end = 0; auto const& was : ends(k, previous_)) motion = std::max(motion, (ends(k, pose_)[end++] - was).norm());
     candidates_.clear();
     for (std::size_t k = 0; k < shape_.rods.size(); ++k) {
-      Capsule<Scalar> const& rod = shape_.rods[k].rod;
       if (shape_.rods[k].use != RodUse::deforming) continue;
-      Vector low = placed(pose_, rod.from), high = low;
-      for (Vector const& corner : {placed(pose_, rod.to), placed(previous_, rod.from), placed(previous_, rod.to)})
-        low = low.cwiseMin(corner), high = high.cwiseMax(corner);
-      Vector const margin = Vector::Constant(2 * rod.radius + motion);
+      auto const now = ends(k, pose_), before = ends(k, previous_);
+      Vector low = now[0], high = low;
+      for (Vector const& corner : {now[1], before[0], before[1]}) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
+      Vector const margin = Vector::Constant(2 * shape_.rods[k].rod.radius + motion);
       body.visit_triangles_in_box(low - margin, high + margin, [&](int triangle) { candidates_.emplace_back(static_cast<int>(k), triangle); });
     }
     std::sort(candidates_.begin(), candidates_.end());
@@ -267,7 +293,7 @@ class RodContact {
   /// Where a triangle is at a rod; false where it is not near.
   template <class Body>
   bool measure(Body const& body, Pose const& pose, Scalar seconds, Scalar reach, RodTouch<Scalar>& touch) const {
-    Capsule<Scalar> const& rod = shape_.rods[static_cast<std::size_t>(touch.rod)].rod;
+    Capsule<Scalar> const rod = rod_at(touch.rod, pose);
     Vector const from = placed(pose, rod.from), to = placed(pose, rod.to);
     auto const corners = body.tissue().surface().corners(touch.triangle);
     Vector const a = moved(body, corners[0], seconds), b = moved(body, corners[1], seconds), c = moved(body, corners[2], seconds);
@@ -323,7 +349,7 @@ class RodContact {
   bool is_outside(Body& body, Pose const& pose, int rod) const {
     for (auto const& touch : touches_)
       if (touch.rod == rod && touch.behind && touch.depth > 0) return false;
-    Vector const begin = placed(pose, shape_.rods[static_cast<std::size_t>(rod)].rod.from);
+    Vector const begin = placed(pose, rod_at(rod, pose).from);
     auto const nearest = body.nearest_point(begin);
     if (!nearest.found()) return false;
     bool on_border = false;

@@ -6,6 +6,7 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -25,6 +26,14 @@ template <RealScalar Scalar>
 struct ToolRod {
   Capsule<Scalar> rod = {};   ///< m, in the tool's frame
   RodUse use = RodUse::deforming;
+  /// m, of a jaw: the way of its two ends as the jaws close; `rod` is where it is when they are open
+  std::array<Vector3<Scalar>, 2> closing = {Vector3<Scalar>::Zero(), Vector3<Scalar>::Zero()};
+
+  /// Where it is with jaws so far open, 0 … 1.
+  Capsule<Scalar> at(Scalar opening) const noexcept {
+    Scalar const closed = 1 - opening;
+    return {.from = rod.from + closed * closing[0], .to = rod.to + closed * closing[1], .radius = rod.radius};
+  }
 };
 
 /// Which point of a tool stands for all of it where one is asked for: the depth that a force model is told, the recording.
@@ -52,7 +61,8 @@ struct ToolShape {
     if (rods.empty()) refuse("there is no rod; give at least one, such as {.rod = {.to = {0, 0, 0.05}, .radius = 0.002}}");
     for (std::size_t k = 0; k < rods.size(); ++k) {
       Capsule<Scalar> const& rod = rods[k].rod;
-      if (!is_finite(rod.from) || !is_finite(rod.to)) refuse("an end of rod ", k, " is not finite; give both in m, in the tool's frame");
+      auto const closed = rods[k].at(0);
+      if (!is_finite(rod.from) || !is_finite(rod.to) || !is_finite(closed.from) || !is_finite(closed.to)) refuse("an end of rod ", k, " is not finite; give both in m, in the tool's frame");
       if (!(rod.radius >= 0) || !std::isfinite(rod.radius)) refuse("the radius of rod ", k, " is ", rod.radius, " m; it must be finite and not negative");
       if (rods[k].use == RodUse::deforming && !(rod.radius > 0)) refuse("rod ", k, " deforms, and its radius is 0; give it one, or .use = RodUse::cutting");
     }
@@ -95,12 +105,12 @@ TriangleMesh<Scalar> rod_picture(Capsule<Scalar> const& rod, int sides = 12) {
   return mesh;
 }
 
-/// The rods of a tool as one picture.
+/// The rods of a tool as one picture, where its jaws are so far open.
 template <RealScalar Scalar>
-TriangleMesh<Scalar> rods_picture(std::vector<ToolRod<Scalar>> const& rods, int sides = 12) {
+TriangleMesh<Scalar> rods_picture(std::vector<ToolRod<Scalar>> const& rods, int sides = 12, Scalar opening = 1) {
   TriangleMesh<Scalar> all;
   for (auto const& each : rods) {
-    TriangleMesh<Scalar> const one = rod_picture(each.rod, sides);
+    TriangleMesh<Scalar> const one = rod_picture(each.at(opening), sides);
     Eigen::Index const points = all.points.cols(), triangles = all.triangles.cols();
     all.points.conservativeResize(3, points + one.points.cols()), all.triangles.conservativeResize(3, triangles + one.triangles.cols());
     all.points.rightCols(one.points.cols()) = one.points;

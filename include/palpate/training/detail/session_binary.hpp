@@ -103,20 +103,23 @@ class ByteReader {
 //   8   magic: 0x89 "PLPS" CR LF 0x1A, so that a copy in text mode is noticed
 //   4   format, 1
 //   8   length of what follows, without the checksum
-//       version; seed (8); device: force, rate (8 each), flags (1): reports velocity 1, has hand 2, moves a hand 4, reports orientation 8; buttons (4);
+//       version; seed (8); device: force, rate (8 each), flags (1): reports velocity 1, has hand 2, moves a hand 4, reports orientation 8, gripper 16; buttons (4);
 //         continuous force, largest damping, mass (8 each; a NaN where it is not known)
 //       configuration: count (8), key and value each; events: count (8), time (8) and name each; a text is its length (4) and its bytes
 //       ticks: count (8), each two bytes of flags and then
 //         flags     phase (bits 0-1), read (2-3), written (4-5), the hand is where the tip is (6), depth and force are +0 (7),
-//                   the energy is the tick's before (8), so are the buttons (9); before the first tick both are +0; the orientation is not (10)
+//                   the energy is the tick's before (8), so are the buttons (9); before the first tick both are +0; the orientation is not (10),
+//                   nor is the gripper (11)
 //         time, tip (4 · 8); without flag 7 depth, force (4 · 8); without flag 8 the energy (8); with a hand its velocity (3 · 8), without flag 6
-//         its position (3 · 8), without flag 9 its buttons (4), with flag 10 its orientation (x, y, z, w: 4 · 8), the identity before the first tick
+//         its position (3 · 8), without flag 9 its buttons (4), with flag 10 its orientation (x, y, z, w: 4 · 8), the identity before the first tick, with
+//         flag 11 its gripper (8), 1 before the first tick
 //   4   CRC-32 of all before
 inline constexpr std::string_view session_magic = "\x89PLPS\r\n\x1A";
 inline constexpr std::uint32_t session_format = 1;
 inline constexpr std::size_t session_frame = 8 + 4 + 8;   // before the payload
-inline constexpr unsigned velocity_flag = 1, hand_flag = 2, moves_flag = 4, orientation_flag = 8;
-inline constexpr unsigned at_tip_flag = 1u << 6, silent_flag = 1u << 7, same_energy_flag = 1u << 8, same_buttons_flag = 1u << 9, turned_flag = 1u << 10;
+inline constexpr unsigned velocity_flag = 1, hand_flag = 2, moves_flag = 4, orientation_flag = 8, gripper_flag = 16;
+inline constexpr unsigned at_tip_flag = 1u << 6, silent_flag = 1u << 7, same_energy_flag = 1u << 8, same_buttons_flag = 1u << 9, turned_flag = 1u << 10,
+                          gripped_flag = 1u << 11;
 
 inline bool same_bits(double a, double b) noexcept { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
 inline bool same_bits(Vector3<double> const& a, Vector3<double> const& b) noexcept {
@@ -143,7 +146,7 @@ inline std::string session_bytes(Session const& session) {
   out.put(session.device.rate.value);
   bool const has_hand = !session.hand.empty();
   out.put(static_cast<std::uint8_t>((session.device.reports_velocity ? velocity_flag : 0u) | (has_hand ? hand_flag : 0u) | (session.device.moves_a_hand ? moves_flag : 0u) |
-                                    (session.device.reports_orientation ? orientation_flag : 0u)));
+                                    (session.device.reports_orientation ? orientation_flag : 0u) | (session.device.reports_gripper ? gripper_flag : 0u)));
   out.put(static_cast<std::uint32_t>(session.device.buttons));
   for (DeviceValue const& value : {session.device.continuous_force, session.device.max_damping, session.device.mass})
     out.put(value.known() ? value.value : std::numeric_limits<double>::quiet_NaN());
@@ -159,7 +162,7 @@ inline std::string session_bytes(Session const& session) {
   }
   auto const& ticks = session.recording.ticks();
   out.put(static_cast<std::uint64_t>(ticks.size()));
-  double energy = 0.0;
+  double energy = 0.0, gripper = 1.0;
   std::uint32_t buttons = 0;
   Eigen::Quaternion<double> orientation = Eigen::Quaternion<double>::Identity();
   for (std::size_t i = 0; i < ticks.size(); ++i) {
@@ -172,9 +175,10 @@ inline std::string session_bytes(Session const& session) {
       HandSample const& hand = session.hand[i];
       at_tip = same_bits(hand.position, tick.tip);
       flags |= static_cast<unsigned>(hand.read) << 2 | static_cast<unsigned>(hand.written) << 4 | (at_tip ? at_tip_flag : 0u) |
-               (hand.buttons == buttons ? same_buttons_flag : 0u) | (same_bits(hand.orientation, orientation) ? 0u : turned_flag);
+               (hand.buttons == buttons ? same_buttons_flag : 0u) | (same_bits(hand.orientation, orientation) ? 0u : turned_flag) |
+               (same_bits(hand.gripper, gripper) ? 0u : gripped_flag);
       buttons = hand.buttons;
-      orientation = hand.orientation;
+      orientation = hand.orientation, gripper = hand.gripper;
     }
     out.put(static_cast<std::uint16_t>(flags));
     out.put(tick.time);
@@ -190,6 +194,7 @@ inline std::string session_bytes(Session const& session) {
       if ((flags & same_buttons_flag) == 0) out.put(session.hand[i].buttons);
       if ((flags & turned_flag) != 0)
         for (double const component : session.hand[i].orientation.coeffs()) out.put(component);
+      if ((flags & gripped_flag) != 0) out.put(gripper);
     }
   }
   std::string& bytes = out.bytes();
@@ -230,10 +235,11 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
   session.seed.value = in.word<std::uint64_t>("the seed");
   session.device = {.max_force = in.number("the device's force"), .rate = in.number("the device's rate")};
   auto const flags = in.word<std::uint8_t>("the device's flags");
-  if (flags > (velocity_flag | hand_flag | moves_flag | orientation_flag)) here("the device's flags are unknown; copy the file again");
+  if (flags > (velocity_flag | hand_flag | moves_flag | orientation_flag | gripper_flag)) here("the device's flags are unknown; copy the file again");
   session.device.reports_velocity = (flags & velocity_flag) != 0;
   session.device.moves_a_hand = (flags & moves_flag) != 0;
   session.device.reports_orientation = (flags & orientation_flag) != 0;
+  session.device.reports_gripper = (flags & gripper_flag) != 0;
   auto const buttons_of_device = in.word<std::uint32_t>("the number of buttons");
   if (buttons_of_device > 32) here(message("there are ", buttons_of_device, " buttons; copy the file again"));
   session.device.buttons = static_cast<int>(buttons_of_device);
@@ -257,13 +263,14 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
     std::size_t const ticks = in.count(has_hand ? 58 : 34, "the number of ticks");
     session.recording.reserve(ticks);
     if (has_hand) session.hand.reserve(ticks);
-    double energy = 0.0;
+    double energy = 0.0, gripper = 1.0;
     std::uint32_t buttons = 0;
     Eigen::Quaternion<double> orientation = Eigen::Quaternion<double>::Identity();
     for (std::size_t i = 0; i < ticks; ++i) {
       auto const bits = in.word<std::uint16_t>("a tick");
       if ((bits & 3u) > static_cast<unsigned>(CuttingPhase::moving)) here(message("tick ", i, " has an unknown phase; copy the file again"));
-      if (bits > (same_energy_flag | same_buttons_flag | turned_flag | 0xFFu) || (!has_hand && (bits & (0x7Cu | same_buttons_flag | turned_flag)) != 0))
+      constexpr unsigned of_hand = 0x7Cu | same_buttons_flag | turned_flag | gripped_flag;
+      if (bits > (same_energy_flag | of_hand | 0xFFu) || (!has_hand && (bits & of_hand) != 0))
         here(message("tick ", i, " has unknown flags; copy the file again"));
       Tick tick;
       tick.phase = static_cast<CuttingPhase>(bits & 3u);
@@ -285,6 +292,8 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
       if ((bits & turned_flag) != 0)
         for (double& component : orientation.coeffs()) component = in.number("a sample of the hand");
       hand.orientation = orientation;
+      if ((bits & gripped_flag) != 0) gripper = in.number("a sample of the hand");
+      hand.gripper = gripper;
       session.hand.push_back(hand);
     }
     if (in.left() != 0) here(message(in.left(), " bytes are left over; copy the file again"));

@@ -22,6 +22,7 @@ namespace palpate::detail {
 inline constexpr std::string_view session_first_line = "# palpate session 1";
 inline constexpr std::string_view hand_header = ",hand_x_m,hand_y_m,hand_z_m,hand_vx_m_s,hand_vy_m_s,hand_vz_m_s,buttons,read,written";
 inline constexpr std::string_view turn_header = ",hand_qx,hand_qy,hand_qz,hand_qw";   // of a device that reports its orientation
+inline constexpr std::string_view grip_header = ",hand_gripper";   // of one that reports its gripper
 inline constexpr std::array<std::string_view, 6> hand_names = {"hand_x_m", "hand_y_m", "hand_z_m", "hand_vx_m_s", "hand_vy_m_s", "hand_vz_m_s"};
 inline constexpr std::array<std::string_view, 4> turn_names = {"hand_qx", "hand_qy", "hand_qz", "hand_qw"};
 
@@ -43,6 +44,7 @@ inline std::string session_text(Session const& session) {
   append_number(text += " N ", session.device.rate);
   text += session.device.reports_velocity ? " Hz, reports velocity" : " Hz, reports no velocity";
   if (session.device.reports_orientation) text += ", reports orientation";
+  if (session.device.reports_gripper) text += ", reports gripper";
   text += session.device.moves_a_hand ? "\n# motors hand " : "\n# motors simulated ";
   (text += std::to_string(session.device.buttons)) += " buttons ";
   append_known(text, session.device.continuous_force);
@@ -56,9 +58,10 @@ inline std::string session_text(Session const& session) {
   }
   (text += "\n# ticks ") += std::to_string(ticks.size());
   (text += '\n') += Recording::csv_header;
-  bool const turns = !session.hand.empty() && session.device.reports_orientation;
+  bool const turns = !session.hand.empty() && session.device.reports_orientation, grips = !session.hand.empty() && session.device.reports_gripper;
   if (!session.hand.empty()) text += hand_header;
   if (turns) text += turn_header;
+  if (grips) text += grip_header;
   text += '\n';
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     append_tick(text, ticks[i]);
@@ -71,6 +74,7 @@ inline std::string session_text(Session const& session) {
       text += to_string(hand.written);
       if (turns)
         for (double const component : hand.orientation.coeffs()) append_number(text += ',', component);
+      if (grips) append_number(text += ',', hand.gripper);
     }
     text += '\n';
   }
@@ -125,7 +129,9 @@ class SessionHead {
       session_.device.max_force = number(next(content), "device's force");
       if (next(content) != "N") fail_device();
       session_.device.rate = number(next(content), "device's rate");
-      constexpr std::string_view turns = ", reports orientation";
+      constexpr std::string_view turns = ", reports orientation", grips = ", reports gripper";
+      session_.device.reports_gripper = content.ends_with(grips);
+      if (session_.device.reports_gripper) content.remove_suffix(grips.size());
       session_.device.reports_orientation = content.ends_with(turns);
       if (session_.device.reports_orientation) content.remove_suffix(turns.size());
       if (content != "Hz, reports velocity" && content != "Hz, reports no velocity") fail_device();
@@ -195,7 +201,7 @@ inline std::optional<DeviceStatus> status_from(std::string_view text) noexcept {
   return std::nullopt;
 }
 
-inline HandSample hand_from(CsvTable const& table, CsvTable::Row const& row) {
+inline HandSample hand_from(CsvTable const& table, CsvTable::Row const& row, Capabilities const& device) {
   HandSample hand;
   for (std::size_t i = 0; i < 3; ++i) {
     hand.position(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + i, hand_names[i]);
@@ -211,8 +217,9 @@ inline HandSample hand_from(CsvTable const& table, CsvTable::Row const& row) {
       table.fail_here(message("the device's status \"", row[column], "\" is unknown; it is \"ok\", \"stale\", \"disconnected\" or \"fault\""));
     (column == tick_columns + 7 ? hand.read : hand.written) = *status;
   }
-  if (row.size() > tick_columns + 9)
+  if (device.reports_orientation)
     for (std::size_t i = 0; i < 4; ++i) hand.orientation.coeffs()(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + 9 + i, turn_names[i]);
+  if (device.reports_gripper) hand.gripper = table.number(row, row.size() - 1, grip_header.substr(1));
   return hand;
 }
 
@@ -233,18 +240,17 @@ inline Session session_from_csv(std::filesystem::path const& path) {
   CsvTable::Row row;
   if (!table.next(row)) table.fail(message("the table is missing; its first line must be ", Recording::csv_header));
   std::string const header = joined(row);
-  std::string const with_hand = std::string(Recording::csv_header) + std::string(hand_header);
-  bool const turns = session.device.reports_orientation && header == with_hand + std::string(turn_header);
-  bool const has_hand = turns || (header == with_hand && !session.device.reports_orientation);
+  bool const turns = session.device.reports_orientation, grips = session.device.reports_gripper;
+  std::string const of_hand = message(hand_header, turns ? turn_header : "", grips ? grip_header : "");
+  bool const has_hand = header == std::string(Recording::csv_header) + of_hand;
   if (!has_hand && header != Recording::csv_header)
-    table.fail_here(message("not the header of a session; it must be ", Recording::csv_header, ", and may go on with ", hand_header.substr(1),
-                            session.device.reports_orientation ? turn_header : ""));
-  std::size_t const columns = tick_columns + (has_hand ? hand_names.size() + 3 : 0) + (turns ? turn_names.size() : 0);
+    table.fail_here(message("not the header of a session; it must be ", Recording::csv_header, ", and may go on with ", of_hand.substr(1)));
+  std::size_t const columns = tick_columns + (has_hand ? hand_names.size() + 3 + (turns ? turn_names.size() : 0) + (grips ? 1 : 0) : 0);
   while (table.next(row)) {
     if (row.size() != columns)
       table.fail_here(message("there are ", row.size(), " cells instead of ", columns, "; the file may be cut short: write it again"));
     session.recording.append(tick_from(table, row));
-    if (has_hand) session.hand.push_back(hand_from(table, row));
+    if (has_hand) session.hand.push_back(hand_from(table, row, session.device));
   }
   if (!table.ends_with_line()) table.fail_here("the last line does not end; the file is cut short: write it again");
   if (head.is_session()) {

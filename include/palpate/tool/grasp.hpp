@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/concept.hpp>
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/core/tool_pose.hpp>
+#include <palpate/tool/rod_contact.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+/// How jaws hold what is between them.
+template <RealScalar Scalar>
+struct GraspOptions {
+  Scalar friction = Scalar(0.8);      ///< Coulomb, of the pads, which are toothed
+  Scalar clamp_force = Scalar(3);     ///< N, with which each pad presses; closing jaws stop where the tissue presses back so
+  Scalar stiffness = Scalar(1000);    ///< N/m, of all springs together
+  Scalar damping = Scalar(2);         ///< N s/m, likewise
+  Scalar width = Scalar(0.006);       ///< m, of the pads, along y
+
+  void validate() const {
+    detail::OptionCheck const check{"GraspOptions"};
+    check.not_negative(".friction", static_cast<double>(friction));
+    check.positive(".clamp_force", static_cast<double>(clamp_force), " N");
+    check.positive(".stiffness", static_cast<double>(stiffness), " N/m");
+    check.not_negative(".damping", static_cast<double>(damping), " N s/m");
+    check.positive(".width", static_cast<double>(width), " m");
+  }
+};
+
+/// A particle that jaws hold.
+template <RealScalar Scalar>
+struct GraspedParticle {
+  int particle = -1;
+  Vector3<Scalar> place = Vector3<Scalar>::Zero();   ///< m, in the tool's frame, where it was when it was grasped
+  Vector3<Scalar> home = Vector3<Scalar>::Zero();    ///< m, of the undisturbed body
+  Vector3<Scalar> force = Vector3<Scalar>::Zero();   ///< N, on the tool in the last step
+};
+
+/// Tissue between two jaws. Each particle of the surface there hangs on a spring whose other end goes with the tool, and closes with the jaws:
+///   f = −k (x⁺ − a⁺) − c (v⁺ − v_a),   v⁺ = v + h (a_t + f/m),   x⁺ = x + h v⁺     on a particle; k and c are the total over the number grasped
+/// So it is the force of the end of the step, and at rest k (a − x) at any step. A particle is let go when its spring leaves the friction cone of its pads,
+///   |f − f_n| ≤ friction · max(2 N, |f_n|)   with f_n the part across the pads and N its share of the clamp force: the sum of what two pads press with
+/// The others then have its share. All are let go when a cut has gone through the tissue between the jaws: when what is grasped, with what cuts have added
+/// between the jaws, falls into more pieces than before.
+/// Cuts       a copy of a grasped particle is grasped too; one that is gone, or that nothing holds any more, is not.
+/// Frame      the jaws close along x, the pads lie in y and z; the joint is at z > 0.
+/// Units      m, N, s.
+/// Source     \cite bielser2002 for what forceps do; the springs' law is the step's end, \cite baraff1998.
+/// Cost       press: O(particles), no allocation. advance: O(1), and after a cut O(new particles · grasped ones).
+template <RealScalar Scalar>
+class Grasp {
+ public:
+  using Vector = Vector3<Scalar>;
+  using Pose = ToolPose<Scalar>;
+
+  explicit Grasp(GraspOptions<Scalar> const& options) : options_(options) { options.validate(); }
+
+  std::span<GraspedParticle<Scalar> const> particles() const noexcept { return held_; }
+  bool holds_any() const noexcept { return !held_.empty(); }
+  bool holds(int particle) const noexcept {
+    return std::any_of(held_.begin(), held_.end(), [&](auto const& each) { return each.particle == particle; });
+  }
+  void release() noexcept { held_.clear(); }
+
+  /// Takes hold of the particles between two jaws for this pose; where there are none, of the corners of the triangle that passes there.
+  template <class Body>
+  void take(Body& body, Pose const& pose, std::array<Capsule<Scalar>, 2> const& jaws) {
+    release();
+    jaws_ = jaws, taken_at_ = std::max(pose.opening, Scalar(0.01)), squeeze_ = 1, slipped_ = false;
+    auto const& surface = body.tissue().surface();
+    Scalar const reach = jaws[1].from.norm() + (jaws[1].to - jaws[1].from).norm() + options_.width;
+    Vector const centre = pose.position;
+    std::array<int, 3> nearest{-1, -1, -1};
+    Scalar least = std::numeric_limits<Scalar>::infinity();
+    body.visit_triangles_in_box(centre - Vector::Constant(reach), centre + Vector::Constant(reach), [&](int t) {
+      auto const corners = surface.corners(t);
+      for (int const p : corners)
+        if (is_between(in_tool(pose, body.positions().col(p)))) hold(body, pose, p);
+      auto const near = closest_points<Scalar>(Vector::Zero(), jaws[1].to / 2, in_tool(pose, body.positions().col(corners[0])),
+                                               in_tool(pose, body.positions().col(corners[1])), in_tool(pose, body.positions().col(corners[2])));
+      if (near.squared_distance < least && is_between(near.on_triangle)) least = near.squared_distance, nearest = corners;
+    });
+    if (held_.empty() && nearest[0] >= 0)
+      for (int const p : nearest) hold(body, pose, p);
+    std::sort(held_.begin(), held_.end(), [](auto const& a, auto const& b) { return a.particle < b.particle; });
+    held_.erase(std::unique(held_.begin(), held_.end(), [](auto const& a, auto const& b) { return a.particle == b.particle; }), held_.end());
+    first_new_ = static_cast<int>(body.positions().cols());
+    revision_ = body.topology_revision(), restorations_ = body.restorations();
+    pieces_ = count_pieces(body, pose);
+  }
+
+  /// Once a tick: follows cuts, and the jaws.
+  template <class Body>
+  void advance(Body const& body, Pose const& pose) {
+    if (restorations_ != body.restorations()) release();
+    if (held_.empty()) return;
+    Scalar left = 0, right = 0;   // N, that each half of the tissue presses its jaw with
+    for (auto const& each : held_) {
+      Scalar const across = (pose.orientation.conjugate() * each.force).x();
+      (each.place.x() < 0 ? left : right) += each.place.x() < 0 ? -across : across;
+    }
+    Scalar const closed = pose.opening / taken_at_;
+    if (closed > squeeze_ || std::min(left, right) < options_.clamp_force) squeeze_ = closed;
+    bool const is_cut = revision_ != body.topology_revision();
+    if (!is_cut && !slipped_) return;
+    revision_ = body.topology_revision();
+    if (is_cut) follow(body);
+    int const pieces = count_pieces(body, pose);
+    if (pieces > pieces_ && !slipped_) release();   // what has slipped may have been what joined them
+    pieces_ = pieces, slipped_ = false;
+  }
+
+  /// In the body's next step of h seconds. Adds what the tissue does to the tool, about the tool's origin.
+  template <class Body>
+  void press(Body& body, typename RodContact<Scalar>::StepPoses const& poses, Scalar h, Vector& force, Vector& moment) {
+    if (held_.empty() || !(h > 0)) return;
+    Scalar const count = static_cast<Scalar>(held_.size());
+    Scalar const k = options_.stiffness / count, c = options_.damping / count, share = options_.clamp_force / count;
+    Vector const across = poses.end.orientation * Vector::UnitX();
+    for (auto& each : held_) {
+      int const i = each.particle;
+      Vector const anchor = placed(poses.end, each), way = anchor - placed(poses.begin, each);
+      Vector velocity = body.velocities().col(i);
+      Scalar give = 0;   // 1/kg
+      if (Scalar const mass = body.tissue().mass(i); !body.tissue().nailed(i) && !body.is_held(i) && mass > 0)
+        give = 1 / mass, velocity += h * body.predicted_acceleration(i, h);
+      Vector const lag = RodContact<Scalar>::moved(body, i, poses.lead * h) + h * velocity - anchor;
+      Vector const on_tissue = -(k * lag + c * (velocity - way / h)) / (1 + h * (c + h * k) * give);
+      Scalar const normal = on_tissue.dot(across), along = (on_tissue - normal * across).norm();
+      if (!(along <= options_.friction * std::max(2 * share, std::abs(normal))) || !is_finite(on_tissue)) {   // out of the cone
+        each.particle = -1, slipped_ = true;
+        continue;
+      }
+      each.force = -on_tissue;
+      body.apply_force(i, on_tissue);
+      force += each.force;
+      moment += (Vector(body.positions().col(i)) - poses.now.position).cross(each.force);
+    }
+    std::erase_if(held_, [](auto const& each) { return each.particle < 0; });
+  }
+
+ private:
+  static Vector in_tool(Pose const& pose, Vector const& point) noexcept { return pose.orientation.conjugate() * (point - pose.position); }
+
+  /// Where a spring's end is [m]: it closes with the jaws.
+  Vector placed(Pose const& pose, GraspedParticle<Scalar> const& each) const noexcept {
+    return RodContact<Scalar>::placed(pose, Vector(squeeze_ * each.place.x(), each.place.y(), each.place.z()));
+  }
+
+  /// Whether a point of the tool's frame is between the pads, as wide open as they were, or just below them: tissue that the tips touch is a radius below.
+  bool is_between(Vector const& p) const noexcept {
+    Scalar const height = jaws_[1].to.z(), open = jaws_[1].from.x() * (1 - std::max(p.z(), Scalar(0)) / height);
+    return p.z() >= -2 * jaws_[1].radius && p.z() <= height && std::abs(p.y()) <= options_.width / 2 && std::abs(p.x()) <= open;
+  }
+
+  template <class Body>
+  void hold(Body const& body, Pose const& pose, int p) {
+    held_.push_back({.particle = p, .place = in_tool(pose, body.positions().col(p)), .home = body.reference_position(p)});
+  }
+
+  /// Copies of what is held are held; what is gone is not. A number that a cut has given back and out again is another particle: its home tells.
+  template <class Body>
+  void follow(Body const& body) {
+    int const size = static_cast<int>(body.positions().cols());
+    auto const is_gone = [&](GraspedParticle<Scalar>& each) {
+      if (each.particle >= size || body.tissue().surface().triangles_at(each.particle).empty()) return true;
+      Vector const home = body.reference_position(each.particle);
+      bool const is_another = each.particle >= first_new_ && home != each.home;
+      each.home = home;
+      return is_another;
+    };
+    std::erase_if(held_, is_gone);
+    auto const count = held_.size();
+    for (int n = first_new_; n < size; ++n)
+      for (std::size_t k = 0; k < count; ++k)
+        if (held_[k].particle != n && held_[k].home == body.reference_position(n) && !holds(n)) {
+          GraspedParticle<Scalar> copy = held_[k];
+          copy.particle = n;
+          held_.push_back(copy);
+          break;
+        }
+  }
+
+  /// How many pieces the surface between the jaws is in: what is held, joined by triangles, and by particles there that cuts have added.
+  template <class Body>
+  int count_pieces(Body const& body, Pose const& pose) {
+    auto const& surface = body.tissue().surface();
+    nodes_.clear();
+    for (auto const& each : held_) nodes_.push_back(each.particle);
+    for (int n = first_new_; n < static_cast<int>(body.positions().cols()); ++n)
+      if (!holds(n) && is_between(in_tool(pose, body.positions().col(n)))) nodes_.push_back(n);
+    std::sort(nodes_.begin(), nodes_.end());
+    auto const place = [&](int p) {
+      auto const found = std::lower_bound(nodes_.begin(), nodes_.end(), p);
+      return found != nodes_.end() && *found == p ? static_cast<int>(found - nodes_.begin()) : -1;
+    };
+    root_.resize(nodes_.size());
+    std::iota(root_.begin(), root_.end(), 0);
+    auto const find = [&](int k) {
+      while (root_[static_cast<std::size_t>(k)] != k) k = root_[static_cast<std::size_t>(k)];
+      return k;
+    };
+    for (std::size_t k = 0; k < nodes_.size(); ++k)
+      for (int const t : surface.triangles_at(nodes_[k]))
+        for (int const p : surface.corners(t))
+          if (int const other = place(p); other >= 0) root_[static_cast<std::size_t>(find(other))] = find(static_cast<int>(k));
+    // Pieces that hold something: a splinter between the jaws that nothing holds is none.
+    roots_.clear();
+    for (auto const& each : held_) roots_.push_back(find(place(each.particle)));
+    std::sort(roots_.begin(), roots_.end());
+    return static_cast<int>(std::unique(roots_.begin(), roots_.end()) - roots_.begin());
+  }
+
+  GraspOptions<Scalar> options_;
+  std::array<Capsule<Scalar>, 2> jaws_{};   // in the tool's frame, when they took hold
+  Scalar taken_at_ = 1, squeeze_ = 1;       // the opening then; of the distance from the middle now
+  std::vector<GraspedParticle<Scalar>> held_;
+  std::vector<int> nodes_, root_, roots_;
+  int first_new_ = 0, pieces_ = 0;
+  std::size_t revision_ = 0, restorations_ = 0;
+  bool slipped_ = false;   // since the pieces were counted
+};
+
+}  // namespace palpate

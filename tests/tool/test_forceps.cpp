@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT
+// Yardsticks: Coulomb's cone of two pads (2 friction clamp_force), the reaction of a particle that a hand holds at the same place, the momentum of a free
+// body, and the undisturbed shape after a hundred grasps.
+#include "catch.hpp"
+#include "tool/tool_bodies.hpp"
+
+#include <palpate/cutting/concept.hpp>
+#include <palpate/integrator/velocity_verlet.hpp>
+#include <palpate/tool/forceps.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+using namespace palpate;
+using namespace palpate_test;
+
+namespace {
+
+static_assert(Cutter<Forceps<double>, decltype(skin<double>())> && PressesTissue<Forceps<double>, decltype(skin<double>())>);
+static_assert(ResettableCutter<Forceps<float>, decltype(block<float>())>);
+
+constexpr int middle = 7 * 15 + 7;   // of the skin: at (0.035, 0.035, 0)
+
+template <class S>
+ToolPose<S> at(Vector3<S> const& tip, double opening) {
+  return {.position = tip, .opening = S(opening)};
+}
+
+/// One tick of one step.
+template <class S, class Body>
+Vector3<S> tick(Forceps<S>& forceps, Body& body, ToolPose<S> const& pose, S h) {
+  forceps.advance(body, pose);
+  Vector3<S> const force = forceps.press(body, S(1), h);
+  REQUIRE(force.allFinite());
+  REQUIRE(body.step(h));
+  return force;
+}
+
+/// Comes with open jaws in 0.1 s, rests as long, and closes them in 0.1 s.
+template <class S, class Body>
+void grasp(Forceps<S>& forceps, Body& body, Vector3<S> const& tip, S h, double closed = 0.2) {
+  int const ticks = static_cast<int>(std::lround(0.1 / static_cast<double>(h)));
+  for (int k = 0; k <= 2 * ticks; ++k) tick(forceps, body, at<S>(tip + Vector3<S>(0, 0, S(0.005) * std::max(S(0), 1 - S(k) / S(ticks))), 1), h);
+  for (int k = 0; k <= ticks; ++k) tick(forceps, body, at<S>(tip, 1 - (1 - closed) * k / ticks), h);
+}
+
+/// Lifts by so much in so many seconds, and rests as long.
+template <class S, class Body>
+Vector3<S> lift(Forceps<S>& forceps, Body& body, Vector3<S> const& tip, Vector3<S> const& way, double seconds, S h, double opening = 0.2) {
+  int const ticks = static_cast<int>(std::lround(seconds / static_cast<double>(h)));
+  Vector3<S> force = Vector3<S>::Zero();
+  for (int k = 1; k <= 2 * ticks; ++k) force = tick(forceps, body, at<S>(tip + std::min(S(1), S(k) / S(ticks)) * way, opening), h);
+  return force;
+}
+
+Vector3<double> const on_skin(0.035, 0.035, 0.0005);
+
+/// 40 × 32 × 16 mm, nailed at the bottom.
+auto small_block() {
+  auto const mesh = make_block<double>(6, 5, 3, 0.008, BlockPattern::alternating);
+  FiniteElements<double, StableNeoHookean<double>> tissue(mesh, {.density = 1060, .material = {.young = 5e3, .poisson = 0.4}});
+  tissue.nail(vertices_where(mesh, [](Vector3<double> const& p) { return p.z() < 1e-6; }));
+  return SoftBody(std::move(tissue), BackwardEuler{});
+}
+Vector3<double> const on_block(0.02, 0.016, 0.0165);
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("Jaws that close take hold of what is between them, and let go of it where they open", "[tool][forceps]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto body = skin<S>();
+  Forceps<S> forceps;
+  Vector3<S> const tip = on_skin.cast<S>();
+  grasp(forceps, body, tip, S(5e-4));
+  REQUIRE(forceps.grasp().particles().size() == 1);
+  CHECK(forceps.grasp().particles()[0].particle == middle);
+  CHECK(forceps.state() == CuttingPhase::indenting);
+  CHECK(lift<S>(forceps, body, tip, {0, 0, S(0.005)}, 0.3, S(5e-4)).z() < S(-0.1));   // the tissue draws down
+  CHECK(body.positions().col(middle).z() > S(0.004));
+  CHECK((forceps.contact().touching && forceps.contact().home_point.isApprox(Vector3<S>(S(0.035), S(0.035), 0), S(1e-5))));
+  Vector3<S> const up = tip + Vector3<S>(0, 0, S(0.005));
+  tick(forceps, body, at<S>(up, 0.69), S(5e-4));
+  CHECK(forceps.grasp().holds_any());
+  Vector3<S> const force = tick(forceps, body, at<S>(up, 0.71), S(5e-4));
+  CHECK(!forceps.grasp().holds_any());
+  CHECK(force == Vector3<S>::Zero());
+  for (int k = 0; k < 400; ++k) tick(forceps, body, at<S>(up, 1), S(5e-4));
+  for (int k = 0; k < 100; ++k) tick(forceps, body, at<S>(up, 0.3), S(5e-4));
+  CHECK(!forceps.grasp().holds_any());   // nothing was there
+  for (int k = 0; k < 400; ++k) tick(forceps, body, at<S>(tip, 0.3), S(5e-4));
+  CHECK(!forceps.grasp().holds_any());   // closed jaws do not take hold
+}
+
+TEST_CASE("The hand feels what holding the same particle there takes, at any step", "[tool][forceps]") {
+  auto const run = [&](auto body, Vector3<double> const& tip, double h) {
+    Forceps<double> forceps({.grasp = {.clamp_force = 20}});
+    grasp(forceps, body, tip, h);
+    REQUIRE(forceps.grasp().holds_any());
+    Vector3<double> const force = lift<double>(forceps, body, tip, {0.001, 0.002, 0.004}, 1.0, h);
+    auto held = body;
+    Vector3<double> reaction = Vector3<double>::Zero();
+    for (auto const& each : forceps.grasp().particles()) held.drag(each.particle, held.positions().col(each.particle));
+    held.solve_statics();
+    for (auto const& each : forceps.grasp().particles()) reaction += held.reaction(each.particle);
+    CAPTURE(h, force.transpose(), reaction.transpose());
+    CHECK((force + reaction).norm() < 0.01 * reaction.norm());
+    return force;
+  };
+  auto const check = [&](auto const& body, Vector3<double> const& tip) {
+    Vector3<double> const force = run(body, tip, 1e-3);
+    CHECK(force.norm() > 0.1);
+    for (double const h : {5e-4, 2e-3}) CHECK((run(body, tip, h) - force).norm() < 0.01 * force.norm());
+  };
+  // A sheet as heavy as leather, since springs are stepped explicitly: a skin's stable step is 1.5 ms.
+  auto const mesh = make_grid<double>(15, 15, 0.005);
+  MassSpring<double> leather(mesh, {.mass = {.total = 0.4}, .link = {.stiffness = 60, .damping = 0.04}, .home = {.stiffness = 6, .damping = 0.1}});
+  leather.nail(boundary_vertices(mesh));
+  check(SoftBody(std::move(leather), LeapfrogVerlet{}), on_skin);
+  check(small_block(), on_block);
+}
+
+TEST_CASE("A drawn fold slips out at the friction of two pads", "[tool][forceps]") {
+  for (double const clamp : {0.05, 0.1}) {
+    auto body = skin<double>();
+    Forceps<double> forceps({.grasp = {.friction = 0.5, .clamp_force = clamp}});
+    grasp(forceps, body, on_skin, 5e-4);
+    double largest = 0;
+    int k = 0;
+    while (forceps.grasp().holds_any()) {
+      Vector3<double> const force = tick(forceps, body, at<double>(on_skin + Vector3<double>(0, 1e-6 * k, 0), 0.2), 5e-4);
+      if (forceps.grasp().holds_any()) largest = std::max(largest, std::hypot(force.y(), force.z()));
+      REQUIRE(++k < 20000);
+    }
+    CAPTURE(clamp, largest);
+    CHECK(largest <= 2 * 0.5 * clamp * (1 + 1e-12));
+    CHECK(largest > 0.97 * 2 * 0.5 * clamp);
+  }
+}
+
+TEST_CASE("What the hand gets is what the tissue gets: momentum of a free body", "[tool][forceps]") {
+  auto body = block<double, LeapfrogVerlet>(false);
+  Forceps<double> forceps({.grasp = {.clamp_force = 50}});
+  Vector3<double> const tip(0.03, 0.024, 0.0185);
+  double const h = 1e-4;
+  double largest = 0;
+  tick(forceps, body, at<double>(tip + Vector3<double>(0, 0, 0.005), 1), h);
+  for (int k = 0; k < 1500; ++k) {
+    Vector3<double> const before = body.momentum();
+    double const up = std::max(0, k - 400) * 5e-6;
+    Vector3<double> const force = tick(forceps, body, at<double>(tip + Vector3<double>(up / 3, 0, up), std::max(0.2, 1 - k / 400.0)), h);
+    Vector3<double> const gained = (body.momentum() - before) / h;
+    largest = std::max(largest, force.norm());
+    REQUIRE((gained + force).norm() <= 1e-9 * std::max(1.0, largest));
+    Vector3<double> sum = Vector3<double>::Zero();
+    for (auto const& each : forceps.grasp().particles()) sum += each.force;
+    for (auto const& touch : forceps.rods().touches()) sum += touch.force;
+    REQUIRE((sum - force).norm() <= 1e-12 * std::max(1.0, largest));
+  }
+  CHECK(forceps.grasp().holds_any());
+  CHECK(largest > 0.1);
+}
+
+TEST_CASE("A grasp that rests gives no energy", "[tool][forceps]") {
+  auto body = skin<double>();
+  Forceps<double> forceps({.grasp = {.clamp_force = 20}});
+  grasp(forceps, body, on_skin, 5e-4);
+  auto const pose = at<double>(on_skin + Vector3<double>(0, 0, 0.004), 0.2);
+  for (int k = 0; k < 20; ++k) tick(forceps, body, pose, 5e-4);   // thrown up by 4 mm, it swings
+  // What is stored in the tissue, its motion and the springs, whose far ends rest: the damped motion may only lose it.
+  auto const energy = [&] {
+    double sum = body.kinetic_energy() + body.potential_energy();
+    for (auto const& each : forceps.grasp().particles()) sum += each.force.squaredNorm() / (2 * forceps.options().grasp.stiffness) * static_cast<double>(forceps.grasp().particles().size());
+    return sum;
+  };
+  double const begin = energy();
+  double most = begin;
+  CHECK(body.kinetic_energy() > 1e-4 * begin);
+  for (int k = 0; k < 8000; ++k) {
+    tick(forceps, body, pose, 5e-4);
+    most = std::max(most, energy());
+  }
+  CAPTURE(begin, most, energy());
+  CHECK(forceps.grasp().holds_any());
+  CHECK(most <= begin * 1.001);
+  CHECK(body.kinetic_energy() < 1e-12 * begin);
+}
+
+TEST_CASE("A hundred grasps leave no trace", "[tool][forceps]") {
+  auto const check = [](auto body, Vector3<double> const& tip, double h) {
+    Matrix3X<double> const before = body.positions();
+    Forceps<double> forceps;
+    for (int k = 0; k < 100; ++k) {
+      Vector3<double> const place = tip + Vector3<double>(0.004 * std::sin(k), 0.004 * std::cos(3 * k), 0);
+      grasp(forceps, body, place, h);
+      REQUIRE(forceps.grasp().holds_any());
+      lift<double>(forceps, body, place, {0.002, 0, 0.003}, 0.02, h);
+      tick(forceps, body, at<double>(place + Vector3<double>(0.002, 0, 0.02), 1), h);
+    }
+    body.solve_statics(DynamicRelaxation{}, 1e-12);
+    CHECK((body.positions() - before).cwiseAbs().maxCoeff() < 1e-9);
+  };
+  check(skin<double>(), on_skin, 1e-3);
+  check(small_block(), on_block, 4e-3);
+}
+
+TEST_CASE("A copy of what is held is held too, and a cut through the tissue between the jaws ends the grasp", "[tool][forceps]") {
+  auto body = skin<double>();
+  Forceps<double> forceps({.shape = {.opening = 0.024}, .grasp = {.clamp_force = 20, .width = 0.014}});   // jaws wide enough for three by three particles and more
+  grasp(forceps, body, on_skin, 5e-4, 0.5);
+  auto const particles = forceps.grasp().particles();
+  REQUIRE(particles.size() == 9);
+  REQUIRE(forceps.grasp().holds(middle));
+  auto const& surface = body.tissue().surface();
+  // Along the column x = 0.035, from its end at −y on: triangles to the right get the copy.
+  auto const cut = [&](int p) {
+    std::vector<int> right;
+    for (int const t : surface.triangles_at(p)) {
+      double x = 0;
+      for (int const corner : surface.corners(t)) x += body.reference_position(corner).x() / 3;
+      if (x > 0.035) right.push_back(t);
+    }
+    return body.split_particle(p, right);
+  };
+  int const first = cut(middle - 15);
+  tick(forceps, body, at<double>(on_skin, 0.5), 5e-4);
+  CHECK(particles.size() == 9);
+  CHECK(forceps.grasp().particles().size() == 10);
+  CHECK((forceps.grasp().holds(first) && forceps.grasp().holds(middle - 15)));
+  body.merge_last_particle(middle - 15);
+  tick(forceps, body, at<double>(on_skin, 0.5), 5e-4);
+  CHECK((forceps.grasp().particles().size() == 9 && !forceps.grasp().holds(first)));
+  for (int const p : {middle - 15, middle}) cut(p);
+  tick(forceps, body, at<double>(on_skin, 0.5), 5e-4);
+  CHECK(forceps.grasp().particles().size() == 11);
+  cut(middle + 15);   // now what is between the jaws is in two
+  Vector3<double> const force = tick(forceps, body, at<double>(on_skin, 0.5), 5e-4);
+  CHECK(!forceps.grasp().holds_any());
+  CHECK(forceps.grasp().particles().empty());
+  CHECK(force.allFinite());
+}
+
+TEST_CASE("Tissue that is taken away between the jaws is let go, what is left is held", "[tool][forceps]") {
+  auto body = block<double>();
+  Forceps<double> forceps({.shape = {.opening = 0.024}, .grasp = {.clamp_force = 20, .width = 0.014}});
+  Vector3<double> const tip(0.03, 0.024, 0.0185);
+  grasp(forceps, body, tip, 1e-3, 0.5);
+  auto const count = forceps.grasp().particles().size();
+  REQUIRE(count >= 4);
+  int const gone = forceps.grasp().particles()[0].particle;
+  auto const& solid = body.tissue().topology();
+  for (int t = solid.tetrahedron_count(); t-- > 0;)
+    if (t < solid.tetrahedron_count() && solid.corner_of(t, gone) >= 0) body.remove_tetrahedron(t);
+  body.finish_edits();
+  REQUIRE(body.tissue().surface().triangles_at(gone).empty());
+  for (int k = 0; k < 20; ++k) tick(forceps, body, at<double>(tip, 0.5), 1e-3);
+  CHECK(!forceps.grasp().holds(gone));
+  auto const saved = body.save();
+  body.restore(saved);
+  CHECK(tick(forceps, body, at<double>(tip, 0.5), 1e-3).allFinite());
+  CHECK(!forceps.grasp().holds_any());   // the tool has to come anew
+}
+
+TEST_CASE("Where no particle is between the jaws the triangle there is held", "[tool][forceps]") {
+  auto const mesh = make_grid<double>(4, 4, 0.03);
+  MassSpring<double> tissue(mesh, {.mass = {.total = 0.1}, .link = {.stiffness = 60, .damping = 0.02}, .home = {.stiffness = 6, .damping = 0.05}});
+  tissue.nail(boundary_vertices(mesh));
+  SoftBody body(std::move(tissue), LeapfrogVerlet{});
+  Forceps<double> forceps;
+  Vector3<double> const tip(0.043, 0.04, 0.0005);
+  grasp(forceps, body, tip, 5e-4);
+  CHECK(forceps.grasp().particles().size() == 3);
+  CHECK(lift<double>(forceps, body, tip, {0, 0, 0.004}, 0.3, 5e-4).z() < -0.02);
+}
+
+TEST_CASE("Options of forceps that make no sense are refused with what to give", "[tool][forceps]") {
+  double const nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(Forceps<double>({.grasp = {.clamp_force = 0}}), says("GraspOptions: .clamp_force is 0 N"));
+  CHECK_THROWS_WITH(Forceps<double>({.grasp = {.stiffness = nan}}), says(".stiffness"));
+  CHECK_THROWS_WITH(Forceps<double>({.grasp = {.width = -1}}), says(".width is -1 m"));
+  CHECK_THROWS_WITH(Forceps<double>({.grasp_below = 1.5}), says(".grasp_below is 1.5"));
+  CHECK_THROWS_WITH(Forceps<double>({.grasp_below = 0.5, .release_above = 0.5}), says("above .grasp_below"));
+  CHECK_THROWS_WITH(Forceps<double>({.shape = {.opening = 0}}), says(".shape.opening"));
+  auto body = skin<double>();
+  Forceps<double> forceps;
+  grasp(forceps, body, on_skin, 5e-4);
+  forceps.advance(body, at<double>(on_skin, nan));   // stays as it is
+  CHECK(forceps.grasp().holds_any());
+  CHECK(forceps.press(body, 1.0, 5e-4).allFinite());
+}
