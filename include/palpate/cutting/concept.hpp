@@ -113,4 +113,10 @@ concept PressesTissue = Cutter<C, Body> && requires(C& cutter, C const& seen, Bo
   { seen.haptic_point() } -> std::convertible_to<Vector3<typename Body::Scalar>>;
 };
 
+/// Refinement: one that states the moment of the tissue on the tool about its origin, of the last press [N m]: a device with torque gets it.
+template <class C, class Body>
+concept TellsMoment = PressesTissue<C, Body> && requires(C const& cutter) {
+  { cutter.moment() } -> std::convertible_to<Vector3<typename Body::Scalar>>;
+};
+
 }  // namespace palpate

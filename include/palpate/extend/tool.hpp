@@ -16,7 +16,7 @@
 ///   copyable
 /// Optional
 ///   template <class Body> void reset(Body& body)          the tool is taken away                                            ResettableCutter
-///   Vector3<Scalar> const& moment() const                 of the last step, about the tool's origin [N m]
+///   Vector3<Scalar> const& moment() const                 of the last step, about the tool's origin [N m]                     TellsMoment
 ///
 /// Of a ToolPose: position [m], orientation (world ← tool), velocity [m/s], opening of jaws (0 closed … 1 open)
 /// Of a BluntTool: advance, press(body, share, h, pin), reset, rods(); of its rods()

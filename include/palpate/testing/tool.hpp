@@ -72,7 +72,7 @@ Violations check_tool(C const& made, Body const& body, ToolChecks const& checks 
     }
     if (!is_finite(force)) tell("press() returns ", force.x(), ", ", force.y(), ", ", force.z(), " N; it must be finite");
     if (!((force + sum).norm() <= tolerance * largest)) tell("press() returns a force that is not opposite to what it has applied: off by ", (force + sum).norm(), " N");
-    if constexpr (requires { { tool.moment() } -> std::convertible_to<Vector>; })
+    if constexpr (TellsMoment<C, Body>)
       if (!((tool.moment() + moment).norm() <= tolerance * largest * size)) tell("moment() is not that of what was applied, about the tool's origin: off by ", (tool.moment() + moment).norm(), " N m");
     if (!is_finite(tool.haptic_point())) tell("haptic_point() is not finite");
     if (!tissue.step(h)) tell("the body's step diverges under its forces");
