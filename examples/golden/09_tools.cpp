@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <utility>
 
 int main() {
@@ -22,7 +23,7 @@ int main() {
   Simulator simulator(SoftBody(std::move(tissue), BackwardEuler{}),
                       Tool(pull(-1.0), Hook<double>({.friction = 0.5}), TissueReaction{}),
                       Tool(pull(+1.0), Hook<double>({.friction = 0.5}), TissueReaction{}),
-                      Tool(stroke, VolumeCutter<double>({.puncture_depth = 0.003}), CuttingForce(liver_hysteresis<double>())));
+                      Tool(stroke, Scalpel<double>({.puncture_depth = 0.003}, {.shape = {.edge = 0.03, .angle = std::numbers::pi / 2}}), CuttingForce(liver_hysteresis<double>())));
   ToolRecordings const session = simulator.run(4.0);
 
   std::printf("tools %zu, both hooks pull outwards: %s\n", session.recordings().size(),

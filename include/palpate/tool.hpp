@@ -9,5 +9,6 @@
 #include <palpate/tool/grasp.hpp>
 #include <palpate/tool/hook.hpp>
 #include <palpate/tool/rod_contact.hpp>
+#include <palpate/tool/scalpel.hpp>
 #include <palpate/tool/tool_shape.hpp>
 #include <palpate/tool/trocar.hpp>

@@ -92,4 +92,8 @@ class BluntTool {
   int rod_ = 0;
 };
 
+/// A blunt rod, unless it is given another shape.
+template <RealScalar Scalar>
+using Probe = BluntTool<Scalar>;
+
 }  // namespace palpate
