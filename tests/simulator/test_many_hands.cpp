@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Four hands at one skin, in the loop: a probe that palpates, a blade, a hook and forceps, each hand a mass, a spring and a damper that yields to what it feels.
 // Yardsticks: the limits asked for; the energy that a sampled spring can leak, ½ K |Δx|² a tick; rest is rest; a device that fails has no force two ticks later.
-// PALPATE_SOAK_SESSIONS sets how many sessions, a tenth of it (2 if not set), PALPATE_SOAK_TICKS how long one is (4,000).
+// PALPATE_SOAK_SESSIONS sets how many sessions, a tenth of it (2 if not set), PALPATE_SOAK_TICKS how long one is (3,200).
 #include "catch.hpp"
 
 #include "simulator/scene.hpp"
@@ -9,16 +9,24 @@
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/device/faulty_device.hpp>
+#include <palpate/device/recorded_device.hpp>
+#include <palpate/device/replay_device.hpp>
+#include <palpate/device/scripted_device.hpp>
 #include <palpate/device/simulated_hand.hpp>
+#include <palpate/force/cutting_force.hpp>
 #include <palpate/force/liver.hpp>
 #include <palpate/force/tissue_reaction.hpp>
-#include <palpate/haptics/press_then_cut.hpp>
+#include <palpate/haptics/overlay.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/simulator/simulator.hpp>
 #include <palpate/tool/forceps.hpp>
 #include <palpate/tool/hook.hpp>
+#include <palpate/training/guidance.hpp>
+#include <palpate/training/replay.hpp>
+#include <palpate/training/session.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
@@ -80,7 +88,7 @@ auto four(Probing probe) {
 
 TEST_CASE("sessions of four hands in the loop: limits hold, no contact gives energy, and the tissue comes to rest", "[simulator][tools][soak]") {
   long const sessions = std::max(1L, asked_for("PALPATE_SOAK_SESSIONS", 20) / 10);
-  double const seconds = static_cast<double>(asked_for("PALPATE_SOAK_TICKS", 4000)) / 1000.0;
+  double const seconds = static_cast<double>(asked_for("PALPATE_SOAK_TICKS", 3200)) / 1000.0;
   // N/m: of a point's contact; of a rod's, which is rigid to a step, m/h² of a particle is 227, and it lies on some ten beside the grasp's spring.
   constexpr double of_point = 2000.0, of_rod = 2000.0 + 10 * 227.0 + 1000.0;
 
@@ -153,4 +161,29 @@ TEST_CASE("a device of one of four hands fails in contact, and the other three g
     CHECK(count(simulator.events<3>()) == std::pair(1, 0));
     CHECK(count(simulator.events<0>()).second > 0);
   }
+}
+
+// Guidance holds with k (d − dead band − fade/2) of each tool's own path, closed form.
+TEST_CASE("each tool has its own guidance, and its own session to replay", "[simulator][tools][training]") {
+  auto const beside = [](double x, double off) {
+    auto path = Trajectory<double>::start({x, 0.05 + off, 0.02});
+    path.line({x + 0.02, 0.05 + off, 0.02}, 1.0);
+    return ScriptedDevice<double>(std::move(path));
+  };
+  auto const guided = [](double x) {
+    Matrix3X<double> points(3, 2);
+    points << x - 0.05, x + 0.07, 0.05, 0.05, 0.02, 0.02;
+    return Overlaid(TissueReaction{}, PathGuidance<double>(GuidePath<double>(points), {.stiffness = 500.0, .dead_band = 0.001, .fade = 0.001, .arm_time = 0.1}));
+  };
+  auto const run = [&](auto first, auto second) {
+    using Finger = NoCutter<double>;
+    Simulator simulator(palpate_test::skin<double>(WholeBody{}), Tool(RecordedDevice(std::move(first), 1000), Finger{}, guided(0.02)), Tool(RecordedDevice(std::move(second), 1000), Finger{}, guided(0.06)));
+    ToolRecordings const all = simulator.run(1.0);
+    return std::array{make_session(all.recording(0), simulator.template device<0>()), make_session(all.recording(1), simulator.template device<1>())};
+  };
+  auto const sessions = run(beside(0.02, 0.003), beside(0.06, -0.0025));
+  CHECK((sessions[0].recording.ticks().back().force - Vector3<double>(0, -500 * (0.003 - 0.0015), 0)).norm() < 1e-9);
+  CHECK((sessions[1].recording.ticks().back().force - Vector3<double>(0, 500 * (0.0025 - 0.0015), 0)).norm() < 1e-9);
+  auto const again = run(ReplayDevice<double>(sessions[0].hand, sessions[0].device), ReplayDevice<double>(sessions[1].hand, sessions[1].device));
+  for (std::size_t k = 0; k < 2; ++k) CHECK_FALSE(first_difference(again[k].recording, sessions[k].recording));
 }
