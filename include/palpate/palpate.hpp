@@ -17,6 +17,7 @@
 #include <palpate/core/phase.hpp>
 #include <palpate/core/policy.hpp>
 #include <palpate/core/random.hpp>
+#include <palpate/core/rotation_vector.hpp>
 #include <palpate/core/serial.hpp>
 #include <palpate/core/similarity.hpp>
 #include <palpate/core/tool_pose.hpp>

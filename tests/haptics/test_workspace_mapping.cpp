@@ -64,6 +64,7 @@ TEMPLATE_TEST_CASE("C10-M7: a torque is scaled by κ/s: by lever arm and by powe
     Vector3<S> const torque = mapping.velocity_to_world(arm).cross(force);   // arm in the device's frame, s R arm in the scene
     Vector3<S> const felt = mapping.torque_to_device(torque);
     CHECK((felt - arm.cross(mapping.force_to_device(force))).norm() <= tolerance * kappa * arm.norm() * force.norm());
+    CHECK((mapping.torque_to_world(felt) - torque).norm() <= tolerance * torque.norm());
     S const power = force.dot(mapping.velocity_to_world(v)) + torque.dot(frame.rotation() * omega);
     S const size = s * force.norm() * (v.norm() + arm.norm() * omega.norm());
     CHECK(std::abs(mapping.force_to_device(force).dot(v) + felt.dot(omega) - kappa / s * power) <= tolerance * kappa / s * size);

@@ -109,6 +109,28 @@ TEST_CASE("a recording of a solid that was cut has the area in a last column", "
   CHECK_THROWS_WITH(Recording::read_csv(folder.file("short.csv", text.substr(0, text.size() - 7))), Catch::Contains("cells") || Catch::Contains("cut short"));
 }
 
+TEST_CASE("a recording of a device with torque has it in the last columns, after the area", "[recording]") {
+  // Yardstick: the lines, by hand.
+  std::string const head = "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J";
+  TemporaryFolder const folder;
+  for (bool const has_area : {false, true}) {
+    Recording recording;
+    recording.append({.time = 0.5, .cut_area = has_area ? 0.25 : 0.0, .torque = {0.125, -0.25, 0.0}});
+    recording.append({.time = 0.75, .cut_area = has_area ? 0.25 : 0.0});
+    std::string const area = has_area ? ",0.25" : "";
+    std::string const text = head + (has_area ? ",cut_area_m2" : "") + ",torque_x_Nm,torque_y_Nm,torque_z_Nm\n" +
+                             "0.5,0,0,0,0,no contact,0,0,0,0" + area + ",0.125,-0.25,0\n" +
+                             "0.75,0,0,0,0,no contact,0,0,0,0" + area + ",0,0,0\n";
+    CHECK(recording.to_csv() == text);
+    auto const back = Recording::read_csv(folder.file("torque.csv", text));
+    REQUIRE(back.ticks().size() == 2);
+    CHECK(back.ticks()[0].torque == Vector3<double>(0.125, -0.25, 0));
+    CHECK(back.to_csv() == text);
+    CHECK_THROWS_WITH(Recording::read_csv(folder.file("word.csv", text.substr(0, text.size() - 2) + "x\n")), Catch::Contains("torque_z_Nm"));
+  }
+  CHECK_THROWS_WITH(Recording::read_csv(folder.file("head.csv", head + ",torque_x_Nm\n")), Catch::Contains("header"));
+}
+
 TEST_CASE("what was written is read back to the bit, and written again to the byte", "[recording]") {
   TemporaryFolder const folder;
   Recording const recording = random_recording(5, 3000);

@@ -12,6 +12,7 @@
 #include <palpate/force/noise.hpp>
 #include <palpate/force/organ_force.hpp>
 #include <palpate/force/tissue_reaction.hpp>
+#include <palpate/simulator/recording.hpp>
 #include <palpate/simulator/servo_loop.hpp>
 
 #include <limits>

@@ -47,6 +47,7 @@ struct LocalModel {
   Vector3<Scalar> normal = Vector3<Scalar>::UnitZ();
   Scalar tip_radius = 0;
   Vector3<Scalar> tissue_force = Vector3<Scalar>::Zero();   // on the tool
+  Vector3<Scalar> tissue_moment = Vector3<Scalar>::Zero();  // N m, on the tool, about its origin; of a tool that tells it
   double cut_area = 0;            ///< m², by the cutter so far, where it counts that
   SurfaceModel<Scalar> surface{};   ///< for a force that answers to the surface as it is now; see SurfaceForce
 

@@ -14,6 +14,7 @@ struct PassivityOptions {
   double period = 0.001;        ///< T [s], of the servo
   double max_damping = 11.0;    ///< α_max [N·s/m], the most that the controller adds: about mass / (4 T), 11 for a 45 g stylus; 0: observe alone
   double device_damping = 0.0;  ///< b [N·s/m], certain damping of the mechanics, which offsets the leak of a held force; 0: not known
+  double lever = 0.0;           ///< ℓ [m], at which a rotation counts as a way: the torque is damped by α ℓ² [N·m·s]; 0: a force alone
   double reservoir = 0.005;     ///< J; energy taken beyond it and the elastic energy is discarded: an earlier loss does not offset a later gain
 };
 
@@ -23,6 +24,7 @@ struct PassivityOptions {
 ///   E ← E + b |Δx|²/T, up to U          the least that the mechanics have dissipated: it offsets a gain and is never stored
 ///   W = E − F·Δx + b |Δx|²/T            if the force wanted now were held over the same displacement again
 ///   W < 0:  F ← F − α Δx/T,   α = min(α_max, −W T/|Δx|²)
+/// With a torque τ besides, and Δθ the rotation since the last tick: F·Δx + τ·Δθ for F·Δx, |Δx|² + ℓ² |Δθ|² for the |Δx|² in α, and τ ← τ − α ℓ² Δθ/T.
 /// F is the force on the hand, so the hand puts −F·Δx into what it touches. The observer is exact for a force that is held between
 /// samples.
 /// Units      SI; force [N] on the hand, energy [J].
@@ -32,7 +34,8 @@ struct PassivityOptions {
 ///            never exceeds its limit: what it cannot dissipate in this tick stays as a debt for the next motion, in the air too. With U
 ///            and b given, a spring of K ≤ 2 b/T is never damped: the mechanics dissipate the leak of a hold, K |Δx|²/2.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
-/// Limits     Without U, a soft wall that returns more than the reservoir looks active. Call `sent` after every limiter. Noise counts as
+/// Limits     b is of ways alone: nothing is known of what a rotation dissipates.
+///            Without U, a soft wall that returns more than the reservoir looks active. Call `sent` after every limiter. Noise counts as
 ///            energy given; see `CuttingForce::noise_energy`. A sliding tip is damped along its whole path, so energy of the wall across
 ///            it is taken from the sliding, and the wall may go on vibrating.
 template <RealScalar S>
@@ -45,17 +48,24 @@ class PassivityController {
     require(options.period > 0.0, ".period", options.period, " s", "give that of the servo, 0.001 for most");
     require.not_negative(".max_damping", options.max_damping, " N·s/m");
     require.not_negative(".device_damping", options.device_damping, " N·s/m");
+    require.not_negative(".lever", options.lever, " m");
     require.positive(".reservoir", options.reservoir, " J");
   }
 
   /// The passive force for the one wanted at this position, of a model with elastic energy `elastic` [J], ½ k d² for a spring. Books the
   /// displacement since the last tick under the force sent for it.
   Vector3<S> operator()(Vector3<S> const& position, Vector3<S> const& wanted, double elastic = 0.0) noexcept {
+    Vector3<S> none = Vector3<S>::Zero();
+    return (*this)(position, wanted, elastic, none, none);
+  }
+  /// The same with a torque, which becomes the passive one, and the rotation since the last tick [rad].
+  Vector3<S> operator()(Vector3<S> const& position, Vector3<S> const& wanted, double elastic, Vector3<S> const& turned, Vector3<S>& torque) noexcept {
     Vector3<double> const way = has_position_ ? Vector3<double>(position.template cast<double>() - position_) : Vector3<double>(Vector3<double>::Zero());
+    Vector3<double> const turn = has_position_ ? Vector3<double>(turned.template cast<double>()) : Vector3<double>(Vector3<double>::Zero());
     position_ = position.template cast<double>();
     has_position_ = true;
     damping_ = 0.0;
-    double const work = -sent_.dot(way);
+    double const work = -sent_.dot(way) - sent_torque_.dot(turn), lever = options_.lever * options_.lever;
     if (!std::isfinite(work)) {   // a tick that is no number leaves no trace
       has_position_ = false;
       return wanted;
@@ -66,15 +76,19 @@ class PassivityController {
     double const held = std::fmax(elastic, 0.0);   // 0 for a NaN
     energy_ = std::min(energy_ + work, options_.reservoir + held);
     if (energy_ < held) energy_ = std::min(energy_ + taken, held);
-    double const next = energy_ + taken - wanted.template cast<double>().dot(way);
-    if (!(next < 0.0) || !(square > 0.0) || !(options_.max_damping > 0.0)) return wanted;
-    damping_ = std::min(options_.max_damping, -next * options_.period / square);
+    double const next = energy_ + taken - wanted.template cast<double>().dot(way) - torque.template cast<double>().dot(turn);
+    double const moved = square + lever * turn.squaredNorm();
+    if (!(next < 0.0) || !(moved > 0.0) || !(options_.max_damping > 0.0)) return wanted;
+    damping_ = std::min(options_.max_damping, -next * options_.period / moved);
     ++damped_;
+    torque = (torque.template cast<double>() - damping_ * lever / options_.period * turn).template cast<S>();
     return (wanted.template cast<double>() - damping_ / options_.period * way).template cast<S>();
   }
 
-  /// The force that was written after all limits; it acts until the next tick.
-  void sent(Vector3<S> const& force) noexcept { sent_ = force.template cast<double>(); }
+  /// The force that was written after all limits, and the torque; they act until the next tick.
+  void sent(Vector3<S> const& force, Vector3<S> const& torque = Vector3<S>::Zero()) noexcept {
+    sent_ = force.template cast<double>(), sent_torque_ = torque.template cast<double>();
+  }
 
   /// J, taken from the hand since the start or reset(), unlimited; negative: given.
   double energy() const noexcept { return total_; }
@@ -93,14 +107,14 @@ class PassivityController {
   /// Begins anew: no energy, no way, no force.
   void reset() noexcept {
     has_position_ = false;
-    sent_.setZero();
+    sent_.setZero(), sent_torque_.setZero();
     energy_ = total_ = min_ = damping_ = 0.0;
     damped_ = 0;
   }
 
  private:
   PassivityOptions options_;
-  Vector3<double> position_ = Vector3<double>::Zero(), sent_ = Vector3<double>::Zero();
+  Vector3<double> position_ = Vector3<double>::Zero(), sent_ = Vector3<double>::Zero(), sent_torque_ = Vector3<double>::Zero();
   double energy_ = 0.0, total_ = 0.0, min_ = 0.0, damping_ = 0.0;   // J, J, J, N·s/m
   std::uint64_t damped_ = 0;
   bool has_position_ = false;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/rotation_vector.hpp>
 #include <palpate/device/lifecycle.hpp>
 #include <palpate/device/limit.hpp>
 #include <palpate/haptics/force_limits.hpp>
@@ -27,6 +28,7 @@ struct SafetyReading {
   bool usable = true;    ///< and gave a finite position
   bool fresh = true;     ///< which is new: a device may say that it has no new sample
   Vector3<S> position = Vector3<S>::Zero();   ///< in the device's frame
+  Eigen::Quaternion<S> orientation = Eigen::Quaternion<S>::Identity();   ///< device ← tool; one that is no unit quaternion gives no torque
   double seconds = 0.001;                     ///< since the last tick
   std::uint32_t buttons = 0;
   Calibration calibration = Calibration::good;
@@ -36,6 +38,7 @@ struct SafetyReading {
 template <RealScalar S>
 struct WantedForce {
   Vector3<S> force = Vector3<S>::Zero();   ///< on the hand, world frame
+  Vector3<S> torque = Vector3<S>::Zero();  ///< about the tip; not looked at where the device has none
   double elastic = 0.0;                    ///< J, that the rendered model holds at most
   bool inside = false;                     ///< the tip is in the tissue: nothing arms there
   bool valid = true;                       ///< the tissue has answered once
@@ -46,6 +49,8 @@ struct WantedForce {
 
 /// Limits every force before it is written to a device, in this order:
 ///   finite check → passivity → mapping to the device → magnitude → slew → thermal → ramp
+/// A torque goes the same way beside it, but for the thermal limit, which is not known: it arms, fades and becomes zero with the force, and if one of the two
+/// is no number both are zero.
 /// Arms       when every condition of `ArmingWaitsFor` holds and the wanted force has been small for some ticks in a row. A tool that
 ///            begins in the tissue stays disarmed until it has left it. `waits_for()` names the missing condition, and an event reports
 ///            it where it lasts.
@@ -55,7 +60,8 @@ struct WantedForce {
 ///            change is slewed.
 /// Units      SI; forces enter in the world frame and leave in the device's frame.
 /// Source     order and numbers: practice of haptic libraries; the passivity controller \cite hannaford2002.
-/// Invariant  |out| ≤ max_force; |out − the last out| ≤ slew · period, unless out is zero; out is finite.
+/// Invariant  |out| ≤ max_force; |out − the last out| ≤ slew · period, unless out is zero; out is finite. Of the torque likewise, with max_torque and the
+///            slew at `SafetyLimits::lever`.
 /// Cost       O(1), noexcept, no allocation: allowed in the servo tick.
 template <RealScalar S>
 class SafetyChain {
@@ -69,10 +75,15 @@ class SafetyChain {
     limits_ = limits_for(options, device, model_rate);
     double const felt = static_cast<double>(mapping.felt_stiffness(S(1)));   // κ s: a damping of the scene is felt so much stronger
     double const work = static_cast<double>(mapping.force_scale() / mapping.world_from_device().scale());   // κ/s: the hand's joules in one of the scene
-    if (limits_.protects_a_hand || before.period != limits_.period || before.reservoir != limits_.reservoir || before.damping != limits_.damping || felt != felt_) {
+    if (limits_.protects_a_hand || before.period != limits_.period || before.reservoir != limits_.reservoir || before.damping != limits_.damping ||
+        felt != felt_ || (before.max_torque > 0.0) != (limits_.max_torque > 0.0)) {
       earlier_energy_ += work_ * passivity_.energy();
-      passivity_ = PassivityController<S>(
-          {.period = limits_.period, .max_damping = limits_.damping / felt, .device_damping = limits_.device_damping / felt, .reservoir = limits_.reservoir / work});
+      double const lever = limits_.max_torque > 0.0 ? static_cast<double>(mapping.world_from_device().scale()) * limits_.lever : 0.0;
+      passivity_ = PassivityController<S>({.period = limits_.period,
+                                           .max_damping = limits_.damping / felt,
+                                           .device_damping = limits_.device_damping / felt,
+                                           .lever = lever,
+                                           .reservoir = limits_.reservoir / work});
     }
     felt_ = felt, work_ = work;
     if (limits_.thermal_time > 0.0 && (before.continuous_force != limits_.continuous_force || before.thermal_time != limits_.thermal_time))   // else they are as warm as they were
@@ -89,7 +100,7 @@ class SafetyChain {
     told_waiting_ = false;
     has_position_ = has_sample_ = held_before_ = stale_ = diverged_ = interrupted_ = false;
     since_sample_ = 0.0;
-    out_.setZero();
+    out_.setZero(), torque_.setZero();
     event_count_ = 0;
   }
 
@@ -123,37 +134,48 @@ class SafetyChain {
     }
     check_gap();
     if (usable_) check_motion(reading.position, reading.fresh);
+    turns_ = usable_ && limits_.max_torque > 0.0 && std::abs(reading.orientation.norm() - S(1)) < S(0.01);   // false for what is not finite
+    if (turns_) orientation_ = reading.orientation.normalized();
     if (!has_sample_) miss(ArmingWaitsFor::sample);
     if (interrupted_ && limits_.protects_a_hand) passivity_.skip_way();   // nobody pushed the tip there
   }
 
-  /// The force to write, in the device's frame, for the one that is wanted.
+  /// The force to write, in the device's frame, for the one that is wanted; torque() goes with it.
   Vector3<S> operator()(WantedForce<S> const& wanted, WorkspaceMapping<S> const& mapping) noexcept {
     check_model(wanted);
-    Vector3<S> force = Vector3<S>::Zero();
+    Vector3<S> force = Vector3<S>::Zero(), torque = Vector3<S>::Zero();
     if (usable_ && !wanted.diverged && wanted.valid) {
-      if (is_finite(wanted.force))
+      if (is_finite(wanted.force) && (!turns_ || is_finite(wanted.torque))) {
         force = wanted.force, not_finite_in_a_row_ = 0;
-      else
+        if (turns_) torque = wanted.torque;
+      } else {
         count_not_finite(), ++counts_.not_finite, miss(ArmingWaitsFor::finite_force);
+      }
     }
     double const asked = static_cast<double>(stable_norm(mapping.force_to_device(force)));   // damping may not make it look small
-    if (usable_) force = made_passive(wanted, force, mapping.velocity_to_world(position_));   // the hand's own way, also while a clutch holds the tip
-    force = mapping.force_to_device(force);
-    force = limited_to_maximum(force);
+    double const asked_torque = static_cast<double>(stable_norm(mapping.torque_to_device(torque)));
+    if (usable_) force = made_passive(wanted, force, torque, mapping);
+    force = limited_to_maximum(mapping.force_to_device(force));
+    torque = mapping.torque_to_device(torque);
+    if (stable_norm(torque) > static_cast<S>(limits_.max_torque)) ++counts_.torques_limited;
+    torque = limited(torque, static_cast<S>(limits_.max_torque));
     if (wanted.inside && limits_.protects_a_hand) miss(ArmingWaitsFor::tool_outside);
-    arm(asked);
+    arm(std::max(asked, asked_torque / limits_.lever));
     wait();
     if (wanted.valid) advance_ramp(wanted.quiet);
-    Vector3<S> out = Vector3<S>::Zero();
-    if (usable_ && stage_.may_render() && !wanted.diverged && not_finite_in_a_row_ == 0 && gain_ > 0.0)
-      out = ramped(force);
-    else if (!is_zero(force))
-      ++counts_.disarmed;
-    out_ = out;
-    passivity_.sent(mapping.force_to_world(out));
-    return out;
+    if (usable_ && stage_.may_render() && !wanted.diverged && not_finite_in_a_row_ == 0 && gain_ > 0.0) {
+      out_ = ramped(out_, force, thermal_ ? thermal_->limit(limits_.max_force) : limits_.max_force, limits_.slew);
+      torque_ = ramped(torque_, torque, limits_.max_torque, limits_.lever * limits_.slew);
+      if (gain_ < 1.0) ++counts_.ramped;
+    } else {
+      if (!is_zero(force) || !is_zero(torque)) ++counts_.disarmed;
+      out_.setZero(), torque_.setZero();
+    }
+    passivity_.sent(mapping.force_to_world(out_), mapping.torque_to_world(torque_));
+    return out_;
   }
+  /// N·m about the tip, in the device's frame, with the force of this tick.
+  Vector3<S> const& torque() const noexcept { return torque_; }
 
   /// The device could not be written to.
   void write_failed() noexcept { fault(); }
@@ -289,9 +311,15 @@ class SafetyChain {
     stale_ = stale;
   }
 
-  Vector3<S> made_passive(WantedForce<S> const& wanted, Vector3<S> const& force, Vector3<S> const& place) noexcept {
+  Vector3<S> made_passive(WantedForce<S> const& wanted, Vector3<S> const& force, Vector3<S>& torque, WorkspaceMapping<S> const& mapping) noexcept {
+    Vector3<S> turned = Vector3<S>::Zero();
+    if (turns_) {
+      if (has_turn_) turned = mapping.world_from_device().direction(rotation_vector<S>(orientation_ * turned_from_.conjugate()));
+      turned_from_ = orientation_, has_turn_ = true;
+    }
     auto const damped = passivity_.damped();
-    Vector3<S> const result = passivity_(place, force, wanted.elastic);
+    Vector3<S> const place = mapping.velocity_to_world(position_);   // the hand's own way, also while a clutch holds the tip
+    Vector3<S> const result = passivity_(place, force, wanted.elastic, turned, torque);
     counts_.damped += passivity_.damped() - damped;
     return result;
   }
@@ -351,19 +379,16 @@ class SafetyChain {
     if (stage_.stage() == DeviceStage::arming) static_cast<void>(stage_.handle(DeviceEvent::ramped));
   }
 
-  /// Slew, thermal limit and ramp. The slew limit holds for the force written, so it takes into account by how much thermal limit and
-  /// ramp are about to shrink the largest force.
-  Vector3<S> ramped(Vector3<S> const& force) noexcept {
-    double const warm = thermal_ ? thermal_->limit(limits_.max_force) : limits_.max_force;
-    double const most = limits_.slew * limits_.period, reach = gain_ * warm, outside = static_cast<double>(out_.norm()) - reach;
-    S const share = static_cast<S>(gain_);
-    Vector3<S> next = share * force;
+  /// Slew, thermal limit and ramp of a force, or a torque, at most `warm`, after `last`. The slew limit holds for what is written, so it takes into account by
+  /// how much thermal limit and ramp are about to shrink the largest one.
+  Vector3<S> ramped(Vector3<S> const& last, Vector3<S> const& wanted, double warm, double slew) noexcept {
+    double const most = slew * limits_.period, reach = gain_ * warm, outside = static_cast<double>(last.norm()) - reach;
+    Vector3<S> next = static_cast<S>(gain_) * wanted;
     if (std::isfinite(most)) {
-      Vector3<S> const slow = slewed(out_, next, static_cast<S>(std::max(0.0, most - std::max(0.0, outside))));
+      Vector3<S> const slow = slewed(last, next, static_cast<S>(std::max(0.0, most - std::max(0.0, outside))));
       if (slow != next) ++counts_.slewed;
       next = slow;
     }
-    if (gain_ < 1.0) ++counts_.ramped;
     if (!std::isfinite(reach) || !(next.norm() > static_cast<S>(reach))) return next;
     if (gain_ == 1.0) ++counts_.cooled;
     return limited(next, static_cast<S>(reach));
@@ -382,7 +407,9 @@ class SafetyChain {
   double clock_ = 0.0;   // s of the session
   double gain_ = 0.0, seconds_ = 0.0, since_sample_ = 0.0, earlier_energy_ = 0.0;
   double felt_ = 1.0, work_ = 1.0;   // κ s and κ/s of the mapping
-  Vector3<S> out_ = Vector3<S>::Zero(), position_ = Vector3<S>::Zero();
+  Vector3<S> out_ = Vector3<S>::Zero(), torque_ = Vector3<S>::Zero(), position_ = Vector3<S>::Zero();
+  Eigen::Quaternion<S> orientation_ = Eigen::Quaternion<S>::Identity(), turned_from_ = Eigen::Quaternion<S>::Identity();   // now; when work was counted last
+  bool turns_ = false, has_turn_ = false;   // there is an orientation in this tick; there was ever one
   int small_ticks_ = 0, not_finite_in_a_row_ = 0;
   bool usable_ = false, told_waiting_ = false, has_position_ = false, has_sample_ = false, held_before_ = false, stale_ = false, diverged_ = false, interrupted_ = false, recovers_ = false;
   std::array<SafetyEvent, 16> events_{};

@@ -86,7 +86,8 @@ struct SafetyCounts {
   std::uint64_t not_finite = 0;   ///< forces that were not finite and became zero
   std::uint64_t damped = 0;       ///< forces that the passivity controller added to
   std::uint64_t limited = 0;      ///< forces shortened to the maximum
-  std::uint64_t slewed = 0;       ///< forces that would have changed too fast
+  std::uint64_t torques_limited = 0;   ///< torques, likewise
+  std::uint64_t slewed = 0;       ///< forces and torques that would have changed too fast
   std::uint64_t cooled = 0;       ///< forces shortened because the motors are warm
   std::uint64_t ramped = 0;       ///< ticks with a share of the force, on a ramp or a fade
   std::uint64_t disarmed = 0;     ///< ticks in which a force was wanted and none was written

@@ -18,6 +18,7 @@ namespace palpate {
 ///
 ///                    moves a hand                                                        simulated
 ///   max_force        the smaller of its continuous force and 1 N                         the device's maximum
+///   max_torque       max_force at 50 mm, and what the device can                         the device's maximum
 ///   slew             500 N/s: 500 N/m at 1 m/s                                           none
 ///   thermal_time     10 s, where the continuous force is known                           none
 ///   arm_force        0.2 N, and half of max_force, for more than three ticks in a row    arms at once
@@ -28,9 +29,11 @@ namespace palpate {
 ///   dead_man         any button, where there are buttons                                 none
 ///   max_not_finite  10 in a row, 20 within 1 s                                          any number
 ///   damping          a quarter of its mass over a period, 11 N·s/m for 45 g at 1 kHz, not above its largest   none: observed alone
+/// A torque counts as a force at a lever of 50 mm: so far slew, arm_force and damping hold for it too.
 struct SafetyOptions {
   std::optional<bool> protects_a_hand{};     ///< none: as the device says, `Capabilities::moves_a_hand`
   std::optional<double> max_force{};         ///< N; never above the device's own maximum
+  std::optional<double> max_torque{};        ///< N·m, likewise
   std::optional<double> max_stiffness{};     ///< N/m that the hand may feel of a force that states its stiffness; none: what the device says, see `limits_for`. Infinity: not limited
   std::optional<double> slew{};              ///< N/s, the fastest that a force may change; infinity: not limited
   std::optional<double> thermal_time{};      ///< s, in which the motors warm up; 0: not limited
@@ -60,6 +63,7 @@ struct SafetyOptions {
     };
     auto const time = [&](char const* what, double value) { require(value >= 0.0 && std::isfinite(value), what, value, " s", "give a finite time, zero or more"); };
     limit(".max_force", max_force, " N");
+    limit(".max_torque", max_torque, " N m");
     limit(".slew", slew, " N/s");
     if (max_stiffness) require(*max_stiffness > 0.0, ".max_stiffness", *max_stiffness, " N/m", "give a number above zero, infinity for no limit");
     limit(".arm_force", arm_force, " N");
@@ -85,15 +89,18 @@ struct SafetyOptions {
 
 /// Resolved limits for one device: the options, completed from its capabilities. Infinity: no limit.
 struct SafetyLimits {
-  double period, max_force, max_stiffness, slew, continuous_force, thermal_time, arm_force, ramp, overspeed, jump, gap, long_gap, stale_after, fade, recover, damping, reservoir, device_damping,
-      not_finite_window, tell_waiting;
+  static constexpr double lever = 0.05;   // m, of a stylus in a hand: a torque counts as a force there
+
+  double period, max_force, max_torque, max_stiffness, slew, continuous_force, thermal_time, arm_force, ramp, overspeed, jump, gap, long_gap, stale_after,
+      fade, recover, damping, reservoir, device_damping, not_finite_window, tell_waiting;
   std::uint32_t dead_man;
   int arm_ticks, max_not_finite, max_not_finite_in_window;
   bool protects_a_hand;
 };
 
 /// The limits for this device, whose local models come at `model_rate` Hz. The stiffness is the device's largest or, where it says none, 2 b/T of a damping
-/// that is more than a guess. Throws `InvalidArgument` for options or capabilities that make no sense.
+/// that is more than a guess. A device that does not tell how it is turned gets no torque: its work would not be known.
+/// Throws `InvalidArgument` for options or capabilities that make no sense.
 inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const& device, double model_rate) {
   options.validate();
   require_valid(device);
@@ -112,9 +119,12 @@ inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const&
   bool const warms_up = careful && std::isfinite(lasting) && lasting > 0.0;
   double const most = std::min(device_max, options.max_force.value_or(careful ? std::min(lasting, max_by_default) : none));
   double const slew = options.slew.value_or(careful ? 500.0 : none), overspeed = options.overspeed.value_or(careful ? 1.0 : none);
-  double const quickest = std::isfinite(most) && slew > 0.0 ? most / slew : 0.0;   // s: no fade is faster than the slew limit
+  double const most_torque =
+      device.reports_orientation ? std::min<double>(device.max_torque, options.max_torque.value_or(careful ? SafetyLimits::lever * most : none)) : 0.0;
+  auto const quickest = [slew](double force) { return std::isfinite(force) && slew > 0.0 ? force / slew : 0.0; };   // s: no fade is faster than the slew limit
   return {.period = period,
           .max_force = most,
+          .max_torque = most_torque,
           .max_stiffness = options.max_stiffness.value_or(stiffest),
           .slew = slew,
           .continuous_force = lasting,
@@ -126,7 +136,7 @@ inline SafetyLimits limits_for(SafetyOptions const& options, Capabilities const&
           .gap = options.gap.value_or(careful ? std::max(0.005, 5.0 * period) : none),
           .long_gap = options.long_gap.value_or(careful ? std::max(0.05, 50.0 * period) : none),
           .stale_after = options.stale_after.value_or(careful ? std::clamp(3.0 / model_rate, 0.1, 0.15) : none),
-          .fade = std::max(options.fade, quickest),
+          .fade = std::max({options.fade, quickest(most), quickest(most_torque / SafetyLimits::lever)}),
           .recover = options.recover,
           .damping = options.damping.value_or(careful ? damping : 0.0),
           .reservoir = options.reservoir,

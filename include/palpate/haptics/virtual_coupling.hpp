@@ -3,6 +3,7 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/rotation_vector.hpp>
 #include <palpate/device/capabilities.hpp>
 #include <palpate/device/concept.hpp>
 #include <palpate/haptics/sampled_wall.hpp>
@@ -90,22 +91,6 @@ struct ToolLoad {
   Matrix<S, 3, 3> stiffness = Matrix<S, 3, 3>::Zero();
   Matrix<S, 3, 3> angular_stiffness = Matrix<S, 3, 3>::Zero();
 };
-
-/// The rotation vector [rad] of a unit quaternion, the shortest arc: its length is from 0 to π.
-template <RealScalar S>
-Vector3<S> rotation_vector(Eigen::Quaternion<S> const& q) noexcept {
-  S const sine = q.vec().norm(), sign = q.w() < S(0) ? S(-1) : S(1);
-  if (!(sine > S(0))) return Vector3<S>::Zero();
-  return (S(2) * std::atan2(sine, sign * q.w()) / sine * sign) * q.vec();
-}
-
-/// The unit quaternion of a rotation vector [rad].
-template <RealScalar S>
-Eigen::Quaternion<S> rotation_of(Vector3<S> const& vector) noexcept {
-  S const angle = vector.norm(), share = angle > S(1e-4) ? std::sin(angle / S(2)) / angle : S(0.5) - angle * angle / S(48);
-  Eigen::Quaternion<S> q(std::cos(angle / S(2)), share * vector.x(), share * vector.y(), share * vector.z());
-  return q.normalized();
-}
 
 struct VirtualCouplingOptions {
   CouplingLaw position{};                   ///< N/m, N·s/m, kg; see `coupling_for`

@@ -70,6 +70,9 @@ class WorkspaceMapping {
     return force_scale_ / world_from_device_.scale() * world_from_device_.direction_back(world_torque);
   }
   Vector3<S> force_to_world(Vector3<S> const& device_force) const noexcept { return world_from_device_.direction(device_force) / force_scale_; }
+  Vector3<S> torque_to_world(Vector3<S> const& device_torque) const noexcept {
+    return world_from_device_.scale() / force_scale_ * world_from_device_.direction(device_torque);
+  }
 
   /// N/m, what the hand feels of a stiffness in the scene.
   S felt_stiffness(S scene_stiffness) const noexcept { return force_scale_ * world_from_device_.scale() * scene_stiffness; }

@@ -43,7 +43,7 @@ class BodyTool {
     else
       cutter_.advance(body, tool);
     presses_ = cutter_.state() == CuttingPhase::indenting;
-    reaction_.setZero();
+    reaction_.setZero(), moment_.setZero();
     renumberings_ = renumberings(body);
   }
   /// It is nowhere in this tick.
@@ -61,6 +61,7 @@ class BodyTool {
       if (auto const grip = cutter_.grip()) reaction_ += coupling_.resist(body, *grip, tip - now, tool_.velocity, each) / Scalar(steps);
     if constexpr (PressesTissue<CutterType, BodyType>) {
       reaction_ += cutter_.press(body, Scalar(i) / Scalar(steps), each) / Scalar(steps);
+      if constexpr (TellsMoment<CutterType, BodyType>) moment_ += cutter_.moment() / Scalar(steps);
       return;
     }
     if (!presses_) return;
@@ -80,6 +81,7 @@ class BodyTool {
       model.normal = contact.normal;
       model.tip_radius = cutter_.tip_radius();
       model.tissue_force = reaction_;
+      model.tissue_moment = moment_;
       if constexpr (PressesTissue<CutterType, BodyType>) model.home_point += tool_.position - cutter_.haptic_point();   // a depth below it is one of the haptic point
     }
     if constexpr (CountsArea<CutterType>) model.cut_area = cutter_.area();
@@ -118,6 +120,7 @@ class BodyTool {
   ToolPose<Scalar> tool_{};
   Vector from_ = Vector::Zero();       // where the tip was at the tick's begin
   Vector reaction_ = Vector::Zero();   // N, of this tick
+  Vector moment_ = Vector::Zero();     // N m, likewise, about the tool's origin
   Scalar pressed_ = 0;                 // N, of the last tick
   bool ticked_ = false, is_here_ = false, presses_ = false;
   std::uint64_t pose_discontinuities_ = 0;

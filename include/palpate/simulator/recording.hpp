@@ -66,15 +66,16 @@ namespace palpate {
 /// A session, tick by tick; what `Simulator::run` returns.
 /// File       comma-separated text, one line a tick:
 ///            time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J
-///            and cut_area_m2 where a solid was cut. Numbers are the shortest text that reads back to the same double, with a decimal point in every locale: equal
-///            recordings give equal bytes, and `read_csv` gives back the recording that was written.
+///            and cut_area_m2 where a solid was cut, torque_x_Nm,torque_y_Nm,torque_z_Nm where a torque was written.
+///            Numbers are the shortest text that reads back to the same double, with a decimal point in every locale: equal recordings give equal
+///            bytes, and `read_csv` gives back the recording that was written.
 /// Cost       `append` allocates only beyond what `reserve` asked for; `try_append` never does: allowed in the servo tick.
 class Recording {
  public:
   static constexpr std::string_view csv_header =
       "time_s,tip_x_m,tip_y_m,tip_z_m,depth_m,phase,force_x_N,force_y_N,force_z_N,energy_J";
 
-  static constexpr std::string_view area_column = ",cut_area_m2";
+  static constexpr std::string_view area_column = ",cut_area_m2", torque_columns = ",torque_x_Nm,torque_y_Nm,torque_z_Nm";
 
   Recording() = default;
   explicit Recording(std::size_t capacity) { reserve(capacity); }
@@ -132,12 +133,16 @@ class Recording {
   /// The text that `write_csv` puts into the file.
   std::string to_csv() const {
     bool const has_area = std::ranges::any_of(ticks_, [](Tick const& tick) { return tick.cut_area > 0; });
+    bool const has_torque = std::ranges::any_of(ticks_, [](Tick const& tick) { return !is_zero(tick.torque); });
     std::string text(csv_header);
     text.reserve(text.size() + 180 * ticks_.size());
-    (text += has_area ? area_column : std::string_view()) += '\n';
+    if (has_area) text += area_column;
+    if (has_torque) text += torque_columns;
+    text += '\n';
     for (Tick const& tick : ticks_) {
       detail::append_tick(text, tick);
       if (has_area) detail::append_number(text += ',', tick.cut_area);
+      for (int k = 0; k < 3 && has_torque; ++k) detail::append_number(text += ',', tick.torque[k]);
       text += '\n';
     }
     return text;
@@ -152,16 +157,20 @@ class Recording {
     detail::CsvTable table(path);
     detail::CsvTable::Row row;
     if (!table.next(row)) table.fail(detail::message("the file is empty; the first line must be ", csv_header));
-    std::string const header = detail::joined(row);
+    std::string header = detail::joined(row);
+    bool const has_torque = header.ends_with(torque_columns);
+    if (has_torque) header.resize(header.size() - torque_columns.size());
     bool const has_area = header == detail::message(csv_header, area_column);
     if (!has_area && header != csv_header) table.fail_here(detail::message("not the header of a recording; it must be ", csv_header));
-    std::size_t const columns = detail::tick_columns + (has_area ? 1 : 0);
+    std::size_t const first_torque = detail::tick_columns + (has_area ? 1 : 0), columns = first_torque + (has_torque ? 3 : 0);
     Recording recording;
     while (table.next(row)) {
       if (row.size() != columns)
         table.fail_here(detail::message("there are ", row.size(), " cells instead of ", columns, "; the file may be cut short: write it again"));
       Tick tick = detail::tick_from(table, row);
       if (has_area) tick.cut_area = table.number(row, detail::tick_columns, area_column.substr(1));
+      for (std::size_t k = 0; k < 3 && has_torque; ++k)
+        tick.torque[static_cast<int>(k)] = table.number(row, first_torque + k, torque_columns.substr(1 + 12 * k, 11));
       recording.append(tick);
     }
     if (!table.ends_with_line()) table.fail_here("the last line does not end; the file is cut short: write it again");

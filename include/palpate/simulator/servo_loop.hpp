@@ -71,6 +71,7 @@ struct DeviceScalarOf {
 /// chain is not armed, and, from a fault of the device on, until its next session. When the body is restored under the
 /// tool, the last force fades to zero over 50 ms, evenly; then the force model is heard again, and the tool has to touch anew. Where the position jumps, the
 /// tool was placed anew: `pose_discontinuities()` tells the body's side, and until that has answered there is no force.
+/// A device with torque gets the moment of the contact on the tool, about its tip, beside the force and by the same rules.
 /// A force model with an overlay (see HasOverlay) adds to the tissue's force in free space too, and goes on during that fading.
 template <class Device, class Force, RealScalar Scalar>
 class ServoLoop {
@@ -100,6 +101,7 @@ class ServoLoop {
                  .usable = usable_,
                  .fresh = status == DeviceStatus::ok,
                  .position = position,
+                 .orientation = state.orientation.template cast<Scalar>(),
                  .seconds = static_cast<double>(h),
                  .buttons = state.buttons,
                  .calibration = calibration()});
@@ -164,9 +166,10 @@ class ServoLoop {
     if (asked) ask(model, contact, wanted);
     restorations_ = model.restorations;
     Vector const out = chain_(wanted, mapping_);
-    if (!asked || !is_finite(wanted.force) || !may_render(chain_.stage())) reset_force();
+    if (!asked || !is_finite(wanted.force) || !is_finite(wanted.torque) || !may_render(chain_.stage())) reset_force();
     Wrench<DeviceScalar> wrench;
     wrench.force = limited(Vector3<DeviceScalar>(out.template cast<DeviceScalar>()), max_force_);   // rounding to a float may lengthen it by a bit
+    wrench.torque = limited(Vector3<DeviceScalar>(chain_.torque().template cast<DeviceScalar>()), max_torque_);
     if (!is_usable(device_.write(wrench))) {
       ++counts_.unwritten;
       chain_.write_failed();
@@ -181,6 +184,7 @@ class ServoLoop {
     tick.force = mapping_.force_to_world(wrench.force.template cast<Scalar>()).template cast<double>();
     tick.energy = chain_.energy();
     tick.cut_area = model.cut_area;
+    tick.torque = mapping_.torque_to_world(wrench.torque.template cast<Scalar>()).template cast<double>();
     return tick;
   }
 
@@ -193,7 +197,7 @@ class ServoLoop {
     SafetyOptions safety = options_.safety;
     if (!safety.dead_man && options_.clutch != 0) safety.dead_man = limits_for(safety, capabilities, model_rate).dead_man & ~options_.clutch;   // a clutch holds no dead man
     chain_.begin(safety, capabilities, model_rate, mapping_);
-    max_force_ = static_cast<DeviceScalar>(chain_.limits().max_force);
+    max_force_ = static_cast<DeviceScalar>(chain_.limits().max_force), max_torque_ = static_cast<DeviceScalar>(chain_.limits().max_torque);
     if constexpr (LimitsStiffness<Force>) force_.limit_stiffness(chain_.stiffest(force_.max_stiffness()));
     rate_ = capabilities.rate;
     if constexpr (BeginsSession<Force, Scalar>)
@@ -243,7 +247,7 @@ class ServoLoop {
   static constexpr Scalar fade_time = Scalar(0.05);   // s
 
   void reset_force() noexcept {
-    last_force_.setZero();
+    last_ = {};
     continues_ = false;
   }
 
@@ -254,10 +258,12 @@ class ServoLoop {
       answer = force_.on_surface(model, ToolMotion<Scalar>{tip_, velocity_, since_last_, continues_});
     else
       answer = force_(contact);
-    Vector const tissue = faded(model, answer);
-    last_force_ = limited(tissue, static_cast<Scalar>(max_force_) / mapping_.force_scale());
-    wanted.force = tissue;
-    wanted.elastic = static_cast<double>(tissue.norm() * contact.depth);
+    Wrench<Scalar> const tissue = faded(model, {answer, moment(model)});
+    Scalar const kappa = mapping_.force_scale();
+    last_ = {limited(tissue.force, static_cast<Scalar>(max_force_) / kappa),
+             limited(tissue.torque, static_cast<Scalar>(max_torque_) * mapping_.world_from_device().scale() / kappa)};
+    wanted.force = tissue.force, wanted.torque = tissue.torque;
+    wanted.elastic = static_cast<double>(tissue.force.norm() * contact.depth);
     if constexpr (HasOverlay<Force, Scalar>) {
       wanted.force += force_.overlay(ToolMotion<Scalar>{tip_, velocity_, since_last_, continues_});
       if constexpr (HasOverlayEnergy<Force>) wanted.elastic += static_cast<double>(force_.overlay_energy());
@@ -265,16 +271,22 @@ class ServoLoop {
     continues_ = true;
   }
 
-  /// The force wanted, or, after a restoration, what is left of the force before.
-  Vector faded(LocalModel<Scalar> const& model, Vector const& wanted) noexcept {
-    if (model.restorations != restorations_ && !is_zero(last_force_)) {
-      faded_force_ = last_force_;
+  /// N m, of the contact about the tip, that the hand is to feel.
+  Vector moment(LocalModel<Scalar> const& model) const noexcept {
+    return max_torque_ > 0 ? model.tissue_moment : Vector(Vector::Zero());
+  }
+
+  /// The force and torque wanted, or, after a restoration, what is left of those before.
+  Wrench<Scalar> faded(LocalModel<Scalar> const& model, Wrench<Scalar> const& wanted) noexcept {
+    if (model.restorations != restorations_ && !(is_zero(last_.force) && is_zero(last_.torque))) {
+      faded_ = last_;
       fade_left_ = fade_time;
     }
     if (!(fade_left_ > 0)) return wanted;
     fade_left_ = fade_left_ > since_last_ ? fade_left_ - since_last_ : Scalar(0);
     ++counts_.faded;
-    return (fade_left_ / fade_time) * faded_force_;
+    Scalar const share = fade_left_ / fade_time;
+    return {share * faded_.force, share * faded_.torque};
   }
 
   /// m, in the world, that the tip can have moved since the last sample. Where only samples are missing, and not for as long as a long gap, the hand may have
@@ -322,7 +334,7 @@ class ServoLoop {
   SafetyChain<Scalar> chain_;
   std::unique_ptr<ServoEvents> events_;
   DeviceState<DeviceScalar> state_;   // the last usable one
-  DeviceScalar max_force_ = 0;
+  DeviceScalar max_force_ = 0, max_torque_ = 0;   // N, N m
   double rate_ = 0.0;
   bool reports_velocity_ = false, reports_orientation_ = false, reports_gripper_ = false;
   bool usable_ = false;    // this tick's pose is new
@@ -340,9 +352,9 @@ class ServoLoop {
   Scalar since_last_ = 0;   // s, the tick before this one
   double sample_age_ = 0;   // s, for which the device has had no new sample
   std::size_t restorations_ = 0;   // of the body, in the last tick
-  Vector last_force_ = Vector::Zero();    // N, the tissue's part of what the hand felt
+  Wrench<Scalar> last_;            // the tissue's part of what the hand felt, world frame
   bool continues_ = false;   // the hand felt something in the last tick, or could have
-  Vector faded_force_ = Vector::Zero();   // N, before the restoration
+  Wrench<Scalar> faded_;     // before the restoration
   Scalar fade_left_ = 0;   // s
   ServoCounts counts_;
 };
