@@ -87,7 +87,7 @@ std::unique_ptr<Stage> holding(Capabilities const& device = wrist, ServoOptions 
 
 }  // namespace
 
-TEST_CASE("C10-M7: in a scene ten times as large the hand feels the felt force's torque on its own lever, at a tenth of the scene's power", "[simulator][torque]") {
+TEST_CASE("C10-M7: enlarged tenfold, the hand feels the felt force's torque on its own lever, at a tenth of the scene's power", "[simulator][torque]") {
   Q const R = turned({0.3, -1.1, 0.7});
   Stage stage(simulated_wrist, {.mapping = WorkspaceMapping<double>(Similarity<double>::make(10.0, R, {0.1, 0.2, 0.3}), 1.0)});
   V const arm(0.01, -0.02, 0.005), force(0.5, -0.25, 1.0), v(0.02, 0.01, -0.03), omega(1.5, -0.5, 2.0);   // of the device, N in the scene, m/s, rad/s
@@ -284,9 +284,9 @@ TEST_CASE("an orientation that is no unit quaternion gives no torque in that tic
   CHECK(stage->tick().energy == energy);
 }
 
-TEST_CASE("a servo tick with torque allocates nothing", "[simulator][torque]") {
+TEST_CASE("a servo tick with torque and trocar allocates nothing", "[simulator][torque]") {
   REQUIRE(palpate_test::trap_works());
-  Stage stage(simulated_wrist, {.safety = {.damping = 3.0}});
+  Stage stage(simulated_wrist, {.safety = {.damping = 3.0}, .trocar = TrocarOptions<double>{.point = {0, 0, 0.1}}});
   palpate_test::AllocationCount const allocations;
   double largest = 0;
   for (int k = 0; k < 3000; ++k) {
@@ -303,8 +303,8 @@ TEST_CASE("a servo tick with torque allocates nothing", "[simulator][torque]") {
   CHECK(largest > 0.015);
 }
 
-// A ball 40 mm beside the tool's origin presses a plate that can not give way by 0.4 mm: a spring of 2000 N/m, so F = 0.8 N upwards. The hand's frame is half as
-// large.
+// A ball 40 mm beside the tool's origin presses a plate that can not give way by 0.4 mm: a spring of 2000 N/m, so F = 0.8 N upwards.
+// The hand's frame is half as large.
 TEST_CASE("a tool that lies on a plate is felt with the moment r × F, and by a device without torque with the same force", "[simulator][torque]") {
   auto const plate = [] {
     auto const mesh = make_grid<double>(3, 3, 0.05);

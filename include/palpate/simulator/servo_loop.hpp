@@ -12,6 +12,7 @@
 #include <palpate/haptics/safety_chain.hpp>
 #include <palpate/haptics/workspace_mapping.hpp>
 #include <palpate/simulator/tick.hpp>
+#include <palpate/tool/trocar.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -19,6 +20,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -31,6 +33,7 @@ struct ServoOptions {
   std::uint32_t clutch = 0;              ///< buttons; while one is pressed the tip stays and the hand moves freely. 0: none
   std::uint32_t grip = 0;                ///< buttons; while one is pressed the tool's jaws close, of a device that reports no gripper. 0: none
   double grip_time = 0.1;                ///< s, in which they close or open
+  std::optional<TrocarOptions<double>> trocar = {};   ///< a fixed point that the tool's shaft goes through, wherever the hand commands its tip
 };
 
 /// What happened on the servo's side.
@@ -40,6 +43,7 @@ struct ServoCounts {
   std::uint64_t unwritten = 0;    ///< writes that failed
   std::uint64_t faulted = 0;      ///< ticks without force because the device had reported a fault in this session
   std::uint64_t diverged = 0;      ///< ticks without force because the body had diverged
+  std::uint64_t off_trocar = 0;   ///< samples for which no pose leads through the trocar: the tool stayed, and the hand moved freely
   std::uint64_t faded = 0;        ///< ticks in which the force of before a restoration faded
   SafetyCounts safety{};
   ForceSaturation saturation{};   ///< of this session, or the last
@@ -71,7 +75,8 @@ struct DeviceScalarOf {
 /// chain is not armed, and, from a fault of the device on, until its next session. When the body is restored under the
 /// tool, the last force fades to zero over 50 ms, evenly; then the force model is heard again, and the tool has to touch anew. Where the position jumps, the
 /// tool was placed anew: `pose_discontinuities()` tells the body's side, and until that has answered there is no force.
-/// A device with torque gets the moment of the contact on the tool, about its tip, beside the force and by the same rules.
+/// A device with torque gets the moment of the contact on the tool, about its tip, beside the force and by the same rules; through a trocar only what turns
+/// the tool about its shaft, since the hand does not tilt it. Where no pose leads through the trocar the tool stays as it was, as with an open clutch.
 /// A force model with an overlay (see HasOverlay) adds to the tissue's force in free space too, and goes on during that fading.
 template <class Device, class Force, RealScalar Scalar>
 class ServoLoop {
@@ -86,6 +91,7 @@ class ServoLoop {
   ServoLoop(Device device, Force force, ServoOptions const& options = {})
       : device_(std::move(device)), force_(std::move(force)), options_(options), mapping_(options.mapping.template cast<Scalar>()), events_(std::make_unique<ServoEvents>()) {
     options.safety.validate();
+    if (options.trocar) trocar_.emplace(options.trocar->template cast<Scalar>());
     detail::require_positive("ServoOptions: .grip_time", options.grip_time, "s");
   }
 
@@ -118,6 +124,14 @@ class ServoLoop {
     work_clutch(position);
     Vector const tip = mapping_.clutch_open() ? mapping_.held() : mapping_.to_world(position);
     Vector const reported = mapping_.velocity_to_world(state.velocity.template cast<Scalar>());
+    work_jaws(h);
+    if (!turn(state.orientation, tip)) {
+      ++counts_.off_trocar;
+      if (status == DeviceStatus::ok) since_sample_ = 0;
+      velocity_.setZero();
+      follows_ = false;
+      return;
+    }
     if (placed_ && static_cast<double>(stable_norm(tip - tip_)) > longest_way()) ++pose_discontinuities_, answer_is_due_ = true;
     if (status == DeviceStatus::ok) since_sample_ = 0;
     if (mapping_.clutch_open())
@@ -129,9 +143,6 @@ class ServoLoop {
     else
       velocity_.setZero();
     tip_ = tip;
-    if (reports_orientation_ && std::abs(state.orientation.norm() - 1) < DeviceScalar(0.01))   // false for what is not finite
-      orientation_ = mapping_.orientation_to_world(state.orientation.template cast<Scalar>());
-    work_jaws(h);
     placed_ = follows_ = true;
   }
 
@@ -152,7 +163,7 @@ class ServoLoop {
     last_depth_ = contact.depth;
 
     if (answer_is_due_) placed_at_ = now, answer_is_due_ = false;
-    bool const valid = model.valid && !(model.time < placed_at_);   // a model of where the tool was says nothing of where it is
+    bool const valid = model.valid && placed_ && !(model.time < placed_at_);   // a model of where the tool was says nothing of where it is
     bool const asked = usable_ && !model.diverged && valid && !chain_.faulted();
     if (chain_.faulted())
       ++counts_.faulted;
@@ -162,7 +173,7 @@ class ServoLoop {
                                .valid = valid,
                                .diverged = model.diverged,
                                .age = std::fmax(now - model.time, sample_age_),
-                               .quiet = mapping_.clutch_open()};
+                               .quiet = mapping_.clutch_open() || is_off_};
     if (asked) ask(model, contact, wanted);
     restorations_ = model.restorations;
     Vector const out = chain_(wanted, mapping_);
@@ -273,7 +284,10 @@ class ServoLoop {
 
   /// N m, of the contact about the tip, that the hand is to feel.
   Vector moment(LocalModel<Scalar> const& model) const noexcept {
-    return max_torque_ > 0 ? model.tissue_moment : Vector(Vector::Zero());
+    if (!(max_torque_ > 0)) return Vector::Zero();
+    if (!trocar_) return model.tissue_moment;
+    Vector const shaft = orientation_ * trocar_->options().shaft;
+    return shaft.dot(model.tissue_moment) * shaft;
   }
 
   /// The force and torque wanted, or, after a restoration, what is left of those before.
@@ -287,6 +301,17 @@ class ServoLoop {
     ++counts_.faded;
     Scalar const share = fade_left_ / fade_time;
     return {share * faded_.force, share * faded_.torque};
+  }
+
+  /// Turns the tool as the device says, through the trocar with its tip there. False where that leads to no pose.
+  bool turn(Eigen::Quaternion<DeviceScalar> const& reported, Vector const& tip) noexcept {
+    ToolPose<Scalar> pose{.position = tip, .orientation = reports_orientation_ || !trocar_ ? orientation_ : trocar_->options().orientation};
+    if (reports_orientation_ && std::abs(reported.norm() - 1) < DeviceScalar(0.01))   // false for what is not finite
+      pose.orientation = mapping_.orientation_to_world(reported.template cast<Scalar>());
+    auto const through = trocar_ ? trocar_->find(pose) : std::optional(pose);
+    is_off_ = !through.has_value();
+    if (through) orientation_ = through->orientation;
+    return !is_off_;
   }
 
   /// m, in the world, that the tip can have moved since the last sample. Where only samples are missing, and not for as long as a long gap, the hand may have
@@ -331,6 +356,7 @@ class ServoLoop {
   Force force_;
   ServoOptions options_;
   WorkspaceMapping<Scalar> mapping_;
+  std::optional<Trocar<Scalar>> trocar_;
   SafetyChain<Scalar> chain_;
   std::unique_ptr<ServoEvents> events_;
   DeviceState<DeviceScalar> state_;   // the last usable one
@@ -352,6 +378,7 @@ class ServoLoop {
   Scalar since_last_ = 0;   // s, the tick before this one
   double sample_age_ = 0;   // s, for which the device has had no new sample
   std::size_t restorations_ = 0;   // of the body, in the last tick
+  bool is_off_ = false;            // no pose leads through the trocar
   Wrench<Scalar> last_;            // the tissue's part of what the hand felt, world frame
   bool continues_ = false;   // the hand felt something in the last tick, or could have
   Wrench<Scalar> faded_;     // before the restoration

@@ -32,7 +32,7 @@ struct SimulatorOptions {
   int max_body_steps = 100;      ///< a tick is split into no more body steps than this; where it needs more, the body lags behind
   double body_rate = 500.0;       ///< Hz, of the body's thread in real time; in lock-step the body is ticked with the servo
   double snapshot_rate = 60.0;    ///< Hz of simulated time, how often a snapshot is published for drawing
-  ServoOptions servo = {};        ///< safety, frames and clutch
+  ServoOptions servo = {};        ///< safety, frames, clutch, trocar
   RealtimeOptions realtime = {};  ///< what a servo's thread asks of the system in real time; by default what needs no rights
 
   void validate() const {
@@ -55,7 +55,7 @@ class Simulation {
 
   Simulation(Body body, SimulatorOptions const& options, Tools... made)
       : options_((options.validate(), options)),
-        servos_(Servo<Tools>{.loop{std::move(made.device), std::move(made.force), given(made.options.servo, options.servo)}}...),
+        servos_(Servo<Tools>{.loop{std::move(made.device), std::move(made.force), servo_of(made.options, options)}}...),
         loop_(std::move(body), std::tuple(BodyTool<Body, typename Tools::Cutter>(std::move(made.cutter), coupling_of(made, options))...),
               order_of({made.options.key...}), options.max_body_steps),
         snapshots_(std::make_unique<SnapshotChannel<Scalar>>()),
@@ -229,6 +229,11 @@ class Simulation {
   template <class T>
   static T const& given(std::optional<T> const& own, T const& all) noexcept {
     return own.has_value() ? *own : all;
+  }
+  static ServoOptions servo_of(ToolOptions const& tool, SimulatorOptions const& options) {
+    ServoOptions servo = given(tool.servo, options.servo);
+    if (tool.trocar) servo.trocar = tool.trocar;
+    return servo;
   }
   template <class Tool>
   static ContactCoupling const& coupling_of(Tool const& tool, SimulatorOptions const& options) {

@@ -12,7 +12,8 @@ namespace palpate {
 struct ToolOptions {
   std::optional<int> key = {};                      ///< tools touch, cut and push in the order of their keys; by default its place among the tools
   std::optional<ContactCoupling> coupling = {};     ///< by default the simulator's; not of a tool that presses the tissue itself
-  std::optional<ServoOptions> servo = {};           ///< safety, frames and clutch of its device; by default the simulator's
+  std::optional<ServoOptions> servo = {};           ///< safety, frames, clutch and trocar of its device; by default the simulator's
+  std::optional<TrocarOptions<double>> trocar = {};  ///< its own, instead of that of its servo
 };
 
 /// One of the tools of a Simulator: a device that a hand holds, what the tool does to the tissue, and what the hand feels.

@@ -27,6 +27,13 @@ struct TrocarOptions {
   Vector3<Scalar> shaft = Vector3<Scalar>::UnitZ();   ///< a, of any length
   Scalar length = Scalar(0.3);                        ///< m, of the shaft
   Scalar min_depth = Scalar(1e-3);                    ///< m, of the tip below the point
+  /// World ← tool, commanded where a device reports none: then the shaft leads out of the hole.
+  Eigen::Quaternion<Scalar> orientation = Eigen::Quaternion<Scalar>::Identity();
+
+  template <RealScalar T>
+  TrocarOptions<T> cast() const {
+    return {point.template cast<T>(), shaft.template cast<T>(), static_cast<T>(length), static_cast<T>(min_depth), orientation.template cast<T>()};
+  }
 };
 
 template <RealScalar Scalar>
@@ -40,6 +47,7 @@ class Trocar {
     if (!(options.length > options.min_depth) || !std::isfinite(options.length))
       throw InvalidArgument(
           detail::message("Trocar: .length is ", options.length, " m; it must be finite and above .min_depth, which is ", options.min_depth, " m"));
+    if (!is_unit(options.orientation)) throw InvalidArgument("Trocar: .orientation is no unit quaternion; give how a tool is turned that no device turns");
     options_.shaft.normalize();
   }
 
@@ -50,12 +58,12 @@ class Trocar {
     Vector3<Scalar> const up = options_.point - commanded.position, shaft = commanded.orientation * options_.shaft;
     Scalar const depth = up.norm();
     // False for what is not finite. The rotation has an axis, since the shaft is less than a right angle off.
-    if (!(depth >= options_.min_depth && depth <= options_.length && shaft.dot(up) > 0 && std::abs(commanded.orientation.norm() - 1) < Scalar(0.01)))
+    if (!(depth >= options_.min_depth && depth <= options_.length && shaft.dot(up) > 0 && is_unit(commanded.orientation)))
       return std::nullopt;
     ToolPose<Scalar> pose = commanded;
-    pose.orientation = (Eigen::Quaternion<Scalar>::FromTwoVectors(shaft, up) * commanded.orientation).normalized();
+    pose.orientation = turned(shaft, up / depth, commanded.orientation);
     Vector3<Scalar> const off = pose.orientation * options_.shaft;   // rounding of the first rotation, taken back by a second, smaller one
-    pose.orientation = (Eigen::Quaternion<Scalar>::FromTwoVectors(off, up) * pose.orientation).normalized();
+    pose.orientation = turned(off, up / depth, pose.orientation);
     return pose;
   }
 
@@ -63,7 +71,7 @@ class Trocar {
   ToolPose<Scalar> operator()(ToolPose<Scalar> const& commanded) const {
     if (auto const pose = find(commanded)) return *pose;
     Vector3<Scalar> const up = options_.point - commanded.position;
-    if (!is_finite(commanded.position) || !(std::abs(commanded.orientation.norm() - 1) < Scalar(0.01)))
+    if (!is_finite(commanded.position) || !is_unit(commanded.orientation))
       throw InvalidArgument("Trocar: the commanded pose is not finite, or its orientation is no unit quaternion");
     Scalar const depth = up.norm();
     if (depth < options_.min_depth)
@@ -76,6 +84,13 @@ class Trocar {
   }
 
  private:
+  static bool is_unit(Eigen::Quaternion<Scalar> const& q) noexcept { return std::abs(q.norm() - 1) < Scalar(0.01); }   // false for what is not finite
+  /// `before`, and then the smallest rotation that takes one unit vector to another, less than half a turn off.
+  static Eigen::Quaternion<Scalar> turned(Vector3<Scalar> const& from, Vector3<Scalar> const& to, Eigen::Quaternion<Scalar> const& before) noexcept {
+    Vector3<Scalar> const axis = from.cross(to);
+    return (Eigen::Quaternion<Scalar>(1 + from.dot(to), axis.x(), axis.y(), axis.z()).normalized() * before).normalized();
+  }
+
   TrocarOptions<Scalar> options_;
 };
 
