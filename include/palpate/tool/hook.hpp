@@ -3,6 +3,7 @@
 
 #include <palpate/tool/blunt_tool.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -99,23 +100,28 @@ class Hook {
               .barycentric = touch.barycentric,
               .offset = rods().pose().orientation.conjugate() * (on_rod - rods().pose().position),
               .limit = options_.tear_force};
-      held_at_ = RodContact<Scalar>::point_at(body, pin_.triangle, pin_.barycentric);
-      revision_ = body.topology_revision();
+      know(body);
       hooked_ = true;
       return;
     }
   }
 
-  /// After a cut the point that is held may be in another triangle: the one nearest to where it was.
+  /// After a cut the point that is held may be in another triangle: the one nearest to where its particles have gone, which keep their numbers.
   template <class Body>
   void follow(Body& body) {
-    if (revision_ != body.topology_revision()) {
-      auto const nearest = body.nearest_point(held_at_);
-      if (!nearest.found()) return void(hooked_ = false);
-      pin_.triangle = nearest.triangle, pin_.barycentric = nearest.barycentric / nearest.barycentric.sum();
-      revision_ = body.topology_revision();
-    }
-    held_at_ = RodContact<Scalar>::point_at(body, pin_.triangle, pin_.barycentric);
+    if (revision_ == body.topology_revision()) return;
+    Vector held = Vector::Zero();
+    for (std::size_t k = 0; k < 3; ++k) held += pin_.barycentric[static_cast<int>(k)] * body.positions().col(held_by_[k]);
+    auto const nearest = body.nearest_point(held);
+    if (!nearest.found()) return void(hooked_ = false);
+    pin_.triangle = nearest.triangle, pin_.barycentric = nearest.barycentric / nearest.barycentric.sum();
+    know(body);
+  }
+  template <class Body>
+  void know(Body const& body) {
+    auto const corners = body.tissue().surface().corners(pin_.triangle);
+    for (std::size_t k = 0; k < 3; ++k) held_by_[k] = corners[k];
+    revision_ = body.topology_revision();
   }
 
   template <class Body>
@@ -143,7 +149,7 @@ class Hook {
   HookOptions<Scalar> options_;
   BluntTool<Scalar> tool_;
   PinnedPoint<Scalar> pin_;
-  Vector held_at_ = Vector::Zero();   // m, the point that is held
+  std::array<int, 3> held_by_{};   // particles, of the triangle that is held, when the body had this revision
   std::size_t revision_ = 0, restorations_ = 0;
   bool hooked_ = false;
 };
