@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "../solid_picture.hpp"
 #include "session.hpp"
 #include "session_run.hpp"
 
@@ -6,37 +7,11 @@
 #include <palpate/volume/fill.hpp>
 
 #include <cstddef>
-#include <initializer_list>
 #include <utility>
 
 namespace incision {
 
 namespace {
-
-/// Skin, and flesh turned inside out with vertices of its own: so a picture shows it in the colour of an inside, sharp along the lips.
-TriangleMesh<double> drawn(TriangleMesh<double> const& skin, std::initializer_list<TriangleMesh<double>> flesh) {
-  TriangleMesh<double> mesh = skin;
-  for (TriangleMesh<double> const& part : flesh) {
-    Eigen::Index const points = mesh.points.cols(), triangles = mesh.triangles.cols();
-    mesh.points.conservativeResize(3, points + part.points.cols());
-    mesh.triangles.conservativeResize(3, triangles + part.triangles.cols());
-    mesh.points.rightCols(part.points.cols()) = part.points;
-    mesh.triangles.rightCols(part.triangles.cols()) = part.triangles.array() + static_cast<int>(points);
-    mesh.triangles.rightCols(part.triangles.cols()).row(1).swap(mesh.triangles.rightCols(part.triangles.cols()).row(2));
-  }
-  return mesh;
-}
-
-/// Those triangles of a border that a cut has made, or those that it has not.
-template <class Triangles, class IsWound>
-TriangleMesh<double> part_of(palpate::Matrix3X<double> const& points, Triangles const& triangles, IsWound const& is_wound, bool walls) {
-  TriangleMesh<double> part{points, palpate::Matrix<int, 3, palpate::Dynamic>(3, triangles.cols())};
-  Eigen::Index kept = 0;
-  for (int t = 0; t < triangles.cols(); ++t)
-    if (is_wound(t) == walls) part.triangles.col(kept++) = triangles.col(t);
-  part.triangles.conservativeResize(3, kept);
-  return part;
-}
 
 /// A solid under the skin of the organ, which it carries for the pictures.
 template <class Integrator>
@@ -77,12 +52,12 @@ Outcome run_with(Options const& options, Organ const& organ, Hand& hand, Integra
         carried.follow(cut);
         Frame frame = frame_of(all, tick);
         auto const is_wound = [&](int t) { return cut.tissue().is_wound(t); };
-        frame.drawn = drawn(carried.mesh(), {part_of(cut.positions(), cut.triangles(), is_wound, true), carried.skirt(cut)});
+        frame.drawn = drawing::solid_picture(carried.mesh(), {drawing::border_part(cut.positions(), cut.triangles(), is_wound, true), carried.skirt(cut)});
         return frame;
       },
       [](auto const& now) {   // of another thread's body, without the fine skin
         auto const is_wound = [&](int t) { return now.is_wound[static_cast<std::size_t>(t)] != 0; };
-        return Frame{.time = now.time, .mesh = {now.points, now.triangles}, .drawn = drawn(part_of(now.points, now.triangles, is_wound, false), {part_of(now.points, now.triangles, is_wound, true)}),
+        return Frame{.time = now.time, .mesh = {now.points, now.triangles}, .drawn = drawing::solid_picture(drawing::border_part(now.points, now.triangles, is_wound, false), {drawing::border_part(now.points, now.triangles, is_wound, true)}),
                      .displacement = {}, .tip = now.tip, .phase = now.phase};
       });
   solid.stable_step = simulator.body().stable_step();

@@ -23,6 +23,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <span>
 
 namespace palpate {
 
@@ -78,6 +79,12 @@ struct PictureTool {
   double length = 0.14;
 };
 
+/// Another surface in a picture, both of its sides in one colour: a tool's picture where the tool is, or what lies beside the tissue. Metres; red, green, blue in 0 … 1.
+struct PicturePart {
+  TriangleMesh<double> mesh;
+  std::array<double, 3> colour{0.72, 0.75, 0.78};
+};
+
 /// How a picture looks. Colours are red, green, blue in 0 … 1.
 struct PictureStyle {
   int width = 1280;   ///< pixels
@@ -93,13 +100,13 @@ struct PictureStyle {
 };
 
 /// Draws a tissue surface, off screen, into a PNG file: smooth over vertices, sharp along cuts, its inside dark red, walls
-/// below the lips of a cut so that a wound is seen as one, and a scalpel.
+/// below the lips of a cut so that a wound is seen as one, a scalpel, and any other parts.
 /// Errors     `FileError` without a display (see `VirtualDisplay`) or when the file can not be written; none is left half-written.
 /// Limits     every border of the surface is drawn as a wound: for a sheet of tissue set `wound_depth` to 0. Needs OpenGL 3.2;
 ///            Mesa's software drawing does. One picture at a time in a process.
 template <RealScalar Scalar>
 void write_picture(std::filesystem::path const& file, TriangleMesh<Scalar> const& mesh, Camera const& camera,
-                   std::optional<PictureTool> const& tool = std::nullopt, PictureStyle const& style = {}) {
+                   std::optional<PictureTool> const& tool = std::nullopt, PictureStyle const& style = {}, std::span<PicturePart const> parts = {}) {
   if (style.width < 16 || style.height < 16 || style.width > 16384 || style.height > 16384)
     throw InvalidArgument(detail::message("a picture of ", style.width, " x ", style.height, " pixels; give 16 … 16384"));
   detail::require_display(file);
@@ -151,6 +158,8 @@ void write_picture(std::filesystem::path const& file, TriangleMesh<Scalar> const
     add(detail::scalpel_blade(world), {0.80, 0.82, 0.85}, 0.5, 30.0)->SetInterpolationToPhong();
     add(detail::scalpel_handle(world), {0.55, 0.60, 0.64}, 0.4, 25.0)->SetInterpolationToPhong();
   }
+
+  for (PicturePart const& part : parts) add(detail::to_smooth_poly_data(part.mesh), part.colour, 0.5, 30.0)->SetInterpolationToPhong();
 
   vtkCamera* const eye = renderer->GetActiveCamera();
   eye->SetPosition(camera.position.data());
