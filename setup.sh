@@ -221,9 +221,9 @@ part() {
 run_long_tests() {
   : "${PALPATE_SOAK_SESSIONS:=100}" "${PALPATE_SOAK_TICKS:=100000}" "${PALPATE_STROKES:=100000}" "${PALPATE_ORGANS:=20}" \
     "${PALPATE_SOLID_STEPS:=100000}" "${PALPATE_SOLID_RANDOM:=10000}" "${PALPATE_SOLID_STROKES:=10000}" "${PALPATE_SKIN_STROKES:=10000}" "${PALPATE_ASPIRATIONS:=1000}" \
-    "${PALPATE_GMSH_FILES:=100000}" "${PALPATE_VTK_FILES:=100000}" "${PALPATE_EXCHANGES:=100000000}" "${PALPATE_FUZZ_SECONDS:=600}"
+    "${PALPATE_POSES:=10000}" "${PALPATE_GMSH_FILES:=100000}" "${PALPATE_VTK_FILES:=100000}" "${PALPATE_EXCHANGES:=100000000}" "${PALPATE_FUZZ_SECONDS:=600}"
   export PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES PALPATE_SKIN_STROKES \
-    PALPATE_ASPIRATIONS PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
+    PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
   provide "$test_needs"
   mkdir -p build/long
   : >build/long/summary
@@ -231,7 +231,7 @@ run_long_tests() {
 
   step "gcc: what runs for long"
   configure ci -D CMAKE_CXX_COMPILER=g++
-  cmake --build --preset ci --parallel "$jobs" --target test_cutting_simulator_device test_tissue_material_mesh_region test_volume test_vtk
+  cmake --build --preset ci --parallel "$jobs" --target test_cutting_simulator_device test_tissue_material_mesh_region test_tool test_volume test_vtk
   part "$PALPATE_SOAK_SESSIONS sessions of a hand, $PALPATE_SOAK_TICKS ticks each" build/ci/tests/test_cutting_simulator_device '[soak]'
   part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting_simulator_device 'random strokes across each other*'
   part "$PALPATE_SOLID_STROKES random strokes through solids" build/ci/tests/test_cutting_simulator_device 'whatever is cut, nothing is lost*'
@@ -241,6 +241,7 @@ run_long_tests() {
   part "a solid over $PALPATE_SOLID_STEPS steps" build/ci/tests/test_tissue_material_mesh_region 'an undamped solid keeps its energy and momenta*'
   part "$PALPATE_SOLID_RANDOM random solids" build/ci/tests/test_tissue_material_mesh_region 'random solids under random forces*'
   part "$PALPATE_SKIN_STROKES random strokes through skins" build/ci/tests/test_volume 'no triangle of a skin spans a wound*'
+  part "$PALPATE_POSES random poses of four tools at three bodies" build/ci/tests/test_tool 'Whatever four tools do at random*'
   part "$PALPATE_GMSH_FILES damaged Gmsh files" build/ci/tests/test_volume 'damaged Gmsh files*'
   part "$PALPATE_VTK_FILES damaged VTK volumes" build/ci/tests/test_vtk 'a damaged volume*'
 
@@ -248,7 +249,7 @@ run_long_tests() {
   name_functions_in_reports
   configure sanitized -D CMAKE_CXX_COMPILER=clang++-16
   cmake --build --preset sanitized --parallel "$jobs"
-  part "every test in float and double" with_display env -u PALPATE_ORGANS -u PALPATE_SOLID_STEPS -u PALPATE_SOLID_RANDOM -u PALPATE_SOLID_STROKES -u PALPATE_SKIN_STROKES -u PALPATE_ASPIRATIONS -u PALPATE_GMSH_FILES -u PALPATE_VTK_FILES ctest --preset sanitized --parallel "$jobs"
+  part "every test in float and double" with_display env -u PALPATE_ORGANS -u PALPATE_SOLID_STEPS -u PALPATE_SOLID_RANDOM -u PALPATE_SOLID_STROKES -u PALPATE_SKIN_STROKES -u PALPATE_ASPIRATIONS -u PALPATE_POSES -u PALPATE_GMSH_FILES -u PALPATE_VTK_FILES ctest --preset sanitized --parallel "$jobs"
 
   step "clang 16, thread sanitizer"
   configure tsan -D CMAKE_CXX_COMPILER=clang++-16
