@@ -102,6 +102,11 @@ TEST_CASE("a picture shows the tissue, the wound and the tool", "[vtk][picture]"
   CHECK_FALSE(red(with_tool.at(0.75, 0.46)));   // the handle lies to the right
   CHECK(red(with_tool.at(0.3, 0.5)));
 
+  PicturePart const green{.mesh = make_sphere<double>(0.06, 2), .colour = {0.0, 0.8, 0.0}};   // round the ball
+  write_picture(folder.path() / "part.png", ball, above, std::nullopt, small, std::array{green});
+  auto const part = Pixels(folder.path() / "part.png").at(0.5, 0.5);
+  CHECK((part[1] > 2 * part[0] && part[1] > 2 * part[2]));
+
   for (auto const& entry : std::filesystem::directory_iterator(folder.path())) CHECK(entry.path().extension() == ".png");
   CHECK_THROWS_AS(write_picture(folder.path() / "none" / "a.png", ball, above, tool, small), FileError);
   CHECK_THROWS_AS(write_picture(folder.path() / "a.png", ball, above, tool, {.width = 0}), InvalidArgument);
