@@ -20,6 +20,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
+#include <initializer_list>
 #include <numbers>
 #include <utility>
 #include <vector>

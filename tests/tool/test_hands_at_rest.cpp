@@ -6,7 +6,6 @@
 #include "../../examples/retraction/scene.hpp"
 #include "../../examples/retraction/vibration.hpp"
 
-#include <palpate/core/random.hpp>
 #include <palpate/simulator/tick.hpp>
 
 #include <algorithm>
