@@ -160,13 +160,18 @@ class ContactForces {
     Scalar const k = options_.stiffness, c = options_.damping;
     each.yield = fixed / (h * (c + h * k));
     Scalar const seconds = h + fixed * c / k;
+    // Of what can give way no more is wanted in a step than the tool's way and the recovery; what can not is pushed by its spring.
+    auto const within = [&](Scalar size, Scalar way) {
+      Scalar const most = way + options_.recovery * h;
+      return size > most ? most + fixed * (size - most) : size;
+    };
     if (each.holds) {
-      Scalar const most = each.way.norm() + options_.recovery * h, size = each.lag.norm();
-      each.target = (size > most ? most / size : Scalar(1)) / seconds * each.lag;
+      Scalar const size = each.lag.norm();
+      each.target = (size > 0 ? within(size, each.way.norm()) / size : Scalar(1)) / seconds * each.lag;
       return;
     }
     Scalar const towards = -each.way.dot(each.normal);
-    Scalar const gap = std::min(each.gap, std::max(Scalar(0), towards) + options_.recovery * h);
+    Scalar const gap = within(each.gap, std::max(Scalar(0), towards));
     each.target = (each.way + towards * each.normal) / h - gap / seconds * each.normal;
   }
 
