@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 using namespace palpate;
 using namespace palpate_test;
@@ -175,4 +177,42 @@ TEST_CASE("A hook refuses options that make no sense", "[tool][hook]") {
   CHECK_THROWS_WITH(Hook<double>({.angle = 2}), says(".angle is 2 rad", "pi/2"));
   CHECK_THROWS_WITH(Hook<double>({.hooking_force = 0}), says(".hooking_force is 0 N", "above zero"));
   CHECK_THROWS_WITH(Hook<double>({.tear_force = -2}), says(".tear_force is -2 N"));
+}
+
+TEST_CASE("A hook holds on to the same tissue while a cut beside it is made and taken back", "[tool][hook]") {
+  auto body = skin<double>();
+  Hook<double> hook({.shape = {.radius = 0.001, .point = 0.01, .shaft = 0.03}, .friction = 0.3});
+  Vector3<double> const start(0.0362, 0.0341, 0);
+  auto const tick = [&](double depth) {
+    hook.advance(body, pose<double>(start - Vector3<double>(0, 0, depth), 0));
+    REQUIRE(hook.press(body, 1.0, 5e-4).allFinite());
+    REQUIRE(body.step(5e-4));
+  };
+  for (int k = 0; k < 400; ++k) tick(-0.002 + 0.005 * k / 400);
+  REQUIRE(hook.hooked());
+  auto const rest_of = [&] {
+    auto const corners = body.tissue().surface().corners(hook.held().triangle);
+    Vector3<double> point = Vector3<double>::Zero();
+    for (std::size_t k = 0; k < 3; ++k) point += hook.held().barycentric[static_cast<int>(k)] * body.reference_position(corners[k]);
+    return point;
+  };
+  Vector3<double> const held = rest_of();
+  int const p = body.tissue().surface().corners(hook.held().triangle)[0];
+  auto const side = [&](int t) {
+    double x = 0;
+    for (int const corner : body.tissue().surface().corners(t)) x += (body.reference_position(corner) - body.reference_position(p)).x();
+    return x > 0;
+  };
+  std::vector<int> part;   // the triangles at p on the held one's side
+  for (int const t : body.tissue().surface().triangles_at(p))
+    if (side(t) == side(hook.held().triangle)) part.push_back(t);
+  int const copy = body.split_particle(p, part);
+  REQUIRE(body.tissue().surface().corners(hook.held().triangle)[0] == copy);
+  tick(0.003);
+  CHECK(hook.hooked());
+  CHECK((rest_of() - held).norm() < 1e-6);
+  body.merge_last_particle(p);   // the copy's number is no particle's now
+  tick(0.003);
+  CHECK(hook.hooked());
+  CHECK((rest_of() - held).norm() < 1e-4);   // nearest to where it was before that tick
 }

@@ -3,6 +3,7 @@
 
 #include <palpate/tool/blunt_tool.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -106,21 +107,26 @@ class Hook {
     }
   }
 
-  /// After a cut the point that is held may be in another triangle: the one nearest to where its particles have gone, which keep their numbers.
+  /// After a cut the point that is held may be in another triangle: the one nearest to where its particles have gone, which keep their numbers; where one of them
+  /// is no more, nearest to where it was.
   template <class Body>
   void follow(Body& body) {
-    if (revision_ == body.topology_revision()) return;
-    Vector held = Vector::Zero();
-    for (std::size_t k = 0; k < 3; ++k) held += pin_.barycentric[static_cast<int>(k)] * body.positions().col(held_by_[k]);
-    auto const nearest = body.nearest_point(held);
-    if (!nearest.found()) return void(hooked_ = false);
-    pin_.triangle = nearest.triangle, pin_.barycentric = nearest.barycentric / nearest.barycentric.sum();
+    if (revision_ != body.topology_revision()) {
+      if (std::ranges::all_of(held_by_, [&](int p) { return p < body.positions().cols(); })) {
+        held_at_.setZero();
+        for (std::size_t k = 0; k < 3; ++k) held_at_ += pin_.barycentric[static_cast<int>(k)] * body.positions().col(held_by_[k]);
+      }
+      auto const nearest = body.nearest_point(held_at_);
+      if (!nearest.found()) return void(hooked_ = false);
+      pin_.triangle = nearest.triangle, pin_.barycentric = nearest.barycentric / nearest.barycentric.sum();
+    }
     know(body);
   }
   template <class Body>
   void know(Body const& body) {
     auto const corners = body.tissue().surface().corners(pin_.triangle);
     for (std::size_t k = 0; k < 3; ++k) held_by_[k] = corners[k];
+    held_at_ = RodContact<Scalar>::point_at(body, pin_.triangle, pin_.barycentric);
     revision_ = body.topology_revision();
   }
 
@@ -149,7 +155,8 @@ class Hook {
   HookOptions<Scalar> options_;
   BluntTool<Scalar> tool_;
   PinnedPoint<Scalar> pin_;
-  std::array<int, 3> held_by_{};   // particles, of the triangle that is held, when the body had this revision
+  Vector held_at_ = Vector::Zero();   // m, the point that is held
+  std::array<int, 3> held_by_{};      // particles, of the triangle that is held, when the body had this revision
   std::size_t revision_ = 0, restorations_ = 0;
   bool hooked_ = false;
 };
