@@ -56,6 +56,7 @@ struct Wrong : BluntTool<double> {
   template <class Body>
   void reset(Body& body) noexcept {
     if (mistake != Mistake::reset) BluntTool<double>::reset(body);
+    wrong_moment.setZero();
   }
   Vector const& moment() const noexcept { return wrong_moment; }
   static int& shared() {

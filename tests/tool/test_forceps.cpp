@@ -230,7 +230,9 @@ TEST_CASE("A copy of what is held is held too, and a cut through the tissue betw
   CHECK(particles.size() == 9);
   CHECK(forceps.grasp().particles().size() == 10);
   CHECK((forceps.grasp().holds(first) && forceps.grasp().holds(middle - 15)));
-  body.merge_last_particle(middle - 15);
+  forceps.advance(body, at<double>(on_skin, 0.5));
+  body.merge_last_particle(middle - 15);   // another tool, later in the same tick
+  CHECK(forceps.press(body, 1.0, 5e-4).allFinite());
   tick(forceps, body, at<double>(on_skin, 0.5), 5e-4);
   CHECK((forceps.grasp().particles().size() == 9 && !forceps.grasp().holds(first)));
   for (int const p : {middle - 15, middle}) cut(p);
@@ -264,6 +266,29 @@ TEST_CASE("Tissue that is taken away between the jaws is let go, what is left is
   CHECK(!forceps.grasp().holds_any());   // the tool has to come anew
 }
 
+TEST_CASE("Jaws press with about the clamp force, however fast they close, and opening them throws nothing apart", "[tool][forceps]") {
+  double const clamp = 0.02;
+  for (int const ticks : {1, 10, 200}) {
+    CAPTURE(ticks);
+    auto body = skin<double>();
+    Forceps<double> forceps({.shape = {.opening = 0.024}, .grasp = {.friction = 5, .clamp_force = clamp, .width = 0.014}});
+    for (int k = 0; k <= 400; ++k) tick(forceps, body, at<double>(on_skin + Vector3<double>(0, 0, 0.005 * std::max(0.0, 1 - k / 200.0)), 1), 5e-4);
+    for (int k = 1; k <= ticks; ++k) tick(forceps, body, at<double>(on_skin, 1 - 0.5 * k / ticks), 5e-4);
+    REQUIRE(forceps.grasp().particles().size() >= 6);
+    for (int k = 1; k <= ticks; ++k) tick(forceps, body, at<double>(on_skin, 0.5 - 0.5 * k / ticks), 5e-4);
+    for (int k = 0; k < 2000; ++k) tick(forceps, body, at<double>(on_skin, 0), 5e-4);
+    REQUIRE(forceps.grasp().holds_any());
+    double left = 0, right = 0;   // N, at rest
+    for (auto const& each : forceps.grasp().particles()) (each.place.x() < 0 ? left : right) += each.force.x();
+    CHECK(std::abs(right - clamp) < 0.5 * clamp);
+    CHECK(std::abs(left + clamp) < 0.5 * clamp);
+    for (int k = 0; k < 400; ++k) tick(forceps, body, at<double>(on_skin, 0.69), 5e-4);
+    double farthest = 0;
+    for (int i = 0; i < body.size(); ++i) farthest = std::max(farthest, body.displacement(i).norm());
+    CHECK(farthest < 0.003);
+  }
+}
+
 TEST_CASE("Where no particle is between the jaws the triangle there is held", "[tool][forceps]") {
   auto const mesh = make_grid<double>(4, 4, 0.03);
   MassSpring<double> tissue(mesh, {.mass = {.total = 0.1}, .link = {.stiffness = 60, .damping = 0.02}, .home = {.stiffness = 6, .damping = 0.05}});
@@ -283,7 +308,7 @@ TEST_CASE("Options of forceps that make no sense are refused with what to give",
   CHECK_THROWS_WITH(Forceps<double>({.grasp = {.width = -1}}), says(".width is -1 m"));
   CHECK_THROWS_WITH(Forceps<double>({.grasp_below = 1.5}), says(".grasp_below is 1.5"));
   CHECK_THROWS_WITH(Forceps<double>({.grasp_below = 0.5, .release_above = 0.5}), says("above .grasp_below"));
-  CHECK_THROWS_WITH(Forceps<double>({.shape = {.opening = 0}}), says(".shape.opening"));
+  CHECK_THROWS_WITH(Forceps<double>({.shape = {.opening = 0.001}}), says(".shape.opening is 0.001 m", "twice .shape.radius"));
   auto body = skin<double>();
   Forceps<double> forceps;
   grasp(forceps, body, on_skin, 5e-4);

@@ -96,5 +96,15 @@ TEST_CASE("A button closes the jaws where a device has no gripper", "[tool][forc
   });
   CHECK(std::abs(begin - 380) <= 2);   // below 0.6 of the opening, after 0.4 of 0.2 s
   CHECK(std::abs(end - 840) <= 2);     // above 0.7 of it
+  auto const refused = [&](ServoOptions const& servo) {
+    Simulator other(Pressed{}, skin<double>(), Forceps<double>{}, TissueReaction{}, {.servo = servo});
+    other.run(0.01);
+  };
+  CHECK_THROWS_WITH(refused({.clutch = 3, .grip = 2}), says(".clutch, 3, and .grip, 2, are the same button"));
+  CHECK_THROWS_WITH(refused({.grip = 4}), says(".grip is 4", "has 2 buttons"));
+  // A button that closes jaws is no dead man: the hand feels with open jaws too.
+  Simulator careful(Pressed{}, skin<double>(), Forceps<double>{}, TissueReaction{}, {.servo = {.safety = {.protects_a_hand = true}, .grip = 3}});
+  careful.run(0.1);
+  CHECK(careful.statistics().servo_counts.waits_for != ArmingWaitsFor::button);
   CHECK_THROWS_WITH((Simulator(Pressed{}, skin<double>(), Forceps<double>{}, TissueReaction{}, {.servo = {.grip_time = 0}})), says("ServoOptions: .grip_time is 0"));
 }

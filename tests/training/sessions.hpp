@@ -40,12 +40,14 @@ inline palpate::Session random_session(unsigned seed, int ticks, bool hand) {
   };
   bool const turns = hand && seed % 4 == 0, grips = hand && (seed % 4 == 0 || seed % 6 == 0);
   Session session{.seed = Seed{generator()}, .device = {.max_force = 1.5, .rate = 500.0, .reports_velocity = hand, .reports_orientation = turns, .reports_gripper = grips}};
+  if (seed % 5 == 0) session.device.max_torque = 0.2;   // N m
   for (int i = 0; i < ticks; ++i) {
     Tick tick{.time = i / 500.0, .tip = {any(), any(), any()}, .phase = static_cast<CuttingPhase>(generator() % 3)};
     if (generator() % 2 == 0) {
       tick.depth = any();
       tick.force = {any(), any(), any()};
       tick.energy = any();
+      if (seed % 5 == 0) tick.torque = {any(), any(), any()};
     }
     session.recording.append(tick);
     if (hand)

@@ -106,7 +106,7 @@ TEST_CASE("a session is a tool path", "[training][session]") {
 TEST_CASE("sessions come back to the bit from text and from bytes, and go out again to the byte", "[training][session]") {
   TemporaryFolder const folder;
   std::vector<Session> sessions{Session{}, small_session()};
-  for (unsigned seed = 1; seed < 7; ++seed) sessions.push_back(random_session(seed, 400, seed % 2 == 0));
+  for (unsigned seed : {1u, 2u, 3u, 4u, 5u, 6u, 20u}) sessions.push_back(random_session(seed, 400, seed % 2 == 0));
   sessions.back().recording.append(
       {.tip = {-0.0, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::quiet_NaN()}, .depth = -0.0});
   if (!sessions.back().hand.empty()) sessions.back().hand.push_back({.velocity = {-0.0, 0, 0}});
@@ -127,6 +127,7 @@ TEST_CASE("sessions come back to the bit from text and from bytes, and go out ag
     for (Session const* const read : {&bytes, &text}) {
       CHECK(read->device.reports_velocity == session.device.reports_velocity);
       CHECK(read->device.reports_orientation == session.device.reports_orientation);
+      CHECK(read->device.max_torque.value == session.device.max_torque.value);
       CHECK(read->device.reports_gripper == session.device.reports_gripper);
       REQUIRE(read->hand.size() == session.hand.size());
       bool same = true;

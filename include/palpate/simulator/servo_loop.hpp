@@ -93,6 +93,7 @@ class ServoLoop {
     options.safety.validate();
     if (options.trocar) trocar_.emplace(options.trocar->template cast<Scalar>());
     detail::require_positive("ServoOptions: .grip_time", options.grip_time, "s");
+    if ((options.clutch & options.grip) != 0) throw InvalidArgument(detail::message("ServoOptions: .clutch, ", options.clutch, ", and .grip, ", options.grip, ", are the same button; give each its own"));
   }
 
   /// Reads the device. The tip and its velocity are then known; without velocity from the device it is the difference over h.
@@ -206,7 +207,10 @@ class ServoLoop {
   void begin_session(double model_rate) {
     Capabilities const capabilities = device_.capabilities();
     SafetyOptions safety = options_.safety;
-    if (!safety.dead_man && options_.clutch != 0) safety.dead_man = limits_for(safety, capabilities, model_rate).dead_man & ~options_.clutch;   // a clutch holds no dead man
+    if (!safety.dead_man && (options_.clutch | options_.grip) != 0)   // they hold no dead man
+      safety.dead_man = limits_for(safety, capabilities, model_rate).dead_man & ~(options_.clutch | options_.grip);
+    if (int const buttons = capabilities.buttons; !capabilities.reports_gripper && buttons < 32 && (options_.grip >> buttons) != 0)
+      throw InvalidArgument(detail::message("ServoOptions: .grip is ", options_.grip, ", and the device has ", buttons, " buttons; bit 0 is the first"));
     chain_.begin(safety, capabilities, model_rate, mapping_);
     max_force_ = static_cast<DeviceScalar>(chain_.limits().max_force), max_torque_ = static_cast<DeviceScalar>(chain_.limits().max_torque);
     if constexpr (LimitsStiffness<Force>) force_.limit_stiffness(chain_.stiffest(force_.max_stiffness()));
@@ -348,6 +352,7 @@ class ServoLoop {
       if (std::isfinite(state_.gripper)) opening_ = std::clamp(static_cast<Scalar>(state_.gripper), Scalar(0), Scalar(1));
       return;
     }
+    if (!(h >= 0)) return;
     Scalar const way = h / static_cast<Scalar>(options_.grip_time);
     opening_ = std::clamp((state_.buttons & options_.grip) != 0 ? opening_ - way : opening_ + way, Scalar(0), Scalar(1));
   }

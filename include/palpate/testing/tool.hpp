@@ -113,6 +113,8 @@ Violations check_tool(C const& made, Body const& body, ToolChecks const& checks 
       if constexpr (ResettableCutter<C, Body>) {
         lost = tool, other = tissue;
         lost.reset(other);
+        if constexpr (TellsMoment<C, Body>)
+          if (!is_zero(Vector(lost.moment()))) tell("after reset() moment() is not zero");
         if (touches(lost) || !is_zero(lost.press(other, Scalar(1), h))) tell("after reset() the tool still touches");
       }
       lost = tool, other = tissue;

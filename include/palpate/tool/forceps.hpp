@@ -67,6 +67,7 @@ class Forceps {
   void reset(Body& body) noexcept {
     grasp_.release();
     was_open_ = false;
+    force_.setZero(), moment_.setZero();
     tool_.reset(body);
   }
 
@@ -91,7 +92,7 @@ class Forceps {
     check(options.grasp_below > 0 && options.grasp_below < 1, ".grasp_below", static_cast<double>(options.grasp_below), "give a share of the opening, above 0 and below 1");
     check(options.release_above > options.grasp_below && options.release_above < 1, ".release_above", static_cast<double>(options.release_above),
           "give a share of the opening, above .grasp_below and below 1");
-    check.positive(".shape.opening", options.shape.opening, " m");
+    check(options.shape.opening > 2 * options.shape.radius, ".shape.opening", options.shape.opening, " m", "give more than twice .shape.radius, where closed jaws touch");
     return options;
   }
 
@@ -105,7 +106,7 @@ class Forceps {
     int const triangle = surface.triangles_at(nearest->particle).front();
     Vector weights = Vector::Zero();
     weights[surface.corner_of(triangle, nearest->particle)] = 1;
-    tool_.show(body, 0, triangle, weights, RodContact<Scalar>::placed(rods().pose(), nearest->place));
+    tool_.show(body, 0, triangle, weights, RodContact<Scalar>::placed(rods().pose(), grasp_.place(static_cast<std::size_t>(nearest - held.begin()))));
   }
 
   ForcepsOptions<Scalar> options_;

@@ -70,7 +70,9 @@ class Grasp {
   bool holds(int particle) const noexcept {
     return std::any_of(held_.begin(), held_.end(), [&](auto const& each) { return each.particle == particle; });
   }
-  void release() noexcept { held_.clear(); }
+  void release() noexcept { held_.clear(), let_go_.clear(); }
+  /// Where the k-th is in the tool's frame now: its place closes with the jaws [m].
+  Vector place(std::size_t k) const noexcept { return closing(held_[k].place); }
 
   /// Takes hold of the particles between two jaws for this pose; where there are none, of the corners of the triangle that passes there.
   template <class Body>
@@ -94,6 +96,7 @@ class Grasp {
       for (int const p : nearest) hold(body, pose, p);
     std::sort(held_.begin(), held_.end(), [](auto const& a, auto const& b) { return a.particle < b.particle; });
     held_.erase(std::unique(held_.begin(), held_.end(), [](auto const& a, auto const& b) { return a.particle == b.particle; }), held_.end());
+    let_go_.reserve(4 * held_.size());
     first_new_ = static_cast<int>(body.positions().cols());
     revision_ = body.topology_revision(), restorations_ = body.restorations();
     pieces_ = count_pieces(body, pose);
@@ -104,13 +107,17 @@ class Grasp {
   void advance(Body const& body, Pose const& pose) {
     if (restorations_ != body.restorations()) release();
     if (held_.empty()) return;
-    Scalar left = 0, right = 0;   // N, that each half of the tissue presses its jaw with
+    std::array<Scalar, 2> pressed{}, rise{};   // N, that each half of the tissue presses its jaw with; by which that rises, if it does not give way, to full squeeze
     for (auto const& each : held_) {
-      Scalar const across = (pose.orientation.conjugate() * each.force).x();
-      (each.place.x() < 0 ? left : right) += each.place.x() < 0 ? -across : across;
+      std::size_t const side = each.place.x() < 0 ? 0 : 1;
+      pressed[side] += (side == 0 ? -1 : 1) * (pose.orientation.conjugate() * each.force).x();
+      rise[side] += options_.stiffness / static_cast<Scalar>(held_.size()) * std::abs(each.place.x());
     }
-    Scalar const closed = pose.opening / taken_at_;
-    if (closed > squeeze_ || std::min(left, right) < options_.clamp_force) squeeze_ = closed;
+    Scalar way = 0;
+    for (std::size_t side = 0; side < 2; ++side)
+      if (rise[side] > 0) way = std::max(way, (options_.clamp_force - pressed[side]) / rise[side]);
+    Scalar const closed = std::min(pose.opening / taken_at_, Scalar(1));
+    squeeze_ = std::max(closed, squeeze_ - way);
     bool const is_cut = revision_ != body.topology_revision();
     if (!is_cut && !slipped_) return;
     revision_ = body.topology_revision();
@@ -129,6 +136,7 @@ class Grasp {
     Vector const across = poses.end.orientation * Vector::UnitX();
     for (auto& each : held_) {
       int const i = each.particle;
+      if (i >= static_cast<int>(body.positions().cols())) continue;   // another tool's cut has given it back in this tick
       Vector const anchor = placed(poses.end, each), way = anchor - placed(poses.begin, each);
       Vector velocity = body.velocities().col(i);
       Scalar give = 0;   // 1/kg
@@ -138,6 +146,7 @@ class Grasp {
       Vector const on_tissue = -(k * lag + c * (velocity - way / h)) / (1 + h * (c + h * k) * give);
       Scalar const normal = on_tissue.dot(across), along = (on_tissue - normal * across).norm();
       if (!(along <= options_.friction * std::max(2 * share, std::abs(normal))) || !is_finite(on_tissue)) {   // out of the cone
+        let_go_.push_back(i);
         each.particle = -1, slipped_ = true;
         continue;
       }
@@ -154,8 +163,9 @@ class Grasp {
 
   /// Where a spring's end is [m]: it closes with the jaws.
   Vector placed(Pose const& pose, GraspedParticle<Scalar> const& each) const noexcept {
-    return RodContact<Scalar>::placed(pose, Vector(squeeze_ * each.place.x(), each.place.y(), each.place.z()));
+    return RodContact<Scalar>::placed(pose, closing(each.place));
   }
+  Vector closing(Vector const& place) const noexcept { return {squeeze_ * place.x(), place.y(), place.z()}; }
 
   /// Whether a point of the tool's frame is between the pads, as wide open as they were, or just below them: tissue that the tips touch is a radius below.
   bool is_between(Vector const& p) const noexcept {
@@ -180,10 +190,11 @@ class Grasp {
       return is_another;
     };
     std::erase_if(held_, is_gone);
+    std::erase_if(let_go_, [&](int p) { return p >= size; });
     auto const count = held_.size();
     for (int n = first_new_; n < size; ++n)
       for (std::size_t k = 0; k < count; ++k)
-        if (held_[k].particle != n && held_[k].home == body.reference_position(n) && !holds(n)) {
+        if (held_[k].particle != n && held_[k].home == body.reference_position(n) && !holds(n) && std::find(let_go_.begin(), let_go_.end(), n) == let_go_.end()) {
           GraspedParticle<Scalar> copy = held_[k];
           copy.particle = n;
           held_.push_back(copy);
@@ -225,7 +236,7 @@ class Grasp {
   std::array<Capsule<Scalar>, 2> jaws_{};   // in the tool's frame, when they took hold
   Scalar taken_at_ = 1, squeeze_ = 1;       // the opening then; of the distance from the middle now
   std::vector<GraspedParticle<Scalar>> held_;
-  std::vector<int> nodes_, root_, roots_;
+  std::vector<int> nodes_, root_, roots_, let_go_;
   int first_new_ = 0, pieces_ = 0;
   std::size_t revision_ = 0, restorations_ = 0;
   bool slipped_ = false;   // since the pieces were counted

@@ -64,6 +64,7 @@ class Scalpel {
   template <class Body>
   void reset(Body& body) {
     blade_.reset(body), handle_.reset(body);
+    force_.setZero(), moment_.setZero();
   }
 
   BladeType const& blade() const noexcept { return blade_; }

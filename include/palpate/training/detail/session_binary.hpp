@@ -103,23 +103,24 @@ class ByteReader {
 //   8   magic: 0x89 "PLPS" CR LF 0x1A, so that a copy in text mode is noticed
 //   4   format, 1
 //   8   length of what follows, without the checksum
-//       version; seed (8); device: force, rate (8 each), flags (1): reports velocity 1, has hand 2, moves a hand 4, reports orientation 8, gripper 16; buttons (4);
-//         continuous force, largest damping, mass (8 each; a NaN where it is not known)
+//       version; seed (8); device: force, rate (8 each), flags (1): reports velocity 1, has hand 2, moves a hand 4, reports orientation 8, gripper 16, has torque 32;
+//         buttons (4);
+//         continuous force, largest damping, mass (8 each; a NaN where it is not known); with torque its largest (8)
 //       configuration: count (8), key and value each; events: count (8), time (8) and name each; a text is its length (4) and its bytes
 //       ticks: count (8), each two bytes of flags and then
 //         flags     phase (bits 0-1), read (2-3), written (4-5), the hand is where the tip is (6), depth and force are +0 (7),
 //                   the energy is the tick's before (8), so are the buttons (9); before the first tick both are +0; the orientation is not (10),
-//                   nor is the gripper (11)
-//         time, tip (4 · 8); without flag 7 depth, force (4 · 8); without flag 8 the energy (8); with a hand its velocity (3 · 8), without flag 6
+//                   nor is the gripper (11); there is a torque (12)
+//         time, tip (4 · 8); without flag 7 depth, force (4 · 8); with flag 12 torque (3 · 8); without flag 8 the energy (8); with a hand its velocity (3 · 8), without flag 6
 //         its position (3 · 8), without flag 9 its buttons (4), with flag 10 its orientation (x, y, z, w: 4 · 8), the identity before the first tick, with
 //         flag 11 its gripper (8), 1 before the first tick
 //   4   CRC-32 of all before
 inline constexpr std::string_view session_magic = "\x89PLPS\r\n\x1A";
 inline constexpr std::uint32_t session_format = 1;
 inline constexpr std::size_t session_frame = 8 + 4 + 8;   // before the payload
-inline constexpr unsigned velocity_flag = 1, hand_flag = 2, moves_flag = 4, orientation_flag = 8, gripper_flag = 16;
+inline constexpr unsigned velocity_flag = 1, hand_flag = 2, moves_flag = 4, orientation_flag = 8, gripper_flag = 16, torque_flag = 32;
 inline constexpr unsigned at_tip_flag = 1u << 6, silent_flag = 1u << 7, same_energy_flag = 1u << 8, same_buttons_flag = 1u << 9, turned_flag = 1u << 10,
-                          gripped_flag = 1u << 11;
+                          gripped_flag = 1u << 11, twisted_flag = 1u << 12;
 
 inline bool same_bits(double a, double b) noexcept { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
 inline bool same_bits(Vector3<double> const& a, Vector3<double> const& b) noexcept {
@@ -146,10 +147,12 @@ inline std::string session_bytes(Session const& session) {
   out.put(session.device.rate.value);
   bool const has_hand = !session.hand.empty();
   out.put(static_cast<std::uint8_t>((session.device.reports_velocity ? velocity_flag : 0u) | (has_hand ? hand_flag : 0u) | (session.device.moves_a_hand ? moves_flag : 0u) |
-                                    (session.device.reports_orientation ? orientation_flag : 0u) | (session.device.reports_gripper ? gripper_flag : 0u)));
+                                    (session.device.reports_orientation ? orientation_flag : 0u) | (session.device.reports_gripper ? gripper_flag : 0u) |
+                                    (session.device.max_torque > 0 ? torque_flag : 0u)));
   out.put(static_cast<std::uint32_t>(session.device.buttons));
   for (DeviceValue const& value : {session.device.continuous_force, session.device.max_damping, session.device.mass})
     out.put(value.known() ? value.value : std::numeric_limits<double>::quiet_NaN());
+  if (session.device.max_torque > 0) out.put(session.device.max_torque.value);
   out.put(static_cast<std::uint64_t>(session.configuration.size()));
   for (auto const& [key, value] : session.configuration.values()) {
     out.put(std::string_view(key));
@@ -168,7 +171,8 @@ inline std::string session_bytes(Session const& session) {
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     Tick const& tick = ticks[i];
     bool const silent = same_bits(tick.depth, 0.0) && same_bits(tick.force, Vector3<double>::Zero());
-    unsigned flags = static_cast<unsigned>(tick.phase) | (silent ? silent_flag : 0u) | (same_bits(tick.energy, energy) ? same_energy_flag : 0u);
+    unsigned flags = static_cast<unsigned>(tick.phase) | (silent ? silent_flag : 0u) | (same_bits(tick.energy, energy) ? same_energy_flag : 0u) |
+                     (session.device.max_torque > 0 && !same_bits(tick.torque, Vector3<double>::Zero()) ? twisted_flag : 0u);
     energy = tick.energy;
     bool at_tip = false;
     if (has_hand) {
@@ -187,6 +191,7 @@ inline std::string session_bytes(Session const& session) {
       out.put(tick.depth);
       put(out, tick.force);
     }
+    if ((flags & twisted_flag) != 0) put(out, tick.torque);
     if ((flags & same_energy_flag) == 0) out.put(tick.energy);
     if (has_hand) {
       put(out, session.hand[i].velocity);
@@ -235,7 +240,7 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
   session.seed.value = in.word<std::uint64_t>("the seed");
   session.device = {.max_force = in.number("the device's force"), .rate = in.number("the device's rate")};
   auto const flags = in.word<std::uint8_t>("the device's flags");
-  if (flags > (velocity_flag | hand_flag | moves_flag | orientation_flag | gripper_flag)) here("the device's flags are unknown; copy the file again");
+  if (flags > (velocity_flag | hand_flag | moves_flag | orientation_flag | gripper_flag | torque_flag)) here("the device's flags are unknown; copy the file again");
   session.device.reports_velocity = (flags & velocity_flag) != 0;
   session.device.moves_a_hand = (flags & moves_flag) != 0;
   session.device.reports_orientation = (flags & orientation_flag) != 0;
@@ -245,6 +250,8 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
   session.device.buttons = static_cast<int>(buttons_of_device);
   for (DeviceValue* const value : {&session.device.continuous_force, &session.device.max_damping, &session.device.mass})
     if (double const number = in.number("what is known of the device"); !std::isnan(number)) *value = number;
+  bool const has_torque = (flags & torque_flag) != 0;
+  if (has_torque) session.device.max_torque = in.number("the device's torque");
   bool const has_hand = (flags & hand_flag) != 0;
   try {
     std::string last;
@@ -270,7 +277,7 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
       auto const bits = in.word<std::uint16_t>("a tick");
       if ((bits & 3u) > static_cast<unsigned>(CuttingPhase::moving)) here(message("tick ", i, " has an unknown phase; copy the file again"));
       constexpr unsigned of_hand = 0x7Cu | same_buttons_flag | turned_flag | gripped_flag;
-      if (bits > (same_energy_flag | of_hand | 0xFFu) || (!has_hand && (bits & of_hand) != 0))
+      if (bits > (same_energy_flag | of_hand | twisted_flag | 0xFFu) || (!has_hand && (bits & of_hand) != 0) || (!has_torque && (bits & twisted_flag) != 0))
         here(message("tick ", i, " has unknown flags; copy the file again"));
       Tick tick;
       tick.phase = static_cast<CuttingPhase>(bits & 3u);
@@ -280,6 +287,7 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
         tick.depth = in.number("a tick");
         tick.force = vector("a tick");
       }
+      if ((bits & twisted_flag) != 0) tick.torque = vector("a tick");
       if ((bits & same_energy_flag) == 0) energy = in.number("a tick");
       tick.energy = energy;
       session.recording.append(tick);

@@ -51,6 +51,7 @@ inline std::string session_text(Session const& session) {
   append_known(text += " N ", session.device.max_damping);
   append_known(text += " N·s/m ", session.device.mass);
   text += " kg";
+  if (session.device.max_torque > 0) append_number(text += ' ', session.device.max_torque), text += " N·m";
   for (auto const& [key, value] : session.configuration.values()) (((text += "\n# configuration ") += key) += ' ') += value;
   for (SessionEvent const& event : session.events) {
     append_number(text += "\n# event ", event.time);
@@ -62,6 +63,7 @@ inline std::string session_text(Session const& session) {
   if (!session.hand.empty()) text += hand_header;
   if (turns) text += turn_header;
   if (grips) text += grip_header;
+  if (session.device.max_torque > 0) text += Recording::torque_columns;
   text += '\n';
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     append_tick(text, ticks[i]);
@@ -76,6 +78,8 @@ inline std::string session_text(Session const& session) {
         for (double const component : hand.orientation.coeffs()) append_number(text += ',', component);
       if (grips) append_number(text += ',', hand.gripper);
     }
+    if (session.device.max_torque > 0)
+      for (double const component : ticks[i].torque) append_number(text += ',', component);
     text += '\n';
   }
   return text;
@@ -148,7 +152,11 @@ class SessionHead {
       session_.device.max_damping = known(next(content), "device's damping");
       if (next(content) != "N·s/m") fail_motors();
       session_.device.mass = known(next(content), "device's mass");
-      if (content != "kg") fail_motors();
+      if (content != "kg") {
+        if (next(content) != "kg") fail_motors();
+        session_.device.max_torque = number(next(content), "device's torque");
+        if (content != "N·m" || !(session_.device.max_torque > 0)) fail_motors();
+      }
     } else if (word == "configuration") {
       std::string const key(next(content));
       if (session_.configuration.find(key)) fail(message("the key ", key, " is there twice; remove one"));
@@ -219,7 +227,7 @@ inline HandSample hand_from(CsvTable const& table, CsvTable::Row const& row, Cap
   }
   if (device.reports_orientation)
     for (std::size_t i = 0; i < 4; ++i) hand.orientation.coeffs()(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + 9 + i, turn_names[i]);
-  if (device.reports_gripper) hand.gripper = table.number(row, row.size() - 1, grip_header.substr(1));
+  if (device.reports_gripper) hand.gripper = table.number(row, tick_columns + 9 + (device.reports_orientation ? 4 : 0), grip_header.substr(1));
   return hand;
 }
 
@@ -242,14 +250,20 @@ inline Session session_from_csv(std::filesystem::path const& path) {
   std::string const header = joined(row);
   bool const turns = session.device.reports_orientation, grips = session.device.reports_gripper;
   std::string const of_hand = message(hand_header, turns ? turn_header : "", grips ? grip_header : "");
-  bool const has_hand = header == std::string(Recording::csv_header) + of_hand;
-  if (!has_hand && header != Recording::csv_header)
-    table.fail_here(message("not the header of a session; it must be ", Recording::csv_header, ", and may go on with ", of_hand.substr(1)));
-  std::size_t const columns = tick_columns + (has_hand ? hand_names.size() + 3 + (turns ? turn_names.size() : 0) + (grips ? 1 : 0) : 0);
+  bool const has_torque = session.device.max_torque > 0;
+  std::string_view const of_torque = has_torque ? Recording::torque_columns : std::string_view();
+  bool const has_hand = header == message(Recording::csv_header, of_hand, of_torque);
+  if (!has_hand && header != message(Recording::csv_header, of_torque))
+    table.fail_here(message("not the header of a session; it must be ", Recording::csv_header, of_torque, has_torque ? ", with " : ", and may go on with ", of_hand.substr(1),
+                            has_torque ? " before the torque or without" : ""));
+  std::size_t const columns = tick_columns + (has_hand ? hand_names.size() + 3 + (turns ? turn_names.size() : 0) + (grips ? 1 : 0) : 0) + (has_torque ? 3 : 0);
   while (table.next(row)) {
     if (row.size() != columns)
       table.fail_here(message("there are ", row.size(), " cells instead of ", columns, "; the file may be cut short: write it again"));
-    session.recording.append(tick_from(table, row));
+    Tick tick = tick_from(table, row);
+    for (std::size_t k = 0; k < 3 && has_torque; ++k)
+      tick.torque[static_cast<Eigen::Index>(k)] = table.number(row, columns - 3 + k, Recording::torque_columns.substr(1 + 12 * k, 11));
+    session.recording.append(tick);
     if (has_hand) session.hand.push_back(hand_from(table, row, session.device));
   }
   if (!table.ends_with_line()) table.fail_here("the last line does not end; the file is cut short: write it again");
