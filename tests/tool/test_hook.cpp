@@ -39,7 +39,7 @@ Drawn draw(Body body, Vector3<S> const& start, double degrees) {
   Drawn seen;
   S const h = S(5e-4);
   int triangle = -1;
-  Vector3<S> weights, first;
+  Vector3<S> weights = Vector3<S>::Zero(), first = Vector3<S>::Zero();
   double on_tool = 0;
   for (int k = 0; k < 1500; ++k) {
     S const t = S(k) * h, down = std::min(S(1), t / S(0.15)), along = std::clamp((t - S(0.15)) / S(0.5), S(0), S(1));
