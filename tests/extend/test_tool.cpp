@@ -5,15 +5,19 @@
 #include "catch.hpp"
 
 #include <palpate/body/soft_body.hpp>
+#include <palpate/device/scripted_device.hpp>
+#include <palpate/force/tissue_reaction.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/grid.hpp>
+#include <palpate/simulator/simulator.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tool/forceps.hpp>
 #include <palpate/tool/hook.hpp>
 
+#include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
@@ -105,4 +109,22 @@ TEST_CASE("a tool that breaks a law is told which") {
   nailed.nail(7);
   CHECK_THROWS_WITH(testing::check_tool(SuctionTip<double>(), nailed), says("particle 7 is nailed", "nothing holds"));
   CHECK_THROWS_WITH(testing::check_tool(SuctionTip<double>(), sheet<double>(), {.motions = 0}), says(".motions is 0"));
+}
+
+// A spatula of 20 mm pressed flat on a sheet that is held at its border: pushed up where it lies, and nothing to the sides.
+TEST_CASE("a tool that is a shape alone touches along all of its rods") {
+  ScriptedDevice<double> const device({{0.0, {0.02, 0.0211, 0.005}}, {0.2, {0.02, 0.0211, 0.0}}, {0.6, {0.02, 0.0211, 0.0}}});
+  auto body = sheet<double>();
+  body.nail(0), body.nail(8), body.nail(72), body.nail(80);
+  ToolShape<double> spatula{.rods = {{.rod = {.from = {-0.01, 0, 0}, .to = {0.01, 0, 0}, .radius = 0.001}},   // m
+                                     {.rod = {.to = {0, 0, 0.1}, .radius = 0.002}}}};
+  spatula.picture = rods_picture(spatula.rods);
+  Simulator simulator(device, std::move(body), BluntTool<double>(spatula, {.friction = 0.2}), TissueReaction{});
+  Recording const session = simulator.run(0.6);
+  Vector3<double> const force = session.mean_force(0.55, 0.6);
+  CHECK(force.z() > 0.01);
+  CHECK(std::abs(force.x()) < 0.05 * force.z());
+  int touched = 0;
+  for (auto const& touch : simulator.cutter().rods().touches()) touched += touch.acts && touch.rod == 0 ? 1 : 0;
+  CHECK(touched > 2);   // from end to end
 }
