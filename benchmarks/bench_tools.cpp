@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// One and four tools at one solid, in lock-step: a hook, a probe that lies along the skin, another hook, a blade that cuts; and the body alone, beside them in the
+// One and four tools at one solid, in lock-step: a probe that lies along the skin, two hooks, a blade that cuts; and the body alone, beside them in the
 // same run.
 //   bench_tools
 // Argument: how many of the tools. Columns (a tick is 1 ms of simulated time):
 //   tetrahedra                  of the uncut block
-//   servo_p50_us, servo_p99_us  of a servo tick of the first tool
+//   servo_p50_us, servo_p99_us  of a servo tick of the probe
 //   body_p50_us, body_p99_us    of a body tick: contacts, cut, one implicit step
 //   alone_p50_us                of a step of the body alone, at rest, without tools
 //   body_over_alone             body_p50_us over alone_p50_us
@@ -84,12 +84,12 @@ double alone() {
   return ticks[200];
 }
 
-template <std::size_t lying, class Simulator>
+template <class Simulator>
 Times times(Simulator& simulator, int tetrahedra) {
   simulator.run(0.6);
   auto const all = simulator.template statistics<0>();
   Times t{us(all.servo.compute().p50()), us(all.servo.compute().p99()), us(all.body.compute().p50()), us(all.body.compute().p99()), alone()};
-  t.touches = static_cast<double>(simulator.template tool<lying>().rods().touches().size()), t.tetrahedra = tetrahedra;
+  t.touches = static_cast<double>(simulator.template tool<0>().rods().touches().size()), t.tetrahedra = tetrahedra;
   return t;
 }
 Times times_of(std::int64_t tools) {
@@ -97,10 +97,10 @@ Times times_of(std::int64_t tools) {
   int const tetrahedra = body.tissue().tetrahedra();
   if (tools == 1) {
     Simulator one(std::move(body), probe());
-    return times<0>(one, tetrahedra);
+    return times(one, tetrahedra);
   }
-  Simulator four(std::move(body), hook(0.036, -0.008), probe(), hook(0.058, 0.008), blade());
-  return times<1>(four, tetrahedra);
+  Simulator four(std::move(body), probe(), hook(0.036, -0.008), hook(0.058, 0.008), blade());
+  return times(four, tetrahedra);
 }
 
 void tools(benchmark::State& state) {
