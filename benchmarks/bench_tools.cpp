@@ -9,7 +9,7 @@
 //   alone_p50_us                of a step of the body alone, at rest, without tools
 //   body_over_alone             body_p50_us over alone_p50_us
 //   touches                     triangles at the lying probe at the end
-// `four_over_one` runs both and tells the ratios of their columns.
+// `four_over_one` runs both and tells the ratios of their columns. Before the first two rows the budget of their ticks is printed, as budget_text has it.
 #include <palpate/palpate.hpp>
 #include <palpate/tool.hpp>
 
@@ -18,9 +18,11 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <initializer_list>
 #include <numbers>
 #include <utility>
@@ -30,20 +32,10 @@ namespace {
 
 using namespace palpate;
 
-/// A hand with its tool turned one way.
-struct Hand : ScriptedDevice<double> {
-  Hand(std::initializer_list<TimedPoint<double>> points, Eigen::Quaterniond const& turn = Eigen::Quaterniond::Identity()) : ScriptedDevice(points), turned(turn) {}
-  Capabilities capabilities() const noexcept {
-    Capabilities can = ScriptedDevice::capabilities();
-    can.reports_orientation = true;
-    return can;
-  }
-  DeviceStatus read(DeviceState<double>& state) noexcept {
-    state.orientation = turned;
-    return ScriptedDevice::read(state);
-  }
-  Eigen::Quaterniond turned;
-};
+using Hand = ScriptedDevice<double>;
+
+/// What turns each tool, always so.
+ScriptedDeviceOptions turned(Eigen::Quaterniond const& orientation = Eigen::Quaterniond::Identity()) { return {.orientation = {{0.0, orientation}}}; }
 
 constexpr double top = 0.020;   // m
 
@@ -54,15 +46,18 @@ auto block() {
   return SoftBody(std::move(tissue), BackwardEuler{.max_iterations = 20});
 }
 
-auto hook(double x, double way) { return Tool(Hand{{0.0, {x, 0.025, top + 0.004}}, {0.2, {x, 0.025, top - 0.003}}, {0.6, {x + way, 0.025, top - 0.003}}}, Hook<double>({.friction = 0.5}), TissueReaction{}); }
+auto hook(double x, double way) {
+  return Tool(Hand({{0.0, {x, 0.025, top + 0.004}}, {0.2, {x, 0.025, top - 0.003}}, {0.6, {x + way, 0.025, top - 0.003}}}, turned()), Hook<double>({.friction = 0.5}),
+              TissueReaction{});
+}
 /// On its side: the rod lies along x, 40 mm of it on the skin.
 auto probe() {
   Eigen::Quaterniond const lies(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3<double>::UnitY()));
-  return Tool(Hand({{0.0, {0.028, 0.0081, top + 0.004}}, {0.2, {0.028, 0.0081, top}}, {0.6, {0.028, 0.0101, top}}}, lies),
+  return Tool(Hand({{0.0, {0.028, 0.0081, top + 0.004}}, {0.2, {0.028, 0.0081, top}}, {0.6, {0.028, 0.0101, top}}}, turned(lies)),
               BluntTool<double>(make_probe_shape<double>({.radius = 0.003, .length = 0.04})), TissueReaction{});
 }
 auto blade() {
-  return Tool(Hand{{0.0, {0.0463, -0.004, 0.04}}, {0.2, {0.0463, 0.012, 0.012}}, {0.6, {0.0463, 0.040, 0.012}}},
+  return Tool(Hand({{0.0, {0.0463, -0.004, 0.04}}, {0.2, {0.0463, 0.012, 0.012}}, {0.6, {0.0463, 0.040, 0.012}}}, turned()),
               VolumeCutter<double>({.puncture_depth = 0.002, .toughness = 50.0, .lip_friction = 5.0}), TissueReaction{});
 }
 
@@ -84,28 +79,34 @@ double alone() {
   return ticks[200];
 }
 
-template <class Simulator>
-Times times(Simulator& simulator, int tetrahedra) {
+template <class Simulator, std::size_t... I>
+void print_budget(Simulator const& simulator, std::index_sequence<I...>) {
+  std::printf("%zu tools in lock-step\n%s", sizeof...(I), budget_text(std::array{simulator.template statistics<I>()...}).c_str());
+}
+
+template <std::size_t tools, class Simulator>
+Times times(Simulator& simulator, int tetrahedra, bool prints) {
   simulator.run(0.6);
+  if (prints) print_budget(simulator, std::make_index_sequence<tools>{});
   auto const all = simulator.template statistics<0>();
   Times t{us(all.servo.compute().p50()), us(all.servo.compute().p99()), us(all.body.compute().p50()), us(all.body.compute().p99()), alone()};
   t.touches = static_cast<double>(simulator.template tool<0>().rods().touches().size()), t.tetrahedra = tetrahedra;
   return t;
 }
-Times times_of(std::int64_t tools) {
+Times times_of(std::int64_t tools, bool prints = false) {
   auto body = block();
   int const tetrahedra = body.tissue().tetrahedra();
   if (tools == 1) {
     Simulator one(std::move(body), probe());
-    return times(one, tetrahedra);
+    return times<1>(one, tetrahedra, prints);
   }
   Simulator four(std::move(body), probe(), hook(0.036, -0.008), hook(0.058, 0.008), blade());
-  return times(four, tetrahedra);
+  return times<4>(four, tetrahedra, prints);
 }
 
 void tools(benchmark::State& state) {
   for (auto _ : state) {
-    Times const t = times_of(state.range(0));
+    Times const t = times_of(state.range(0), true);
     state.counters["tetrahedra"] = t.tetrahedra, state.counters["touches"] = t.touches;
     state.counters["servo_p50_us"] = t.servo_p50, state.counters["servo_p99_us"] = t.servo_p99;
     state.counters["body_p50_us"] = t.body_p50, state.counters["body_p99_us"] = t.body_p99;

@@ -38,25 +38,7 @@ struct Plan {
   double end() const { return at_rest() + rest; }
 };
 
-/// A hand that follows a path with its tool turned one way.
-class Hand : public palpate::ScriptedDevice<double> {
- public:
-  explicit Hand(palpate::Trajectory<double> path, Eigen::Quaterniond const& turned = Eigen::Quaterniond::Identity())
-      : ScriptedDevice(std::move(path), {.rate = 1000.0}), turned_(turned) {}
-
-  palpate::Capabilities capabilities() const noexcept {
-    palpate::Capabilities can = ScriptedDevice::capabilities();
-    can.reports_orientation = true;
-    return can;
-  }
-  palpate::DeviceStatus read(palpate::DeviceState<double>& state) noexcept {
-    state.orientation = turned_;
-    return ScriptedDevice::read(state);
-  }
-
- private:
-  Eigen::Quaterniond turned_;
-};
+using Hand = palpate::ScriptedDevice<double>;
 
 /// The liver, filled, and lying in its bed: the underside is fixed.
 struct Organ {
@@ -97,7 +79,8 @@ inline Hand hook(Plan const& plan, palpate::TriangleMesh<double> const& border, 
   auto path = palpate::Trajectory<double>::start(on - down);
   path.line(on + down, plan.hook_in, minimum_jerk).line(on + down + drawn, plan.draw_in, minimum_jerk).hold(plan.touch_in);
   path.line(on + down + 2 * drawn, plan.cut_in, minimum_jerk);
-  return Hand(std::move(path), Eigen::AngleAxisd(side > 0 ? 0.0 : std::numbers::pi, Vector::UnitZ()) * Eigen::AngleAxisd(plan.tilt, Vector::UnitX()));
+  Eigen::Quaterniond const turned = Eigen::AngleAxisd(side > 0 ? 0.0 : std::numbers::pi, Vector::UnitZ()) * Eigen::AngleAxisd(plan.tilt, Vector::UnitX());
+  return Hand(std::move(path), {.orientation = {{0.0, turned}}});
 }
 
 /// The scalpel waits above, comes down, cuts along x as deep below the skin as it was before the pull, and stays where it is then.
@@ -108,7 +91,7 @@ inline Hand scalpel(Plan const& plan, palpate::TriangleMesh<double> const& borde
   path.hold(plan.drawn()).line(below(from), plan.touch_in, palpate::Pace::minimum_jerk);
   constexpr int pieces = 24;
   for (int k = 1; k <= pieces; ++k) path.line(below(from + plan.cut * k / pieces), plan.cut_in / pieces);
-  return Hand(std::move(path));
+  return Hand(std::move(path), {.orientation = {{0.0, Eigen::Quaterniond::Identity()}}});   // upright
 }
 
 /// Three hands at one organ: two hooks and a scalpel.

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -204,4 +205,53 @@ TEST_CASE("reading, limiting and writing do not allocate", "[device][realtime]")
   long const count = allocations.count();
   CHECK(count == 0);
   CHECK(device.tick() == 10000);
+}
+
+TEMPLATE_TEST_CASE("a script turns its tool the short way from one orientation to the next, and before and after them not at all", "[device]", PALPATE_TEST_SCALARS) {
+  // Yardstick: the angle about the axis, by hand.
+  using Scalar = TestType;
+  auto const about_x = [](double degrees) { return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Vector3<double>::UnitX())); };
+  Eigen::Quaterniond const minus(-about_x(80).coeffs());   // the same rotation, the long way off
+  ScriptedDevice<Scalar> device(descent<Scalar>(), {.rate = 100.0, .orientation = {{0.2, about_x(20)}, {0.5, minus}, {0.7, about_x(50)}}});
+  CHECK(device.capabilities().reports_orientation);
+  CHECK_FALSE(ScriptedDevice<Scalar>(descent<Scalar>()).capabilities().reports_orientation);
+  DeviceState<Scalar> state;
+  for (int tick = 0; tick < 100; ++tick) {
+    REQUIRE(device.read(state) == DeviceStatus::ok);
+    double const t = tick / 100.0;
+    double const degrees = t < 0.2 ? 20 : t < 0.5 ? 20 + 200 * (t - 0.2) : t < 0.7 ? 80 - 150 * (t - 0.5) : 50;
+    Eigen::Quaterniond const read = state.orientation.template cast<double>();
+    REQUIRE(read.angularDistance(about_x(degrees)) < 1e-2 * std::sqrt(static_cast<double>(std::numeric_limits<Scalar>::epsilon())) + 1e-6);
+    REQUIRE(std::abs(read.norm() - 1) < 1e-6);
+  }
+}
+
+TEST_CASE("one orientation of a script holds always; a dropout holds the last; what is no rotation, or not in time, is refused by name", "[device]") {
+  Eigen::Quaterniond const turned(Eigen::AngleAxisd(0.7, Vector3<double>(0.6, 0.0, 0.8)));
+  ScriptedDevice<double> always(descent<double>(), {.orientation = {{0.9, turned}}});
+  DeviceState<double> state;
+  always.read(state);
+  CHECK(state.orientation.coeffs() == turned.coeffs());
+
+  ScriptedDevice<double> drops(descent<double>(), {.dropouts = 1.0, .orientation = {{0.0, turned}, {1.0, Eigen::Quaterniond::Identity()}}});
+  for (int tick = 0; tick < 5; ++tick) {
+    CHECK(drops.read(state) == DeviceStatus::stale);
+    CHECK(state.orientation.coeffs() == turned.coeffs());   // the first sample
+  }
+
+  CHECK_THROWS_WITH(ScriptedDevice<double>(descent<double>(), {.orientation = {{0.0, Eigen::Quaterniond(2, 0, 0, 0)}}}),
+                    says(".orientation's norm is 2", "unit quaternions"));
+  CHECK_THROWS_WITH(ScriptedDevice<double>(descent<double>(), {.orientation = {{0.5, turned}, {0.5, turned}}}), says(".orientation's time is 0.5", "times that rise"));
+  CHECK_THROWS_WITH(ScriptedDevice<double>(descent<double>(), {.gripper = {{0.0, 0.3}, {0.1, 1.5}}}), says(".gripper is 1.5", "from 0 to 1"));
+}
+
+TEST_CASE("a script that turns and grips allocates nothing as it is read", "[device][allocation]") {
+  ScriptedDevice<double> device(descent<double>(), {.gripper = {{0.0, 1.0}, {1.0, 0.0}}, .orientation = {{0.0, Eigen::Quaterniond::Identity()}, {1.0, Eigen::Quaterniond(0, 1, 0, 0)}}});
+  DeviceState<double> state;
+  palpate_test::AllocationCount const allocations;
+  for (int tick = 0; tick < 1200; ++tick) device.read(state);
+  long const count = allocations.count();
+  REQUIRE(palpate_test::trap_works());
+  CHECK(count == 0);
+  CHECK(state.gripper == 0.0);
 }

@@ -4,8 +4,10 @@
 
 #include <palpate/simulator/budget.hpp>
 
+#include <array>
 #include <chrono>
 #include <limits>
+#include <span>
 #include <string>
 
 using namespace palpate;
@@ -47,6 +49,30 @@ TEST_CASE("a budget says how much of each period is used and what comes to its l
         "body: tick 180 µs (p99 264 µs) of 2000 µs at 500 Hz: 9 % (p99 13.2 %), 1.8 steps a tick; 0 overruns, 0 skipped in 100 ticks\n"
         "  period 2000 µs (p99 2000 µs, longest 2000 µs), woken 60 µs late (p99 60 µs)\n"
         "next bottleneck: the body's computing, 13.2 % of its period at p99; it may take 7.58 times as long\n");
+}
+
+TEST_CASE("the budget of several tools has a row for each servo, the body once, and names the one that comes to its limit first", "[simulator][budget]") {
+  SimulatorStatistics first;
+  first.servo = ticked(1ms, {37500ns, 3us}, {37500ns, 5150ns});
+  first.body = ticked(2ms, {60us, 180us}, {60us, 264us});
+  first.body_counts.ticks = 100, first.body_counts.steps = 180;
+  SimulatorStatistics second = first;
+  second.servo = ticked(500us, {37500ns, 3us}, {37500ns, 264us});
+  second.servo_counts.saturation = {.max_force = 2.0, .device_max_force = 3.0, .ticks = 7, .max_wanted = 4.0};
+  std::string const body =
+      "body: tick 180 µs (p99 264 µs) of 2000 µs at 500 Hz: 9 % (p99 13.2 %), 1.8 steps a tick; 0 overruns, 0 skipped in 100 ticks\n"
+      "  period 2000 µs (p99 2000 µs, longest 2000 µs), woken 60 µs late (p99 60 µs)\n";
+  std::string const text = budget_text(std::array{first, second});
+  CHECK(text.find("servo of tool 0: tick 3 µs (p99 5.15 µs) of 1000 µs at 1000 Hz: 0.3 % ") == 0);
+  CHECK(text.find("\nservo of tool 1: tick 3 µs (p99 264 µs) of 500 µs at 2000 Hz: 0.6 % (p99 52.8 %)") != std::string::npos);
+  CHECK(text.find(body) != std::string::npos);
+  CHECK(text.find(body) == text.rfind(body));
+  CHECK(text.find("next bottleneck: the servo's computing of tool 1, 52.8 % of its period at p99; it may take 1.89 times as long\n") != std::string::npos);
+  CHECK(text.find("tool 1, force: at most 2 N is written of the 3 N that the device can; 7 ticks wanted more, up to 4 N") != std::string::npos);
+  CHECK(text.find("tool 0, force") == std::string::npos);
+  second.servo = first.servo;
+  CHECK(budget_text(std::array{first, second}).find("next bottleneck: the body's computing, 13.2 %") != std::string::npos);
+  CHECK(budget_text(std::span<SimulatorStatistics const>()).empty());
 }
 
 TEST_CASE("a wake-up or the servo itself can be the bottleneck, and more than a period does not fit", "[simulator][budget]") {

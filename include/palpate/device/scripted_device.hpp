@@ -7,21 +7,30 @@
 #include <palpate/device/limit.hpp>
 #include <palpate/device/trajectory.hpp>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 #include <iterator>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 namespace palpate {
 
-/// How wide a gripper is open, and when: s, and 0, closed, to 1, open.
+/// How wide a gripper is open, and when.
 struct TimedOpening {
-  double time = 0;
-  double opening = 1;
+  double time = 0;      // s
+  double opening = 1;   // 0 closed, 1 open
+};
+
+/// How the tool is turned, and when: device frame ← tool.
+struct TimedOrientation {
+  double time = 0;   // s
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
 };
 
 struct ScriptedDeviceOptions {
@@ -33,6 +42,7 @@ struct ScriptedDeviceOptions {
   double dropouts = 0.0;            ///< share of the ticks, 0 … 1, in which a dropout begins: reads that say `stale` and hold the last sample
   int dropout_ticks = 1;            ///< how long each lasts
   std::vector<TimedOpening> gripper = {};   ///< of a device that reports its gripper: evenly from one to the next; empty: it reports none
+  std::vector<TimedOrientation> orientation = {};   ///< of a device that reports how it is turned: the short way from one to the next; one alone: always so; empty: it reports none
   std::uint64_t seed = 0;           ///< of jitter and dropouts; the same seed gives the same run
 };
 
@@ -53,6 +63,7 @@ class ScriptedDevice {
         capabilities_{.max_force = options.max_force,
                       .rate = options.rate,
                       .reports_velocity = options.reports_velocity,
+                      .reports_orientation = !options.orientation.empty(),
                       .reports_gripper = !options.gripper.empty(),
                       .moves_a_hand = false,
                       .resolution = options.quantum > 0.0 ? DeviceValue(options.quantum) : DeviceValue{}} {
@@ -63,11 +74,15 @@ class ScriptedDevice {
     require(options.jitter >= 0.0 && options.jitter < 0.5 / options.rate, ".jitter", options.jitter, "give seconds, 0 or more, below half a tick");
     require(options.dropouts >= 0.0 && options.dropouts <= 1.0, ".dropouts", options.dropouts, "give a share of the ticks, 0 to 1");
     require(options.dropout_ticks >= 1, ".dropout_ticks", options.dropout_ticks, "give 1 or more");
-    for (std::size_t k = 0; k < options.gripper.size(); ++k) {
-      require(options.gripper[k].opening >= 0 && options.gripper[k].opening <= 1, ".gripper", options.gripper[k].opening, "give openings from 0 to 1");
-      require(std::isfinite(options.gripper[k].time) && (k == 0 || options.gripper[k].time > options.gripper[k - 1].time), ".gripper's time",
-              options.gripper[k].time, "give finite times that rise");
-    }
+    for (TimedOpening const& each : options.gripper) require(each.opening >= 0 && each.opening <= 1, ".gripper", each.opening, "give openings from 0 to 1");
+    for (TimedOrientation const& each : options.orientation)
+      require(std::abs(each.orientation.norm() - 1) < 1e-6, ".orientation's norm", each.orientation.norm(), "give unit quaternions, w first");
+    auto const rise = [&](auto const& each, char const* name) {
+      for (std::size_t k = 0; k < each.size(); ++k)
+        require(std::isfinite(each[k].time) && (k == 0 || each[k].time > each[k - 1].time), name, each[k].time, "give finite times that rise");
+    };
+    rise(options.gripper, ".gripper's time");
+    rise(options.orientation, ".orientation's time");
     rewind();
   }
 
@@ -87,10 +102,12 @@ class ScriptedDevice {
     }
     if (options_.jitter > 0.0) time += options_.jitter * jittering_.uniform(-1.0, 1.0);
     bool const drops = missing_ > 0;
-    if (!drops || tick_ == 1) last_ = trajectory_.at(time);   // the first sample is there, whatever comes
+    bool const is_new = !drops || tick_ == 1;   // the first sample is there, whatever comes
+    if (is_new) last_ = trajectory_.at(time);
     state.position = quantised(last_.position, options_.quantum);
     if (options_.reports_velocity) state.velocity = last_.velocity;
-    if (!drops && !options_.gripper.empty()) state.gripper = static_cast<Scalar>(opening(time));
+    if (is_new && !options_.gripper.empty()) state.gripper = static_cast<Scalar>(opening(time));
+    if (is_new && !options_.orientation.empty()) state.orientation = orientation(time).template cast<Scalar>();
     return drops ? DeviceStatus::stale : DeviceStatus::ok;
   }
   DeviceStatus write(Wrench<Scalar> const& wrench) noexcept {
@@ -117,13 +134,22 @@ class ScriptedDevice {
   ScriptedDeviceOptions const& options() const noexcept { return options_; }
 
  private:
+  /// Of what is listed: the last before a time, the next after it, and the share of the way between them that is gone.
+  template <class Timed>
+  static std::tuple<Timed const&, Timed const&, double> around(std::vector<Timed> const& all, double time) noexcept {
+    auto const next = std::find_if(all.begin(), all.end(), [&](Timed const& each) { return each.time > time; });
+    if (next == all.begin()) return {all.front(), all.front(), 0.0};
+    if (next == all.end()) return {all.back(), all.back(), 0.0};
+    Timed const& before = *std::prev(next);
+    return {before, *next, (time - before.time) / (next->time - before.time)};
+  }
   double opening(double time) const noexcept {
-    auto const& at = options_.gripper;
-    auto const next = std::find_if(at.begin(), at.end(), [&](TimedOpening const& each) { return each.time > time; });
-    if (next == at.begin()) return at.front().opening;
-    if (next == at.end()) return at.back().opening;
-    auto const& before = *std::prev(next);
-    return before.opening + (time - before.time) / (next->time - before.time) * (next->opening - before.opening);
+    auto const [from, to, share] = around(options_.gripper, time);
+    return from.opening + share * (to.opening - from.opening);
+  }
+  Eigen::Quaterniond orientation(double time) const noexcept {
+    auto const [from, to, share] = around(options_.orientation, time);
+    return from.orientation.slerp(share, to.orientation);
   }
 
   Trajectory<Scalar> trajectory_;

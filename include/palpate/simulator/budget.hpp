@@ -7,7 +7,9 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -150,21 +152,35 @@ inline std::string lag_text(BodyCounts const& body) {
 ///   forecast: steps up to 1140 µs are stable, 2 steps a tick of 2000 µs, 100 µs each: 10 % of it
 /// After it, where there is reason to, how far the body lags, `lag_text`, and what the limit of force did, `to_text(ForceSaturation)`.
 /// Share      computing time / period aimed at, at the median and at p99. Steps a tick are a mean. Times of a quantile are within 1/32.
-/// For        `simulator.statistics()` after a run, `simulator.live_statistics()` during one. Not for the servo: it allocates.
-inline std::string budget_text(SimulatorStatistics const& statistics) {
+/// For        `simulator.statistics()` after a run, `simulator.live_statistics()` during one; of several tools an array of theirs,
+///              std::array{simulator.statistics<0>(), simulator.statistics<1>()}
+///            which has a row "servo of tool 0: …" for each, and the body they share once. Not for the servo: it allocates.
+inline std::string budget_text(std::span<SimulatorStatistics const> tools) {
   std::string text;
-  BodyCounts const& body = statistics.body_counts;
-  detail::append_loop(text, "servo", statistics.servo, "");
-  detail::append_loop(text, "body", statistics.body,
+  if (tools.empty()) return text;
+  auto const of_tool = [&](std::size_t k) { return tools.size() > 1 ? detail::message(" of tool ", k) : std::string(); };
+  std::size_t narrowest = 0;
+  for (std::size_t k = 0; k < tools.size(); ++k) {
+    detail::append_loop(text, "servo" + of_tool(k), tools[k].servo, "");
+    if (bottleneck(tools[k]).share > bottleneck(tools[narrowest]).share) narrowest = k;
+  }
+  BodyCounts const& body = tools[0].body_counts;
+  detail::append_loop(text, "body", tools[0].body,
                       body.ticks == 0 ? ""
                                       : detail::message(", ", detail::rounded(static_cast<double>(body.steps) / static_cast<double>(body.ticks)),
                                                         " steps a tick"));
-  if (Bottleneck const first = bottleneck(statistics); !first.what.empty()) {
-    text += detail::message("next bottleneck: ", first.what, ", ", detail::rounded(100.0 * first.share), " % of its period at p99; ");
+  if (Bottleneck const first = bottleneck(tools[narrowest]); !first.what.empty()) {
+    bool const is_body = first.what.find("body") != std::string_view::npos;
+    text += detail::message("next bottleneck: ", first.what, is_body ? std::string() : of_tool(narrowest), ", ", detail::rounded(100.0 * first.share),
+                            " % of its period at p99; ");
     text += first.share <= 1.0 ? detail::message("it may take ", detail::rounded(1.0 / first.share), " times as long\n")
                                : detail::message("that is ", detail::rounded(first.share), " times what there is\n");
   }
-  return text + to_text(step_forecast(statistics)) + lag_text(body) + to_text(statistics.servo_counts.saturation);
+  text += to_text(step_forecast(tools[0])) + lag_text(body);
+  for (std::size_t k = 0; k < tools.size(); ++k)
+    if (std::string const force = to_text(tools[k].servo_counts.saturation); !force.empty()) text += (tools.size() > 1 ? detail::message("tool ", k, ", ") : std::string()) + force;
+  return text;
 }
+inline std::string budget_text(SimulatorStatistics const& statistics) { return budget_text(std::span(&statistics, 1)); }
 
 }  // namespace palpate
