@@ -6,11 +6,13 @@
 #include "tool/tool_bodies.hpp"
 
 #include <palpate/core/random.hpp>
-#include <palpate/cutting/volume_cutter.hpp>
+#include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/simulator/simulator.hpp>
+#include <palpate/tool/forceps.hpp>
 #include <palpate/tool/hook.hpp>
+#include <palpate/tool/scalpel.hpp>
 #include <palpate/volume/organ_volume.hpp>
 
 #include <algorithm>
@@ -40,6 +42,7 @@ struct Felt {
 };
 
 /// A hand that goes from pose to pose, each up to 20 mm and any turn from the last within 8 to 24 ticks, below 1 m/s; one in fifteen is elsewhere, at once.
+/// Its fingers open and close a gripper likewise.
 class RandomHand {
  public:
   RandomHand(std::uint64_t seed, Vector3<double> const& low, Vector3<double> const& high, Felt& felt)
@@ -47,12 +50,13 @@ class RandomHand {
     from_ = to_ = anywhere();
   }
 
-  Capabilities capabilities() const { return {.max_force = 3.3, .rate = 1000.0, .reports_orientation = true}; }
+  Capabilities capabilities() const { return {.max_force = 3.3, .rate = 1000.0, .reports_orientation = true, .reports_gripper = true}; }
   DeviceStatus read(DeviceState<double>& state) noexcept {
     if (tick_ == ticks_) go_on();
     double const share = static_cast<double>(++tick_) / ticks_;
     state.position = from_.position + share * (to_.position - from_.position);
     state.orientation = from_.orientation.slerp(share, to_.orientation).normalized();
+    state.gripper = from_.opening + share * (to_.opening - from_.opening);
     ++felt_->ticks;
     return DeviceStatus::ok;
   }
@@ -73,6 +77,7 @@ class RandomHand {
     Eigen::Vector4d turn;
     for (int k = 0; k < 4; ++k) turn[k] = random_.uniform(-1.0, 1.0);
     if (turn.norm() > 1e-3) pose.orientation = Eigen::Quaterniond(turn[0], turn[1], turn[2], turn[3]).normalized();
+    pose.opening = random_.uniform(0.0, 1.0);
     return pose;
   }
   void go_on() noexcept {
@@ -103,15 +108,17 @@ void check_at_random(Body body, Fourth fourth) {
     return Tool(RandomHand(100 + k, low - margin, high + margin, felt[k]), std::move(cutter), TissueReaction{}, {.servo = careful});
   };
   Simulator simulator(std::move(body), tool(0, BluntTool<double>(make_probe_shape<double>({.radius = 0.003, .length = 0.05}))),
-                      tool(1, Hook<double>({.shape = {.point = 0.01, .shaft = 0.04}})), tool(2, BluntTool<double>(make_forceps_shape<double>({.shaft = 0.03}))),
+                      tool(1, Hook<double>({.shape = {.point = 0.01, .shaft = 0.04}})), tool(2, Forceps<double>({.shape = {.shaft = 0.03}})),
                       tool(3, std::move(fourth)));
   auto const before = simulator.mark();
   auto const size = simulator.body().size();
   bool finite = true;
+  long held = 0;   // ticks in which the forceps did
   long const poses = poses_wanted();
   for (long seen = 0; seen < poses; seen = std::min({felt[0].poses, felt[1].poses, felt[2].poses, felt[3].poses})) {
     simulator.run(0.25, [&](std::span<Tick const> ticks) {
       for (Tick const& tick : ticks) finite = finite && is_finite(tick.force) && is_finite(tick.tip);
+      held += simulator.template tool<2>().grasp().holds_any() ? 1 : 0;
       if (simulator.body().size() > 2 * size) simulator.stop();   // it is cut to pieces
     });
     finite = finite && is_finite(simulator.body().positions());
@@ -124,6 +131,7 @@ void check_at_random(Body body, Fourth fourth) {
     CHECK(felt[k].poses >= poses);
     CHECK(felt[k].forces > 0);   // it touched, and was felt
   }
+  CHECK(held > 0);
   CHECK(std::max({felt[0].largest, felt[1].largest, felt[2].largest}) == Approx(cap));                   // the cap was reached
   CHECK(std::max({felt[0].steepest, felt[1].steepest, felt[2].steepest}) == Approx(1e-3 * slew));   // so was the slew limit
 }
@@ -135,7 +143,7 @@ auto solid(TetrahedralMesh<double> const& mesh, double height) {
   return SoftBody(std::move(tissue), BackwardEuler{.max_iterations = 20});
 }
 
-auto scalpel() { return VolumeCutter<double>({.edge = {{0, 0, 0}, {0, 0, 0.02}}, .puncture_depth = 0.002, .toughness = 50.0, .lip_friction = 5.0, .most_tetrahedra = 60}); }
+auto scalpel() { return Scalpel<double>({.puncture_depth = 0.002, .toughness = 50.0, .lip_friction = 5.0, .most_tetrahedra = 60}); }
 
 }  // namespace
 
@@ -143,7 +151,7 @@ TEST_CASE("Whatever four tools do at random, no force is above the cap, none ste
   SECTION("a ball of springs") {
     auto const mesh = make_sphere<double>(0.03, 2);
     MassSpring<double> tissue(mesh, {.mass = {.total = 0.05}, .link = {.stiffness = 60, .damping = 0.02}, .home = {.stiffness = 6, .damping = 0.05}});
-    check_at_random(SoftBody(std::move(tissue), LeapfrogVerlet{}), BluntTool<double>(make_scalpel_shape<double>({.length = 0.05})));
+    check_at_random(SoftBody(std::move(tissue), LeapfrogVerlet{}), Scalpel<double, ProgressiveCutter<double>>(ProgressiveCutter<double>({.puncture_depth = 0.003})));
   }
   SECTION("an organ of finite elements") { check_at_random(solid(make_organ_volume<double>({.length = 0.12}, {.edge = 0.02}), -0.015), scalpel()); }
   SECTION("a block of finite elements") { check_at_random(solid(make_block<double>(7, 6, 4, 0.008, BlockPattern::alternating), 1e-6), scalpel()); }
