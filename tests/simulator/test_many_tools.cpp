@@ -199,6 +199,15 @@ TEST_CASE("in real time each device has its servo, and the run ends with the las
   CHECK(simulator.run_realtime(0.05).recording(1).ticks().front().time == Approx(0.2));
 }
 
+TEST_CASE("options go before any number of tools", "[simulator][tools]") {
+  SimulatorOptions const options{.body_rate = 100.0, .snapshot_rate = 10.0};
+  Simulator one(body(), options, tool(press(0.030, 0.050, 0.004), 0));
+  Simulator two(body(), options, tool(press(0.030, 0.050, 0.004), 0), tool(press(0.070, 0.050, 0.004), 1));
+  CHECK(one.run_realtime(0.1).recording(0).ticks().size() == 100);
+  CHECK(two.run_realtime(0.1).recording(1).ticks().size() == 100);
+  for (auto const& body : {one.statistics<0>().body, two.statistics<1>().body}) CHECK(body.target() == std::chrono::milliseconds(10));
+}
+
 TEST_CASE("what the tools tell a renderer and a listener is in their places", "[simulator][tools]") {
   Simulator simulator(body(), tool(press(0.030, 0.050, 0.006), 9), tool(press(0.070, 0.050, 0.0), 2));
   std::size_t told = 0;

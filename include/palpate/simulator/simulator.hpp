@@ -205,7 +205,7 @@ class Simulator<Body, Tools...> : detail::Simulation<Body, Tools...> {
 
 /// Parts that make no simulator: what is wrong, in a sentence each, and nothing that could fail besides.
 template <class Device, class Body, class CutterType, class Force>
-  requires(!detail::is_tool<Body> && !detail::MakeSimulator<Device, Body, CutterType, Force>)
+  requires(!detail::is_tool<Device> && !detail::is_tool<Body> && !detail::MakeSimulator<Device, Body, CutterType, Force>)
 class Simulator<Device, Body, CutterType, Force> : detail::SimulatorSentences<Device, Body, CutterType, Force> {
  public:
   using Refused = void;
@@ -214,7 +214,7 @@ class Simulator<Device, Body, CutterType, Force> : detail::SimulatorSentences<De
 };
 
 template <class Body, class... Tools>
-  requires(detail::are_tools<Tools...> && !(detail::ToolOf<Tools, Body> && ...))
+  requires(!detail::is_tool<Body> && detail::are_tools<Tools...> && !(detail::ToolOf<Tools, Body> && ...))
 class Simulator<Body, Tools...> {
  public:
   using Refused = void;
@@ -226,17 +226,31 @@ class Simulator<Body, Tools...> {
   std::tuple<detail::SimulatorSentences<typename Tools::Device, Body, typename Tools::Cutter, typename Tools::Force>...> sentences_;
 };
 
+template <class First, class... Others>
+  requires(detail::is_tool<First>)
+class Simulator<First, Others...> {
+  static_assert(!detail::is_tool<First>, "palpate: a Simulator takes the body first, then its tools: Simulator simulator(std::move(body), Tool(device, cutter, force), Tool(...)).");
+
+ public:
+  using Refused = void;
+
+  explicit Simulator(First const&, Others const&...) {}
+};
+
 template <class Device, class Body, class CutterType, class Force>
-  requires(!detail::is_tool<Body>)
+  requires(!detail::is_tool<Body> && !detail::is_tool<CutterType>)
 Simulator(Device, Body, CutterType, Force) -> Simulator<Device, Body, CutterType, Force>;
 template <class Device, class Body, class CutterType, class Force>
   requires(!detail::is_tool<Body>)
 Simulator(Device, Body, CutterType, Force, SimulatorOptions) -> Simulator<Device, Body, CutterType, Force>;
+template <class First, class... Others>
+  requires(detail::is_tool<First>)
+Simulator(First, Others...) -> Simulator<First, Others...>;
 template <class Body, class... Tools>
-  requires(detail::are_tools<Tools...>)
+  requires(detail::are_tools<Tools...> && !detail::is_tool<Body>)
 Simulator(Body, Tools...) -> Simulator<Body, Tools...>;
 template <class Body, class... Tools>
-  requires(detail::are_tools<Tools...>)
+  requires(detail::are_tools<Tools...> && !detail::is_tool<Body>)
 Simulator(Body, SimulatorOptions, Tools...) -> Simulator<Body, Tools...>;
 
 }  // namespace palpate

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+// The body before its tool.
+#include <palpate/palpate.hpp>
+
+void run() {
+  using namespace palpate;
+  Simulator simulator(SoftBody(MassSpring<double>(make_grid<double>(3, 3, 0.01), {}), LeapfrogVerlet{}, WholeBody{}), Tool(NullDevice<double>{}, NoCutter<double>{}, TissueReaction{}));
+  simulator.run(0.1);
+}
