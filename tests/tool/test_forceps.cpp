@@ -245,6 +245,36 @@ TEST_CASE("A copy of what is held is held too, and a cut through the tissue betw
   CHECK(force.allFinite());
 }
 
+TEST_CASE("A copy that has slipped out does not come back where something else is cut", "[tool][forceps]") {
+  auto body = skin<double>();
+  Forceps<double> forceps({.shape = {.opening = 0.024}, .grasp = {.friction = 0.3, .clamp_force = 20, .width = 0.014}});
+  grasp(forceps, body, on_skin, 5e-4, 0.5);
+  auto const split = [&](int p) {
+    std::vector<int> right;
+    for (int const t : body.tissue().surface().triangles_at(p)) {
+      double x = 0;
+      for (int const corner : body.tissue().surface().corners(t)) x += body.reference_position(corner).x() / 3;
+      if (x > body.reference_position(p).x()) right.push_back(t);
+    }
+    return body.split_particle(p, right);
+  };
+  int const copy = split(middle - 15);
+  tick(forceps, body, at<double>(on_skin, 0.5), 5e-4);
+  REQUIRE((forceps.grasp().holds(copy) && forceps.grasp().particles().size() == 10));
+  // Yardstick: the cone of two pads, for each of ten 2 · 0.3 · 20 / 10 N = 1.2 N; somebody draws with 5 N.
+  forceps.advance(body, at<double>(on_skin, 0.5));
+  body.apply_force(copy, {0, 5, 0});
+  forceps.press(body, 1.0, 5e-4);
+  REQUIRE(body.step(5e-4));
+  CHECK(!forceps.grasp().holds(copy));
+  CHECK(forceps.grasp().holds(middle - 15));
+  split(middle + 60);   // beside the jaws
+  forceps.advance(body, at<double>(on_skin, 0.5));   // without the next step, in which it would slip out again
+  CHECK(!forceps.grasp().holds(copy));
+  CHECK(forceps.grasp().holds(middle - 15));
+  CHECK(forceps.grasp().particles().size() == 9);
+}
+
 TEST_CASE("Tissue that is taken away between the jaws is let go, what is left is held", "[tool][forceps]") {
   auto body = block<double>();
   Forceps<double> forceps({.shape = {.opening = 0.024}, .grasp = {.clamp_force = 20, .width = 0.014}});
