@@ -172,6 +172,26 @@ TEST_CASE("A hook lets go when it is turned away, pulled out, or loaded above wh
   }
 }
 
+TEST_CASE("In implicit steps of some ms a hook that is pressed in does not let go: what is pushed beside what it holds is load too", "[tool][hook]") {
+  for (double const h : {1e-3, 2e-3, 4e-3}) {
+    CAPTURE(h);
+    auto body = block<double>();
+    Hook<double> hook({.shape = {.radius = 0.002, .point = 0.01, .shaft = 0.03}, .friction = 0.5});
+    Vector3<double> const start(0.0221, 0.0187, 0.0215);
+    int let_go = 0;
+    for (int k = 0; k < static_cast<int>(1.0 / h); ++k) {
+      bool const was = hook.hooked();
+      hook.advance(body, pose<double>(start - Vector3<double>(0, 0, std::min(0.006, 0.025 * h * k)), 14));
+      let_go += was && !hook.hooked();
+      REQUIRE(hook.press(body, 1.0, h).allFinite());
+      REQUIRE(body.step(h));
+    }
+    CHECK(hook.hooked());
+    CHECK(let_go == 0);
+    CHECK(hook.force().z() > 0.1);   // it is pressed all the time
+  }
+}
+
 TEST_CASE("A hook refuses options that make no sense", "[tool][hook]") {
   CHECK_THROWS_WITH(Hook<double>({.friction = -1}), says(".friction is -1"));
   CHECK_THROWS_WITH(Hook<double>({.angle = 2}), says(".angle is 2 rad", "pi/2"));

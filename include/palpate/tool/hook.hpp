@@ -55,7 +55,11 @@ class Hook {
   }
   template <class Body>
   Vector press(Body& body, Scalar share, Scalar h) {
-    return tool_.press(body, share, h, hooked_ ? &pin_ : nullptr);
+    Vector const force = tool_.press(body, share, h, hooked_ ? &pin_ : nullptr);
+    load_ = hooked_ ? pin_.force : Vector(Vector::Zero());
+    for (auto const& touch : rods().touches())
+      if (touch.rod == 0) load_ += touch.force;
+    return force;
   }
   template <class Body>
   void reset(Body& body) noexcept {
@@ -135,11 +139,8 @@ class Hook {
     constexpr Scalar ten_degrees = std::numbers::pi_v<Scalar> / 18;
     Vector const into = -outward(body, pin_.triangle, pin_.barycentric), along = point_direction();
     if (!(along.dot(into) > std::cos(options_.angle + ten_degrees))) return true;
-    Vector load = pin_.force;   // on the point
-    for (auto const& touch : rods().touches())
-      if (touch.rod == 0) load += touch.force;
-    Scalar const pull = load.dot(along);   // the tissue draws the point in: it is being pulled out
-    Scalar const side = (load - pull * along).norm();
+    Scalar const pull = load_.dot(along);   // the tissue draws the point in: it is being pulled out
+    Scalar const side = (load_ - pull * along).norm();
     return pull > options_.friction * side + options_.hooking_force || !(pin_.force.norm() < Scalar(0.999) * options_.tear_force);
   }
 
@@ -155,6 +156,7 @@ class Hook {
   HookOptions<Scalar> options_;
   BluntTool<Scalar> tool_;
   PinnedPoint<Scalar> pin_;
+  Vector load_ = Vector::Zero();      // N, of the tissue on the point in the last step: what is held, and what is pushed beside it
   Vector held_at_ = Vector::Zero();   // m, the point that is held
   std::array<int, 3> held_by_{};      // particles, of the triangle that is held, when the body had this revision
   std::size_t revision_ = 0, restorations_ = 0;
