@@ -4,6 +4,7 @@
 #include <palpate/body/soft_body.hpp>
 #include <palpate/mesh/detail/surface_sides.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -19,6 +20,21 @@ std::vector<std::vector<int>> pieces_of(Body const& body) {
   detail::DisjointSets joined(static_cast<std::size_t>(body.size()));
   for (int i = 0; i < body.size(); ++i) body.tissue().for_each_neighbour(i, [&](int j) { joined.join(i, j); });
   return joined.sets([&](int i) { return body.tissue().mass(i) > 0; });
+}
+
+/// Holds the pieces in which nothing is nailed or held, such as a cut frees them, so that statics has an equilibrium where gravity would carry them away.
+/// Returns their particles: release() lets each go again.
+/// Limits     A piece that home or support springs tie to its place is taken for free too.
+/// Cost       O(body); allocates.
+template <class Body>
+std::vector<int> hold_free_pieces(Body& body) {
+  std::vector<int> held;
+  for (auto const& piece : pieces_of(body)) {
+    if (std::ranges::any_of(piece, [&](int i) { return body.tissue().nailed(i) || body.is_held(i); })) continue;
+    for (int const i : piece) body.hold(i);
+    held.insert(held.end(), piece.begin(), piece.end());
+  }
+  return held;
 }
 
 /// A body of its own of some of a body's particles, one or more whole pieces: with their shape, motion, forces, nails and hands, at the same time.
