@@ -18,11 +18,13 @@ class Course {
     if (chart_.empty() || time_ > chart_.back().time + chart_period - 5e-4) chart_.push_back({time_, tick.force.norm(), now_.energy});
     while (!chart_.empty() && chart_.front().time < time_ - chart_seconds) chart_.pop_front();
   }
+  void take_hook(palpate::Tick const& tick) noexcept { hook_ = tick; }
   /// Counts the energy from here on; from nothing, where the next tick is a new simulator's.
   void forget_energy(bool is_new) noexcept { forgotten_ = is_new ? 0.0 : now_.tick.energy; }
 
   double time() const noexcept { return time_; }   // s, of all runs
   Moment const& now() const noexcept { return now_; }
+  palpate::Tick const& hook() const noexcept { return hook_; }
   std::deque<ChartSample> const& chart() const noexcept { return chart_; }
 
  private:
@@ -31,6 +33,7 @@ class Course {
   double time_ = 0.0, offset_ = 0.0;   // s
   double forgotten_ = 0.0;             // J
   Moment now_{};
+  palpate::Tick hook_ = HookMoment{}.tick;
   std::deque<ChartSample> chart_;
 };
 

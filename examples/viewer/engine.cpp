@@ -26,6 +26,16 @@ std::string text_of(Wound const& wound) {
   return text;
 }
 
+/// Of what a hand did, and what came of it.
+template <class Hand>
+palpate::Session session_of(palpate::Configuration configuration, LoggedHand<Hand>& hand, palpate::Recording& ticks) {
+  palpate::Session session{.configuration = std::move(configuration), .device = hand.capabilities(), .hand = hand.take_log()};
+  session.hand.resize(std::min(session.hand.size(), ticks.ticks().size()));
+  session.events = palpate::phase_events(ticks);
+  session.recording = std::exchange(ticks, {});
+  return session;
+}
+
 }  // namespace
 
 Setup setup_of(palpate::Session const& session, Setup setup) {
@@ -53,10 +63,28 @@ Setup setup_of(palpate::Session const& session, Setup setup) {
   return setup;
 }
 
+std::filesystem::path hook_file_of(std::filesystem::path const& recording) {
+  return recording.parent_path() / (recording.stem().string() + "_hook" + recording.extension().string());
+}
+
+Recorded read_recorded(std::filesystem::path const& recording) {
+  auto const is_hooks = [](palpate::Session const& session) {
+    std::string const* const tool = session.configuration.find("tool");
+    return tool != nullptr && *tool == "hook";
+  };
+  Recorded recorded{.mouse = palpate::read_session(recording), .hook = {}};
+  if (is_hooks(recorded.mouse)) throw palpate::FileError(recording.string() + " is the hook's part of a recording; give the mouse's, whose name has no _hook");
+  auto const file = hook_file_of(recording);
+  if (!std::filesystem::exists(file)) return recorded;
+  recorded.hook = palpate::read_session(file);
+  if (!is_hooks(*recorded.hook) || recorded.hook->recording.ticks().empty())
+    throw palpate::FileError(file.string() + " is not the hook's part of " + recording.string() + "; move it away, or copy both again");
+  return recorded;
+}
+
 Engine::Engine(Setup const& setup, std::filesystem::path out, bool realtime)
     : out_(std::move(out)),
       realtime_(realtime),
-      targets_(std::make_shared<HandTargets>(HandTarget{})),
       organ_(organ_of(setup)),
       simulation_(make_simulation(setup, organ_, targets_)) {
   show();
@@ -106,6 +134,7 @@ Live Engine::live() {
   Live live = live_;
   live.time = course_.time();
   live.now = course_.now();
+  live.hook = {.tick = course_.hook(), .is_hooked = simulation_->is_hooked(), .lifted = live_.hook.lifted};
   live.servo = simulation_->servo_times();
   live.doing_seconds = live.doing == Doing::nothing ? 0.0 : course_.time() - doing_since_;
   live.chart.assign(course_.chart().begin(), course_.chart().end());
@@ -137,8 +166,7 @@ void Engine::run(double seconds) {
     course_.begin_run(simulation_->time());
     cuts_ = false;
   }
-  palpate::Recording const recording = simulation_->run(realtime_ ? stretch() : seconds, realtime_);
-  keep(recording);
+  keep(simulation_->run(realtime_ ? stretch() : seconds, realtime_));
   if (simulation_->remember() && simulation_->wound().area > 0.0) next_.note = text_of(simulation_->wound());
   if (simulation_->hand().replay_is_over()) end_replay();
   if (next_.doing == Doing::recording && ticks_.ticks().size() == ticks_.capacity()) end_recording();
@@ -158,12 +186,16 @@ void Engine::listen() {
     course_.take(*tick, way_out);
     cuts_ |= tick->phase == palpate::CuttingPhase::moving;
   }
+  while (auto const tick = simulation_->live_hook_ticks().pop()) course_.take_hook(*tick);
 }
 
 /// What a run gave. Ticks that found no room in the ring are in the recording.
-void Engine::keep(palpate::Recording const& recording) {
-  if (next_.doing != Doing::nothing)
+void Engine::keep(palpate::ToolRecordings const& recordings) {
+  palpate::Recording const &recording = recordings.recording(0), &hooks = recordings.recording(1);
+  if (next_.doing != Doing::nothing) {
     for (palpate::Tick const& tick : recording.ticks()) static_cast<void>(ticks_.try_append(tick));
+    for (palpate::Tick const& tick : hooks.ticks()) static_cast<void>(hook_ticks_.try_append(tick));
+  }
   std::lock_guard const lock(mutex_);
   listen();
   double const taken = course_.now().tick.time;
@@ -171,6 +203,7 @@ void Engine::keep(palpate::Recording const& recording) {
     for (palpate::Tick const& tick : recording.ticks()) course_.take(tick, simulation_->way_out());
   else if (!recording.ticks().empty() && recording.ticks().back().time > taken)
     course_.take(recording.ticks().back(), simulation_->way_out());
+  if (!hooks.ticks().empty()) course_.take_hook(hooks.ticks().back());
 }
 
 void Engine::show() {
@@ -178,7 +211,8 @@ void Engine::show() {
   next_.began_uncut = simulation_->is_uncut();
   next_.began_with = simulation_->revision();
   next_.wound = simulation_->wound();
-  next_.can_replay = session_.has_value();
+  next_.can_replay = recorded_.has_value();
+  next_.hook.lifted = simulation_->hook().hand().lifted();
   std::lock_guard const lock(mutex_);
   live_ = next_;
 }
@@ -188,15 +222,19 @@ void Engine::obey(Command command) {
   if (was == Doing::recording) end_recording();   // a recording is of one setup, from one body on
   if (was == Doing::replaying) end_replay();
   Setup setup = simulation_->setup();
+  char const* lifted = "";
   switch (command) {
     case Command::tissue:
     case Command::integrator:
       if (command == Command::tissue) setup.tissue = after(setup.tissue);
       else setup.integrator = after(setup.integrator);
+      lifted = lift_hook();
       use(make_simulation(setup, organ_, targets_));
-      simulation_->hand().mouse().place(tip());
+      simulation_->hand().hand().place(tip());
+      simulation_->hook().hand().lift();
       next_.note = command == Command::tissue ? std::string("tissue: ") + to_string(setup.tissue)
                                               : std::string("integrator: ") + to_string(setup.integrator);
+      next_.note += lifted;
       break;
     case Command::coupling:
       simulation_->choose(after(setup.coupling));
@@ -212,16 +250,25 @@ void Engine::obey(Command command) {
     case Command::replay:
       if (was != Doing::replaying) begin_replay();
       break;
-    case Command::undo: next_.note = simulation_->undo() ? "took back the last cut" : "there is no cut to take back"; break;
+    case Command::undo:
+      if (!simulation_->undo()) {
+        next_.note = "there is no cut to take back";
+        break;
+      }
+      next_.note = std::string("took back the last cut") + lift_hook();
+      break;
     case Command::undo_all: {
       simulation_->undo_all();
-      next_.note = "an uncut organ";
+      next_.note = std::string("an uncut organ") + lift_hook();
       std::lock_guard const lock(mutex_);
       course_.forget_energy(false);
       break;
     }
   }
 }
+
+/// A restored body, and a new one, know nothing of the hook: it is taken away, and has to be put in anew. Says so.
+char const* Engine::lift_hook() { return simulation_->hook().hand().lift() ? "; hook lifted away" : ""; }
 
 /// Where the tool is, between runs.
 Vector Engine::tip() const {
@@ -240,56 +287,73 @@ void Engine::begin_recording() {
   recorded_from_ = simulation_->begun_anew();
   use(recorded_from_->begun_anew());
   begin(Doing::recording, "recording");
-  simulation_->hand().begin_log(static_cast<std::size_t>(longest_recording * 1000.0));
-  ticks_ = palpate::Recording(static_cast<std::size_t>(longest_recording * 1000.0));
+  constexpr auto room = static_cast<std::size_t>(longest_recording * 1000.0);
+  simulation_->hand().begin_log(room);
+  simulation_->hook().begin_log(room);
+  ticks_ = palpate::Recording(room);
+  hook_ticks_ = palpate::Recording(room);
 }
 
 void Engine::end_recording() {
   next_.doing = Doing::nothing;
   auto configuration = configuration_of(recorded_from_->setup());
   configuration.set("clock", realtime_ ? "real time" : "lock-step").set("organ.is_uncut", recorded_from_->is_uncut());
-  palpate::Session session{.configuration = std::move(configuration),
-                           .device = simulation_->hand().capabilities(),
-                           .hand = simulation_->hand().take_log()};
-  session.hand.resize(std::min(session.hand.size(), ticks_.ticks().size()));
-  session.events = palpate::phase_events(ticks_);
-  session.recording = std::exchange(ticks_, {});
-  if (session.recording.ticks().empty()) return;
+  Recorded recorded{.mouse = session_of(configuration, simulation_->hand(), ticks_), .hook = {}};
+  configuration.set("tool", "hook");
+  palpate::Session hook = session_of(std::move(configuration), simulation_->hook(), hook_ticks_);
+  if (recorded.mouse.recording.ticks().empty()) return;
+  bool const is_used = std::any_of(hook.hand.begin(), hook.hand.end(), [](auto const& sample) { return !HookHand::is_parked(sample.position); });
+  if (is_used) recorded.hook = std::move(hook);
+  auto const is_taken = [](auto const& path) { return std::filesystem::exists(path) || std::filesystem::exists(hook_file_of(path)); };
   std::filesystem::path file;
-  for (int k = 1; file.empty() || std::filesystem::exists(file); ++k) file = out_ / ("recording_" + std::to_string(k) + ".session");
+  for (int k = 1; file.empty() || is_taken(file); ++k) file = out_ / ("recording_" + std::to_string(k) + ".session");
   try {
     std::filesystem::create_directories(out_);
-    palpate::write_session(file, session);
+    palpate::write_session(file, recorded.mouse);
     written_.push_back(file);
+    if (is_used) {
+      palpate::write_session(hook_file_of(file), *recorded.hook);
+      written_.push_back(hook_file_of(file));
+    }
     next_.note = "recorded: " + file.string();
   } catch (std::exception const& error) {
     next_.note = std::string("not saved: ") + error.what();
   }
-  session_ = std::move(session);
+  recorded_ = std::move(recorded);
 }
 
 void Engine::begin_replay() {
-  if (!session_) {
+  if (!recorded_) {
     next_.note = "there is no recording yet: press r";
     return;
   }
   use(recorded_from_->begun_anew());
-  simulation_->hand().begin_replay(palpate::replay_whatever(*session_));
-  ticks_ = palpate::Recording(session_->recording.ticks().size());
+  ViewerHook& hook = simulation_->hook();
+  std::size_t const count = recorded_->mouse.recording.ticks().size();
+  simulation_->hand().begin_replay(palpate::replay_whatever(recorded_->mouse));
+  hook.begin_replay(recorded_->hook ? palpate::replay_whatever(*recorded_->hook)
+                                    : palpate::ReplayDevice<double>(std::vector(count, HookHand(nullptr).sample()), hook.capabilities()));
+  ticks_ = palpate::Recording(count);
+  hook_ticks_ = palpate::Recording(count);
   begin(Doing::replaying, "replaying");
 }
 
 void Engine::end_replay() {
   next_.doing = Doing::nothing;
-  bool const whole = ticks_.ticks().size() == session_->recording.ticks().size();
-  bool const same = whole && !palpate::first_difference(ticks_, session_->recording);
+  bool const whole = ticks_.ticks().size() == recorded_->mouse.recording.ticks().size();
+  bool const same = whole && !palpate::first_difference(ticks_, recorded_->mouse.recording) &&
+                    (!recorded_->hook || !palpate::first_difference(hook_ticks_, recorded_->hook->recording));
   next_.note = same ? "replayed: the same bytes" : whole ? "replayed" : "replay ended early";
-  simulation_->hand().end_replay(tip());
+  simulation_->hand().end_replay();
+  simulation_->hand().hand().place(tip());
+  ViewerHook& hook = simulation_->hook();
+  hook.end_replay();
+  if (!hook_ticks_.ticks().empty()) hook.hand().place(hook.last().position, hook.last().orientation);
 }
 
-void Engine::play(palpate::Session session) {
+void Engine::play(Recorded recorded) {
   recorded_from_ = simulation_;
-  session_ = std::move(session);
+  recorded_ = std::move(recorded);
   post(Command::replay);
 }
 

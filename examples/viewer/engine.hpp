@@ -21,6 +21,15 @@ namespace viewer {
 /// where that file is not there.
 Setup setup_of(palpate::Session const& session, Setup setup);
 
+/// The part of a recording that the hook has: a file beside that of the mouse, where it was used. `recording_1.session` has `recording_1_hook.session`.
+std::filesystem::path hook_file_of(std::filesystem::path const& recording);
+/// Reads both. Throws palpate::FileError where they are not what they should be.
+struct Recorded {
+  palpate::Session mouse;
+  std::optional<palpate::Session> hook;   // without it the hook waited
+};
+Recorded read_recorded(std::filesystem::path const& recording);
+
 enum class Command { tissue, integrator, coupling, blade, record, replay, undo, undo_all };
 
 /// Runs the simulation, does what the keys ask for between two runs, and keeps what the window shows.
@@ -41,14 +50,15 @@ class Engine {
 
   void post(Command command);
   /// Plays a recorded hand on the organ, which `setup_of` has set up. Before the first slice.
-  void play(palpate::Session session);
+  void play(Recorded recorded);
   /// Ends and keeps a recording that is being made. After the last slice.
   void finish();
 
   /// Takes the ticks since the last call.
   Live live();
   std::shared_ptr<Simulation> simulation() const;
-  HandTargets& targets() noexcept { return *targets_; }
+  HandTargets& targets() noexcept { return *targets_.mouse; }
+  HookTargets& hook_targets() noexcept { return *targets_.hook; }
   /// What was recorded, in the order of the files.
   std::vector<std::filesystem::path> const& written() const noexcept { return written_; }
 
@@ -56,9 +66,10 @@ class Engine {
   void run(double seconds);
   double stretch() const;
   void listen();
-  void keep(palpate::Recording const& recording);
+  void keep(palpate::ToolRecordings const& recordings);
   void obey(Command command);
   void use(std::shared_ptr<Simulation> simulation);
+  char const* lift_hook();
   Vector tip() const;
   void begin(Doing doing, std::string note);
   void begin_recording();
@@ -69,14 +80,14 @@ class Engine {
 
   std::filesystem::path out_;
   bool realtime_;
-  std::shared_ptr<HandTargets> targets_;
+  Targets targets_;
   Mesh const organ_;   // as it was made or read
   std::shared_ptr<Simulation> simulation_;
 
   Live next_;                                   // what the next show() shows, but for the ticks
-  palpate::Recording ticks_;                    // of the recording or replay
+  palpate::Recording ticks_, hook_ticks_;       // of the recording or replay
   std::shared_ptr<Simulation> recorded_from_;   // as it was when the recording began; never run
-  std::optional<palpate::Session> session_;
+  std::optional<Recorded> recorded_;
   std::vector<std::filesystem::path> written_;
 
   mutable std::mutex mutex_;   // of what follows, and of simulation_ where two threads see it

@@ -64,45 +64,51 @@ class MouseHand {
   Vector position_, velocity_ = Vector::Zero();
 };
 
-/// The simulator's device: the mouse, or a recorded hand in its place; and a log of either.
-class ViewerHand {
+/// A device of the simulator: a hand, or a recorded one in its place; and a log of either.
+template <class Hand>
+class LoggedHand {
  public:
-  explicit ViewerHand(MouseHand mouse) : mouse_(std::move(mouse)) {}
+  explicit LoggedHand(Hand hand) : hand_(std::move(hand)), turns_(hand_.capabilities().reports_orientation) {}
 
   palpate::Capabilities capabilities() const noexcept {
-    palpate::Capabilities all = replay_ ? replay_->capabilities() : mouse_.capabilities();
+    palpate::Capabilities all = replay_ ? replay_->capabilities() : hand_.capabilities();
     all.moves_a_hand = false;   // whoever was recorded
     return all;
   }
   palpate::DeviceStatus read(palpate::DeviceState<double>& state) noexcept {
-    palpate::DeviceStatus const status = replay_ ? replay_->read(state) : mouse_.read(state);
-    if (log_.size() < log_.capacity()) log_.push_back({.position = state.position, .velocity = state.velocity, .read = status});
+    palpate::DeviceStatus const status = replay_ ? replay_->read(state) : hand_.read(state);
+    last_.position = state.position;
+    last_.velocity = state.velocity;
+    if (turns_) last_.orientation = state.orientation;
+    last_.read = status;
+    if (log_.size() < log_.capacity()) log_.push_back(last_);
     return status;
   }
   palpate::DeviceStatus write(palpate::Wrench<double> const&) noexcept { return palpate::DeviceStatus::ok; }
 
-  MouseHand& mouse() noexcept { return mouse_; }
-  MouseHand const& mouse() const noexcept { return mouse_; }
+  Hand& hand() noexcept { return hand_; }
+  Hand const& hand() const noexcept { return hand_; }
 
-  /// Keeps so many samples from now on. Between runs, as all that follows.
+  /// The last sample, and so many of them from now on. Between runs, as all that follows.
+  palpate::HandSample const& last() const noexcept { return last_; }
   void begin_log(std::size_t room) { log_.reserve(room); }
   std::vector<palpate::HandSample> take_log() noexcept { return std::exchange(log_, {}); }
 
   void begin_replay(palpate::ReplayDevice<double> replay) { replay_.emplace(std::move(replay)); }
   bool replays() const noexcept { return replay_.has_value(); }
   bool replay_is_over() const noexcept { return replay_ && replay_->finished(); }
-  /// The mouse takes over from where the recorded hand is.
-  void end_replay(Vector const& tip) noexcept {
-    replay_.reset();
-    mouse_.place(tip);
-  }
+  /// The hand takes over; it is to be placed where the recorded one is.
+  void end_replay() noexcept { replay_.reset(); }
 
  private:
-  MouseHand mouse_;
+  Hand hand_;
+  bool turns_;   // it says how it is turned
+  palpate::HandSample last_;
   std::optional<palpate::ReplayDevice<double>> replay_;
   std::vector<palpate::HandSample> log_;   // nothing is kept while it has no room
 };
 
+using ViewerHand = LoggedHand<MouseHand>;
 static_assert(palpate::HapticDevice<ViewerHand>);
 
 }  // namespace viewer

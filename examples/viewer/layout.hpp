@@ -29,7 +29,7 @@ struct Layout {
   friend bool operator==(Layout const&, Layout const&) = default;
 };
 
-constexpr int row_count = 10;
+constexpr int row_count = 11;
 
 inline Layout layout_for(int width, int height) {
   constexpr double margin = 14.0, title = 50.0, button = 34.0, gap = 8.0;
@@ -48,7 +48,7 @@ inline Layout layout_for(int width, int height) {
   double const chart = std::max(60.0, (y - gap) / 2.0);
   layout.force_chart = {layout.panel.x + 4.0, y - chart, panel - 10.0, chart};
   layout.energy_chart = {layout.panel.x + 4.0, y - 2.0 * chart, panel - 10.0, chart};
-  layout.help = {margin, margin, 268.0, 228.0};
+  layout.help = {margin, margin, 268.0, 270.0};
   return layout;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "hook_hand.hpp"
 #include "simulation.hpp"
 
 #include <palpate/core/phase.hpp>
@@ -32,10 +33,20 @@ inline Moment moment_of(palpate::Tick const& tick, Vector const& way_out, double
   return {.tick = tick, .touches = touches, .proxy = touches ? Vector(tick.tip + way_out) : tick.tip, .energy = energy};
 }
 
+/// What it shows of the hook.
+struct HookMoment {
+  palpate::Tick tick{.tip = HookHand::parked_at()};
+  bool is_hooked = false;
+  unsigned lifted = 0;   // the number of the target that it was taken away from
+
+  bool is_parked() const noexcept { return HookHand::is_parked(tick.tip); }
+};
+
 /// All that the window shows besides the body.
 struct Live {
   double time = 0.0;   // s, since the program began
   Moment now{};
+  HookMoment hook{};
   ServoTimes servo{};
   Setup setup{};
   std::size_t began_with = 0;   // the body's revision when the run began, and whether it was uncut then

@@ -7,7 +7,6 @@
 #include "window.hpp"
 
 #include <palpate/core/error.hpp>
-#include <palpate/training/session_io.hpp>
 #include <palpate/vtk/virtual_display.hpp>
 
 #include <cstdint>
@@ -30,16 +29,16 @@ void run(viewer::Options const& options) {
     if (problem) throw palpate::FileError("can not make the folder " + options.out.string() + ": " + problem.message() +
                                           "; choose another with --out");
   }
-  std::optional<palpate::Session> session;
-  if (!options.replay.empty()) session = palpate::read_session(options.replay);
+  std::optional<Recorded> recorded;
+  if (!options.replay.empty()) recorded = read_recorded(options.replay);
 
   std::optional<palpate::VirtualDisplay> display;
   if (scripted) display.emplace();
   if (scripted ? !display->ready() : !palpate::display_available())
     throw palpate::FileError(scripted ? display->problem() : "there is no display for a window; log in with one, or see --script");
 
-  Engine engine(session ? setup_of(*session, options.setup) : options.setup, options.out, options.realtime);
-  if (session) engine.play(std::move(*session));
+  Engine engine(recorded ? setup_of(recorded->mouse, options.setup) : options.setup, options.out, options.realtime);
+  if (recorded) engine.play(std::move(*recorded));
   PictureClock pictures;
   {
     Window window(engine, options.width, options.height, options.realtime);

@@ -79,6 +79,12 @@ std::string pictures_of(PictureClock const& pictures) {
   return rate.empty() ? look : rate + ", " + look;
 }
 
+std::string hook_of(HookMoment const& hook) {
+  if (hook.is_parked()) return "away  (2 puts it in)";
+  if (hook.tick.phase == palpate::CuttingPhase::no_contact) return "in the air";
+  return format("%.2f N, %s", hook.tick.force.norm(), hook.is_hooked ? "hooked in" : "presses");
+}
+
 struct Phase {
   char const* word;
   Ink ink;
@@ -124,6 +130,7 @@ void Panel::paint_state(vtkContext2D* painter) const {
   bool const passive = taken > -0.005;
   Row const rows[row_count] = {
       {"depth", format("%.1f mm  (press to %.0f mm)", 1000.0 * now.tick.depth, 1000.0 * press_depth_)},
+      {"hook", hook_of(live_.hook)},
       {"energy", format("%.2f mJ", std::abs(taken) < 0.005 ? 0.0 : taken)},
       {"passivity", passive ? "passive" : "gave more than it took", passive ? good : warning},
       {"servo", (realtime_ ? format("%.0f Hz, ", live_.servo.rate) : "") + format("p99 %.0f µs of 1000 µs%s", 1e6 * live_.servo.p99, realtime_ ? "" : ", lock-step")},
@@ -181,10 +188,11 @@ void Cards::paint_legend(vtkContext2D* painter) const {
     double width;
   };
   std::string const arrow = format("force, %.0f mm for 1 N", 1000.0 * arrow_per_newton);
-  Entry const entries[] = {{"tip of the tool", ink_of(colours::tip), 118.0},
-                           {"proxy on the surface", ink_of(colours::proxy), 158.0},
-                           {arrow.c_str(), ink_of(colours::force), 160.0}};
-  Box const card{14.0, scene.top() - 44.0, 456.0, 30.0};
+  std::vector<Entry> entries{{"tip of the tool", ink_of(colours::tip), 118.0},
+                             {"proxy on the surface", ink_of(colours::proxy), 158.0},
+                             {arrow.c_str(), ink_of(colours::force), 160.0}};
+  if (has_hook_) entries.push_back({"on the hook", ink_of(colours::hook_force), 96.0});
+  Box const card{14.0, scene.top() - 44.0, has_hook_ ? 568.0 : 456.0, 30.0};
   paint_box(painter, card, 8.0, {255, 255, 255, 190});
   double x = card.x + 16.0;
   for (Entry const& entry : entries) {
@@ -201,6 +209,7 @@ void Cards::paint_help(vtkContext2D* painter) const {
   };
   constexpr Line lines[] = {{"mouse", "moves the tool"},     {"left button", "presses, drag to cut"}, {"wheel", "deeper, nearer"},
                             {"right button", "turns the view"}, {"+  -", "nearer, farther"},
+                            {"2", "a hook: in here, away"},  {"arrows", "draw the hook aside"},
                             {"t  i", "tissue, integrator"},  {"c  k", "coupling, cutter"},        {"r  p", "record, replay"},
                             {"u  space", "undo, reset"},       {"h  q", "this help, quit"}};
   Box const& card = layout_.help;

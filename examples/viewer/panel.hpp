@@ -55,6 +55,7 @@ class Cards : public vtkContextItem {
   bool Paint(vtkContext2D* painter) override;
 
   void place(Layout const& layout) { layout_ = layout; }
+  void show(bool has_hook) { has_hook_ = has_hook; }
   void toggle_help() { helps_ = !helps_; }
   bool helps() const noexcept { return helps_; }
 
@@ -67,7 +68,7 @@ class Cards : public vtkContextItem {
   void paint_help(vtkContext2D* painter) const;
 
   Layout layout_{};
-  bool helps_ = true;
+  bool helps_ = true, has_hook_ = false;
 };
 
 }  // namespace viewer

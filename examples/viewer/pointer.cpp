@@ -46,9 +46,9 @@ void Pointer::set_organ(Mesh home) {
 
 void Pointer::aim(Ray const& ray, Vector const& ahead) {
   Hit const hit = first_hit(home_, normals_, ray);
-  bool const meets = std::isfinite(hit.distance);
-  if (meets) normal_ = hit.normal.normalized();
-  place_ = ray.origin + (meets ? hit.distance : (place_ - ray.origin).dot(ahead) / ray.direction.dot(ahead)) * ray.direction;
+  is_on_organ_ = std::isfinite(hit.distance);
+  if (is_on_organ_) normal_ = hit.normal.normalized();
+  place_ = ray.origin + (is_on_organ_ ? hit.distance : (place_ - ray.origin).dot(ahead) / ray.direction.dot(ahead)) * ray.direction;
 }
 
 void Pointer::turn_wheel(int notches) noexcept {

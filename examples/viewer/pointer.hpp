@@ -29,13 +29,17 @@ class Pointer {
   bool is_pressed() const noexcept { return pressed_; }
   double depth() const noexcept { return depth_; }
   Vector const& place() const noexcept { return place_; }
+  /// Of the undisturbed organ there, smooth.
+  Vector const& normal() const noexcept { return normal_; }
+  /// Is the place on the organ, and not beside it?
+  bool is_on_organ() const noexcept { return is_on_organ_; }
 
  private:
   Mesh home_;
   palpate::Matrix3X<double> normals_;   // at its vertices
   Vector place_{0.0, 0.0, 0.04}, normal_ = Vector::UnitZ();   // m; and away from the organ
   double height_ = 0.012, depth_ = 0.005;   // m
-  bool pressed_ = false;
+  bool pressed_ = false, is_on_organ_ = false;
 };
 
 }  // namespace viewer

@@ -37,6 +37,12 @@ void Report::add(std::string const& name, Window const& window) {
   line("arrow_per_newton", {arrow_per_newton});
   line("depth", {now.tick.depth});
   line("energy", {now.energy});
+  HookMoment const& hook = live.hook;
+  vector("hook_place", window.hook().place);
+  vector("hook", hook.tick.tip);
+  vector("hook_force", hook.tick.force);
+  line("hooked", {hook.is_hooked ? 1.0 : 0.0});
+  line("hook_parked", {hook.is_parked() ? 1.0 : 0.0});
   line("triangles", {static_cast<double>(live.triangles)});
   line("pieces", {static_cast<double>(live.wound.pieces)});
   line("cut_area", {live.wound.area});

@@ -100,6 +100,10 @@ Scene::Scene() {
   stem->SetResolution(24);
   mapper_of(stem_)->SetInputConnection(stem->GetOutputPort());
 
+  hook_ = add(renderer_, {0.56, 0.70, 0.80});
+  hook_->GetProperty()->SetAmbient(0.40);
+  mapper_of(hook_)->SetInputData(palpate::detail::to_smooth_poly_data(palpate::make_hook_shape<double>(hook_shape).picture));
+
   auto const glow = [](vtkActor* actor) {   // the same colour wherever the light comes from, with a little shape
     actor->GetProperty()->SetAmbient(0.75);
     actor->GetProperty()->SetDiffuse(0.30);
@@ -122,15 +126,18 @@ Scene::Scene() {
   arrow->SetTipLength(0.30);
   arrow->SetShaftResolution(24);
   arrow->SetTipResolution(32);
-  mapper_of(arrow_)->SetInputConnection(arrow->GetOutputPort());
-  glow(arrow_);
+  hook_arrow_ = add(in_front_, colours::hook_force);
+  for (vtkActor* const each : {arrow_, hook_arrow_}) {
+    mapper_of(each)->SetInputConnection(arrow->GetOutputPort());
+    glow(each);
+  }
   way_ = add(in_front_, colours::tip);
   mapper_of(way_)->SetInputConnection(way_line_->GetOutputPort());
   way_->GetProperty()->SetLineWidth(2.5f);
   way_->GetProperty()->LightingOff();
   proxy_ = dot(colours::proxy, proxy_radius);
   tip_ = dot(colours::tip, tip_radius);
-  for (vtkActor* const hidden : {proxy_, way_, arrow_, walls_, probe_, stem_}) hidden->VisibilityOff();
+  for (vtkActor* const hidden : {proxy_, way_, arrow_, walls_, probe_, stem_, hook_, hook_arrow_}) hidden->VisibilityOff();
 }
 
 vtkActor* Scene::add(vtkRenderer* renderer, Colour const& colour) {
@@ -213,17 +220,35 @@ void Scene::show(Moment const& now, Blade blade, Vector const& place) {
   way_line_->SetPoint1(tip.x(), tip.y(), tip.z());
   way_line_->SetPoint2(end.x(), end.y(), end.z());
 
-  double const length = arrow_per_newton * now.tick.force.norm();
-  arrow_->SetVisibility(length > 5e-4);
+  show_arrow(arrow_, now.proxy, now.tick.force);
+}
+
+void Scene::show_arrow(vtkActor* arrow, Vector const& from, Vector const& force) {
+  double const length = arrow_per_newton * force.norm();
+  arrow->SetVisibility(length > 5e-4);
   if (!(length > 5e-4)) return;
-  Vector const x = now.tick.force.normalized(), y = x.unitOrthogonal();
+  Vector const x = force.normalized(), y = x.unitOrthogonal();
   double const width = std::min(arrow_width, 0.8 * length);
-  Eigen::Affine3d arrow = Eigen::Affine3d::Identity();
-  arrow.linear().col(0) = length * x;
-  arrow.linear().col(1) = width * y;
-  arrow.linear().col(2) = width * x.cross(y);
-  arrow.translation() = now.proxy;
-  set_pose(arrow_, arrow);
+  Eigen::Affine3d pose = Eigen::Affine3d::Identity();
+  pose.linear().col(0) = length * x;
+  pose.linear().col(1) = width * y;
+  pose.linear().col(2) = width * x.cross(y);
+  pose.translation() = from;
+  set_pose(arrow, pose);
+}
+
+void Scene::show_hook(palpate::ToolPose<double> const& pose, Vector const& force) {
+  Eigen::Affine3d at = Eigen::Affine3d::Identity();
+  at.linear() = pose.orientation.toRotationMatrix();
+  at.translation() = pose.position;
+  set_pose(hook_, at);
+  hook_->VisibilityOn();
+  show_arrow(hook_arrow_, pose.position, force);
+}
+
+void Scene::hide_hook() {
+  hook_->VisibilityOff();
+  hook_arrow_->VisibilityOff();
 }
 
 void Scene::look_at(Mesh const& organ) {

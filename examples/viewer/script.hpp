@@ -14,7 +14,7 @@ namespace viewer {
 ///   move X Y [SECONDS]     the pointer goes there, evenly
 ///   left down|up           the button; also: right
 ///   wheel NOTCHES          away from the user is positive
-///   key NAME               as X calls it: r, space, plus …
+///   key NAME               as X calls it: r, space, plus, 2, Down …
 ///   click NAME             moves to a button of the panel and presses it: record, replay, undo, reset
 ///   wait SECONDS
 ///   shot NAME              writes NAME.png, and what the simulator says at that moment to report.txt

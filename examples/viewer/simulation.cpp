@@ -9,8 +9,6 @@
 
 #include <Eigen/Geometry>
 
-#include <utility>
-
 namespace viewer {
 
 Mesh organ_of(Setup const& setup) {
@@ -27,10 +25,10 @@ Mesh organ_of(Setup const& setup) {
   return organ;
 }
 
-std::shared_ptr<Simulation> make_simulation(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets) {
-  if (setup.tissue == TissueName::solid) return make_solid(setup, organ, std::move(targets));
-  if (setup.integrator == IntegratorName::backward_euler) return make_backward_euler(setup, organ, std::move(targets));
-  return make_leapfrog(setup, organ, std::move(targets));
+std::shared_ptr<Simulation> make_simulation(Setup const& setup, Mesh const& organ, Targets const& targets) {
+  if (setup.tissue == TissueName::solid) return make_solid(setup, organ, targets);
+  if (setup.integrator == IntegratorName::backward_euler) return make_backward_euler(setup, organ, targets);
+  return make_leapfrog(setup, organ, targets);
 }
 
 }  // namespace viewer

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "hand.hpp"
+#include "hook_hand.hpp"
 #include "setup.hpp"
 
 #include <palpate/core/event_ring.hpp>
-#include <palpate/simulator/recording.hpp>
 #include <palpate/simulator/snapshot.hpp>
+#include <palpate/simulator/tool_recordings.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -35,8 +35,10 @@ class Simulation {
 
   /// Ends the run that goes on; one that is just beginning may not hear it.
   virtual void stop() noexcept = 0;
-  /// The ticks of a run in real time, as they happen.
+  /// The ticks of a run in real time, as they happen: of the mouse's tool, and of the hook.
   virtual palpate::EventRing<palpate::Tick, 1024>& live_ticks() noexcept = 0;
+  virtual palpate::EventRing<palpate::Tick, 1024>& live_hook_ticks() noexcept = 0;
+  virtual bool is_hooked() const noexcept = 0;
   /// From the tip to the proxy [m], of the last tick with contact.
   virtual Vector way_out() const noexcept = 0;
   virtual ServoTimes servo_times() const = 0;
@@ -45,9 +47,11 @@ class Simulation {
   /// The organ as it lies there, untouched.
   virtual Mesh const& home() const noexcept = 0;
 
-  virtual palpate::Recording run(double seconds, bool realtime) = 0;
+  /// Of the mouse's tool, and of the hook.
+  virtual palpate::ToolRecordings run(double seconds, bool realtime) = 0;
   virtual double time() const noexcept = 0;   // s, of all its runs
   virtual ViewerHand& hand() noexcept = 0;
+  virtual ViewerHook& hook() noexcept = 0;
   virtual Setup const& setup() const noexcept = 0;
   virtual bool is_uncut() const noexcept = 0;
   virtual std::size_t revision() const noexcept = 0;   // of the body's triangles
@@ -72,12 +76,12 @@ class Simulation {
 /// be used.
 Mesh organ_of(Setup const& setup);
 
-/// The simulator of an organ. The hand follows what is written to `targets`.
-std::shared_ptr<Simulation> make_simulation(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
+/// The simulator of an organ. The hands follow what is written to `targets`.
+std::shared_ptr<Simulation> make_simulation(Setup const& setup, Mesh const& organ, Targets const& targets);
 
 /// Those that there are, each compiled in a file of its own.
-std::shared_ptr<Simulation> make_leapfrog(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
-std::shared_ptr<Simulation> make_solid(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
-std::shared_ptr<Simulation> make_backward_euler(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets);
+std::shared_ptr<Simulation> make_leapfrog(Setup const& setup, Mesh const& organ, Targets const& targets);
+std::shared_ptr<Simulation> make_solid(Setup const& setup, Mesh const& organ, Targets const& targets);
+std::shared_ptr<Simulation> make_backward_euler(Setup const& setup, Mesh const& organ, Targets const& targets);
 
 }  // namespace viewer

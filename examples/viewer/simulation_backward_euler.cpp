@@ -5,8 +5,8 @@
 
 namespace viewer {
 
-std::shared_ptr<Simulation> make_backward_euler(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets) {
-  return make_with(palpate::BackwardEuler{.tolerance = 1e-3, .max_iterations = 12}, setup, organ, std::move(targets));
+std::shared_ptr<Simulation> make_backward_euler(Setup const& setup, Mesh const& organ, Targets const& targets) {
+  return make_with(palpate::BackwardEuler{.tolerance = 1e-3, .max_iterations = 12}, setup, organ, targets);
 }
 
 }  // namespace viewer

@@ -5,8 +5,8 @@
 
 namespace viewer {
 
-std::shared_ptr<Simulation> make_leapfrog(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets) {
-  return make_with(palpate::LeapfrogVerlet{}, setup, organ, std::move(targets));
+std::shared_ptr<Simulation> make_leapfrog(Setup const& setup, Mesh const& organ, Targets const& targets) {
+  return make_with(palpate::LeapfrogVerlet{}, setup, organ, targets);
 }
 
 }  // namespace viewer

@@ -4,15 +4,19 @@
 #include "any_cutter.hpp"
 #include "hand_force.hpp"
 #include "simulation.hpp"
+#include "watched_hook.hpp"
 
 #include <palpate/body/pieces.hpp>
+#include <palpate/force/tissue_reaction.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/simulator/simulator.hpp>
+#include <palpate/simulator/tool.hpp>
 #include <palpate/tissue/concept.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -22,35 +26,54 @@
 
 namespace viewer {
 
+/// Two tools at one body: the mouse's, which palpates and cuts, and a hook that another hand holds in place.
 template <class Body, class CutterType>
 class SimulationOf final : public Simulation {
-  using Simulator = palpate::Simulator<ViewerHand, Body, CutterType, HandForce>;
+  using MouseTool = palpate::Tool<ViewerHand, CutterType, HandForce>;
+  using HookTool = palpate::Tool<ViewerHook, WatchedHook, palpate::TissueReaction>;
+  using Simulator = palpate::Simulator<Body, MouseTool, HookTool>;
   using Mark = decltype(std::declval<Simulator const&>().mark());
 
  public:
-  SimulationOf(Setup const& setup, Body body, MouseHand hand, Mesh home, palpate::SimulatorOptions const& options = {})
+  SimulationOf(Setup const& setup, Body body, Targets const& targets, Mesh home, palpate::SimulatorOptions const& options = {})
+      : SimulationOf(setup, std::move(body), MouseHand(targets.mouse, HandTarget{}.position), HookHand(targets.hook), std::move(home), options) {}
+
+  /// With a hook that is in the tissue already, as it is there.
+  SimulationOf(Setup const& setup, Body body, MouseHand hand, HookHand hook_hand, Mesh home, palpate::SimulatorOptions const& options,
+               WatchedHook const* hook = nullptr)
       : setup_(setup),
         options_(options),
         home_(std::move(home)),
-        simulator_(ViewerHand(std::move(hand)), std::move(body), CutterType(setup.blade, values_of(setup.tissue).puncture_depth),
-                   HandForce(setup.coupling, values_of(setup.tissue), way_out_), options) {
+        simulator_(std::move(body), options,
+                   MouseTool(ViewerHand(std::move(hand)), CutterType(setup.blade, values_of(setup.tissue).puncture_depth),
+                             HandForce(setup.coupling, values_of(setup.tissue), way_out_)),
+                   HookTool(ViewerHook(std::move(hook_hand)), hook != nullptr ? WatchedHook(*hook, is_hooked_) : WatchedHook(is_hooked_),
+                            palpate::TissueReaction{})) {
     marks_.push_back(simulator_.mark());
     marked_ = simulator_.body().topology_revision();
-    simulator_.snapshots().publish(simulator_.body(), 0.0, simulator_.device().mouse().position(), palpate::CuttingPhase::no_contact);
+    palpate::HandSample const hook_at = this->hook().hand().sample();
+    std::array<palpate::ToolSnapshot<double>, 2> tools;
+    tools[0].pose.position = this->hand().hand().position();
+    tools[1].pose.position = hook_at.position;
+    tools[1].pose.orientation = hook_at.orientation;
+    simulator_.snapshots().publish(simulator_.body(), 0.0, tools[0].pose.position, palpate::CuttingPhase::no_contact, tools);
   }
 
   void stop() noexcept override { simulator_.stop(); }
-  palpate::EventRing<palpate::Tick, 1024>& live_ticks() noexcept override { return simulator_.live_ticks(); }
+  palpate::EventRing<palpate::Tick, 1024>& live_ticks() noexcept override { return simulator_.template live_ticks<0>(); }
+  palpate::EventRing<palpate::Tick, 1024>& live_hook_ticks() noexcept override { return simulator_.template live_ticks<1>(); }
+  bool is_hooked() const noexcept override { return is_hooked_->load(std::memory_order_relaxed); }
   Vector way_out() const noexcept override { return Vector(way_out_->read().data()); }
 
-  palpate::Recording run(double seconds, bool realtime) override { return realtime ? simulator_.run_realtime(seconds) : simulator_.run(seconds); }
+  palpate::ToolRecordings run(double seconds, bool realtime) override { return realtime ? simulator_.run_realtime(seconds) : simulator_.run(seconds); }
   palpate::SnapshotChannel<double>& snapshots() noexcept override { return simulator_.snapshots(); }
   Mesh const& home() const noexcept override { return home_; }
-  ViewerHand& hand() noexcept override { return simulator_.device(); }
+  ViewerHand& hand() noexcept override { return simulator_.template device<0>(); }
+  ViewerHook& hook() noexcept override { return simulator_.template device<1>(); }
   double time() const noexcept override { return simulator_.time(); }
   Setup const& setup() const noexcept override { return setup_; }
   ServoTimes servo_times() const override {
-    palpate::TickStatistics const servo = simulator_.live_statistics().servo;
+    palpate::TickStatistics const servo = simulator_.template live_statistics<0>().servo;
     return {std::chrono::duration<double>(servo.compute().p99()).count(), servo.rate(), servo.ticks(), servo.overruns()};
   }
   std::size_t revision() const noexcept override { return simulator_.body().topology_revision(); }
@@ -73,14 +96,15 @@ class SimulationOf final : public Simulation {
 
   void choose(Coupling coupling) override {
     setup_.coupling = coupling;
-    simulator_.force().choose(coupling);
+    simulator_.template force<0>().choose(coupling);
   }
   void choose(Blade blade) override {
-    setup_.blade = simulator_.cutter().change(simulator_.body(), blade);
+    setup_.blade = simulator_.template tool<0>().change(simulator_.body(), blade);
   }
 
   bool remember() override {
-    if (simulator_.cutter().state() != palpate::CuttingPhase::no_contact || simulator_.cutter().is_behind() || simulator_.body().topology_revision() == marked_) return false;
+    CutterType const& cutter = simulator_.template tool<0>();   // the hook may hold on
+    if (cutter.state() != palpate::CuttingPhase::no_contact || cutter.is_behind() || simulator_.body().topology_revision() == marked_) return false;
     if (marks_.size() > max_marks) marks_.erase(marks_.begin() + 1);   // the first is the uncut body
     marks_.push_back(simulator_.mark());
     marked_ = simulator_.body().topology_revision();
@@ -100,9 +124,9 @@ class SimulationOf final : public Simulation {
 
   std::shared_ptr<Simulation> begun_anew() override {
     Body body = simulator_.body();
-    CutterType cutter = simulator_.cutter();
+    CutterType cutter = simulator_.template tool<0>();
     cutter.change(body, setup_.blade);   // ends a cut in progress
-    auto anew = std::make_shared<SimulationOf>(setup_, std::move(body), simulator_.device().mouse(), home_, options_);
+    auto anew = std::make_shared<SimulationOf>(setup_, std::move(body), hand().hand(), hook().hand(), home_, options_, &simulator_.template tool<1>());
     anew->marks_ = marks_;
     if (simulator_.body().topology_revision() != marked_) anew->marks_.push_back(anew->simulator_.mark());
     return anew;
@@ -120,6 +144,7 @@ class SimulationOf final : public Simulation {
   palpate::SimulatorOptions options_;
   Mesh home_;
   std::shared_ptr<WayOut> way_out_ = std::make_shared<WayOut>();
+  std::shared_ptr<IsHooked> is_hooked_ = std::make_shared<IsHooked>(false);
   Simulator simulator_;
   std::vector<Mark> marks_;
   std::size_t marked_ = 0;   // the revision that the last mark, or the restoration to it, has
@@ -129,7 +154,7 @@ class SimulationOf final : public Simulation {
 
 /// A liver on a table: what looks down or sideways is nailed, and each link is a quarter shorter than its edge, so that a cut gapes.
 template <class Integrator>
-std::shared_ptr<Simulation> make_with(Integrator const& integrator, Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets) {
+std::shared_ptr<Simulation> make_with(Integrator const& integrator, Setup const& setup, Mesh const& organ, Targets const& targets) {
   TissueValues const values = values_of(setup.tissue);
   double const mass = 1060.0 * std::abs(palpate::volume(organ)), particle = mass / static_cast<double>(organ.points.cols());
   palpate::MassSpring<double> tissue(organ, {.mass = {.total = mass},
@@ -144,8 +169,7 @@ std::shared_ptr<Simulation> make_with(Integrator const& integrator, Setup const&
   palpate::SoftBody body(std::move(tissue), integrator, palpate::WholeBody{});   // settles under its pre-tension
   body.reserve(body.size() + 4000, static_cast<int>(organ.triangles.cols()) + 8000);
   Mesh home = body.mesh();
-  MouseHand hand(std::move(targets), HandTarget{}.position);
-  return std::make_shared<SimulationOf<decltype(body), AnyCutter>>(setup, std::move(body), std::move(hand), std::move(home));
+  return std::make_shared<SimulationOf<decltype(body), AnyCutter>>(setup, std::move(body), targets, std::move(home));
 }
 
 }  // namespace viewer

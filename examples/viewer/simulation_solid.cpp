@@ -12,7 +12,7 @@
 
 namespace viewer {
 
-std::shared_ptr<Simulation> make_solid(Setup const& setup, Mesh const& organ, std::shared_ptr<HandTargets> targets) {
+std::shared_ptr<Simulation> make_solid(Setup const& setup, Mesh const& organ, Targets const& targets) {
   constexpr double cells_across = 18.0, body_rate = 250.0;   // Hz: a step of so many tetrahedra takes some 2 ms
   double const diagonal = palpate::bounding_box(organ).diagonal().norm();
   auto const filling = palpate::fill(organ, {.edge = diagonal / cells_across});
@@ -28,10 +28,9 @@ std::shared_ptr<Simulation> make_solid(Setup const& setup, Mesh const& organ, st
   Setup own = setup;
   if (own.blade == Blade::separating) own.blade = Blade::progressive;
   own.integrator = IntegratorName::backward_euler;
-  MouseHand hand(std::move(targets), HandTarget{}.position);
   palpate::SimulatorOptions options;
   options.body_rate = body_rate;
-  return std::make_shared<SimulationOf<decltype(body), SolidBlade>>(own, std::move(body), std::move(hand), std::move(home), options);
+  return std::make_shared<SimulationOf<decltype(body), SolidBlade>>(own, std::move(body), targets, std::move(home), options);
 }
 
 }  // namespace viewer

@@ -10,6 +10,8 @@
 #include <vtkObjectFactory.h>
 #include <vtkOpenGLRenderWindow.h>
 
+#include <Eigen/Geometry>
+
 #include <sstream>
 #include <string>
 
@@ -30,6 +32,19 @@ bool draws_by_processor(vtkRenderWindow* window) {
       for (char const* const name : {"llvmpipe", "softpipe", "swrast", "SWR", "SwiftShader", "Software", "GDI Generic", "Basic Render"})
         if (line.find(name) != std::string::npos) return true;
   return false;
+}
+
+constexpr double hook_step = 0.003, farthest_drawn = 0.0305;   // m
+
+/// To the right and away along the skin, as the camera sees it.
+struct AlongSkin {
+  Vector right, away;
+};
+AlongSkin along_skin(Vector const& normal, vtkCamera* camera) {
+  Vector const ahead(camera->GetDirectionOfProjection()), right = ahead.cross(Vector(camera->GetViewUp()));
+  Vector const flat = right - right.dot(normal) * normal;
+  Vector const along = flat.norm() > 0.1 * right.norm() ? Vector(flat.normalized()) : Vector(normal.unitOrthogonal());
+  return {along, normal.cross(along)};
 }
 
 /// Passes events on; none of VTK's own keys and gestures.
@@ -114,6 +129,7 @@ void Window::update() {
     pointer_.set_organ(shown_->home());
     has_moved_ = true;
   }
+  if (hook_.is_held && hook_.number == live_.hook.lifted) toggle_hook();   // it was taken away with the body that it held
   has_moved_ |= shown_->snapshots().fetch();
   palpate::BodySnapshot<double> const& body = shown_->snapshots().latest();
   live_.is_uncut = live_.began_uncut && body.topology_revision == live_.began_with;
@@ -124,7 +140,12 @@ void Window::prepare(bool with_panel) {
   if (has_moved_) scene_.show_body(shown_->snapshots().latest(), live_.is_uncut);
   has_moved_ = false;
   scene_.show(live_.now, live_.setup.blade, pointer_.place());
+  auto const& tools = shown_->snapshots().latest().tools;
+  bool const has_hook = tools.size() > 1 && !live_.hook.is_parked();
+  if (has_hook) scene_.show_hook(tools[1].pose, live_.hook.tick.force);
+  else scene_.hide_hook();
   scene_.renderer()->ResetCameraClippingRange();
+  cards_->show(has_hook);
   cards_->place(layout_);
   if (!with_panel) return;
   charts_.place(layout_);
@@ -181,6 +202,31 @@ void Window::aim(int x, int y) {
   engine_.targets().write(pointer_.target());
 }
 
+void Window::toggle_hook() {
+  HookTarget target = hook_;
+  if (hook_.is_held) {
+    target.is_held = false;
+  } else if (pointer_.is_on_organ()) {
+    target = {.place = pointer_.place(), .normal = pointer_.normal(), .is_held = true, .number = hook_.number + 1};
+    auto const [right, away] = along_skin(target.normal, scene_.renderer()->GetActiveCamera());
+    target.side = (away - right).normalized();   // out of the way
+  }
+  set_hook(target);
+}
+
+void Window::draw_hook(int right, int away) {
+  if (!hook_.is_held) return;
+  auto const along = along_skin(hook_.normal, scene_.renderer()->GetActiveCamera());
+  HookTarget target = hook_;
+  target.drawn += hook_step * (right * along.right + away * along.away);
+  if (target.drawn.norm() < farthest_drawn) set_hook(target);
+}
+
+void Window::set_hook(HookTarget const& target) {
+  hook_ = target;
+  engine_.hook_targets().write(target);
+}
+
 void Window::on_move(int x, int y) {
   if (turns_) {
     scene_.turn(-0.4 * (x - last_x_), -0.4 * (y - last_y_));
@@ -214,6 +260,9 @@ void Window::on_key(std::string const& key) {
   if (key == "p") engine_.post(Command::replay);
   if (key == "u") engine_.post(Command::undo);
   if (key == "space") engine_.post(Command::undo_all);
+  if (key == "2" || key == "KP_2") toggle_hook();
+  if (key == "Right" || key == "Left") draw_hook(key == "Right" ? 1 : -1, 0);
+  if (key == "Up" || key == "Down") draw_hook(0, key == "Up" ? 1 : -1);
   if (key == "h") cards_->toggle_help();
   if (key == "plus" || key == "equal" || key == "KP_Add") scene_.come_nearer(1.1);
   if (key == "minus" || key == "KP_Subtract") scene_.come_nearer(1.0 / 1.1);

@@ -42,6 +42,7 @@ class Window {
   Charts const& charts() const noexcept { return charts_; }
   Live const& live() const noexcept { return live_; }
   Layout const& layout() const noexcept { return layout_; }
+  HookTarget const& hook() const noexcept { return hook_; }
 
   // What the interactor's events come to; pixels from the lower left.
   void on_move(int x, int y);
@@ -55,6 +56,11 @@ class Window {
 
  private:
   void aim(int x, int y);
+  /// Puts the hook in where the pointer is on the organ, or takes it away.
+  void toggle_hook();
+  /// Draws it along the skin, by steps to the right and away, as the picture shows it.
+  void draw_hook(int right, int away);
+  void set_hook(HookTarget const& target);
   void arrange();
   /// Gives what is to be drawn to the scene, and to the panel.
   void prepare(bool with_panel);
@@ -65,6 +71,7 @@ class Window {
   Live live_;
   Layout layout_, drawn_;
   Pointer pointer_;
+  HookTarget hook_;
   bool turns_ = false;
   int last_x_ = 0, last_y_ = 0;
   double seconds_left_ = 0.0;

@@ -82,6 +82,7 @@ class Picture {
 bool is_tip(int r, int g, int b) { return b > 95 && r < 0.35 * b && g > 0.4 * b && g < 0.85 * b; }
 bool is_proxy(int r, int g, int b) { return r > 130 && g > 0.8 * r && b < 0.5 * r; }
 bool is_arrow(int r, int g, int b) { return g > 85 && r < 0.35 * g && b > 0.5 * g && b < 0.92 * g; }
+bool is_hook_arrow(int r, int g, int b) { return b > 120 && g > 0.70 * b && g < 0.88 * b && r > 0.25 * b && r < 0.50 * b; }
 bool is_energy(int r, int g, int b) { return r > 170 && g > 0.35 * r && g < 0.75 * r && b < 0.5 * r; }
 bool is_wound(int r, int g, int b) { return r > 25 && r > 4 * std::max(g, b); }   // a purer red than the tissue's
 
@@ -102,21 +103,26 @@ class Check {
     bool const touches = shot_.one("touches") > 0.0;
     return say(touches ? found >= 12 : found == 0, "proxy %s, %d pixels of its colour", touches ? "touches" : "does not touch", found);
   }
-  bool arrow() {
-    Point const force = shot_.point("force"), from = shot_.point("proxy"), way = scaled(force, shot_.one("arrow_per_newton"));
-    if (length(force) < 0.03) {
-      int const found = picture_.count(is_arrow, 0, 0, scene(2), scene(3) - legend_height);
-      return say(length(force) > 0.0 || found == 0, "no arrow, %d pixels of its colour", found);
-    }
-    Pixel const a = projected(shot_, from), b = projected(shot_, {from[0] + way[0], from[1] + way[1], from[2] + way[2]});
-    double const wanted = std::hypot(b[0] - a[0], b[1] - a[1]);
-    double seen = 0.0;
-    for (double s = 0.0; s < 2.0 * wanted; s += 0.5)
-      if (picture_.is(is_arrow, a[0] + s / wanted * (b[0] - a[0]), a[1] + s / wanted * (b[1] - a[1]))) seen = s;
-    return say(std::abs(seen - wanted) <= 3.0 + 0.05 * wanted, "arrow of %.0f pixels for %.2f N, which makes %.0f", seen, length(force), wanted);
+  bool arrow() { return arrow("arrow", is_arrow, 0, shot_.point("force"), shot_.point("proxy")); }
+  /// In the tissue or not, and the arrow of the force on it. The rim of the tip's ball has its colour, too: a few pixels.
+  bool hook(bool is_in) {
+    bool const good = arrow("arrow of the hook", is_hook_arrow, 20, shot_.point("hook_force"), shot_.point("hook"));
+    double const force = length(shot_.point("hook_force")), hooked = shot_.one("hooked");
+    return good & say(is_in ? hooked == 1.0 && force > 0.1 : hooked == 0.0 && force == 0.0, "hooked %.0f, with %.2f N", hooked, force);
+  }
+  int wound_pixels() { return picture_.count(is_wound, 0, 0, scene(2), scene(3) - legend_height); }
+  /// The hook was drawn 9 mm nearer since, beside a wound: it is lower in the picture, the tissue draws it back, and the wound is wider.
+  bool drawn_since(Shot const& before, int wound_before) {
+    Point const way = minus(shot_.point("hook"), before.point("hook")), more = minus(shot_.point("hook_force"), before.point("hook_force"));
+    Pixel const a = projected(before, before.point("hook")), b = projected(shot_, shot_.point("hook"));
+    bool good = say(std::abs(length(way) - 0.009) < 0.0003, "drawn %.2f mm", 1000.0 * length(way));
+    good &= say(a[1] - b[1] > 10.0 && std::abs(b[0] - a[0]) < 0.3 * (a[1] - b[1]), "%.0f pixels to the right, %.0f down", b[0] - a[0], a[1] - b[1]);
+    good &= say(dot(more, way) < -0.2 * length(way), "it is drawn back with %.2f N more", -dot(more, way) / length(way));
+    int const now = wound_pixels();
+    return good & say(now > 1.3 * wound_before, "a wound of %d pixels, before it was drawn %d", now, wound_before);
   }
   bool wound(bool is_there) {
-    int const found = picture_.count(is_wound, 0, 0, scene(2), scene(3) - legend_height);
+    int const found = wound_pixels();
     return say(is_there ? found > 700 : found < 20, "%d pixels of a wound", found);
   }
   /// Reads the curve's end off the picture.
@@ -139,6 +145,21 @@ class Check {
   bool says(bool good, char const* what) { return say(good, "%s: phase %s, note \"%s\"", what, shot_.phase.c_str(), shot_.note.c_str()); }
 
  private:
+  bool arrow(char const* what, bool (*colour)(int, int, int), int strays, Point const& force, Point const& from) {
+    Point const way = scaled(force, shot_.one("arrow_per_newton"));
+    if (length(force) < 0.03) {
+      int const found = picture_.count(colour, 0, 0, scene(2), scene(3) - legend_height);
+      return say(length(force) > 0.0 || found <= strays, "no %s, %d pixels of its colour", what, found);
+    }
+    Pixel const a = projected(shot_, from), b = projected(shot_, {from[0] + way[0], from[1] + way[1], from[2] + way[2]});
+    double const wanted = std::hypot(b[0] - a[0], b[1] - a[1]);
+    double seen = 0.0;
+    for (double s = 0.0; s < 2.0 * wanted; s += 0.5) {
+      double const x = a[0] + s / wanted * (b[0] - a[0]), y = a[1] + s / wanted * (b[1] - a[1]);
+      if (y < scene(3) - legend_height && picture_.is(colour, x, y)) seen = s;
+    }
+    return say(std::abs(seen - wanted) <= 3.0 + 0.05 * wanted, "%s of %.0f pixels for %.2f N, which makes %.0f", what, seen, length(force), wanted);
+  }
   double scene(std::size_t k) const { return shot_.values.at("scene").at(k); }
 
   template <class... Parts>
@@ -177,6 +198,7 @@ struct Expected {
   bool has_wound;
   char const* note = "";   // a part of it
   bool of_stroke = true;   // one of stroke.script's
+  bool hook_is_in = false;
 };
 constexpr Expected all_expected[] = {{"hovering", "no contact", false},        {"pressing", "indenting", false}, {"punctured", "moving", false},
                                      {"cutting", "moving", true},              {"cut", "no contact", true, "recorded"},
@@ -184,7 +206,12 @@ constexpr Expected all_expected[] = {{"hovering", "no contact", false},        {
                                      {"tight", "indenting", false},            {"proxy", "indenting", false, "proxy"},
                                      {"firm", "indenting", false, "", false},
                                      {"solid", "indenting", false, "", false}, {"solid_cut", "no contact", true, "cut: ", false},
-                                     {"solid_undone", "no contact", false, "took back", false}};
+                                     {"solid_undone", "no contact", false, "took back", false},
+                                     {"unhooked", "no contact", true, "", false},
+                                     {"hooked", "no contact", true, "", false, true},
+                                     {"drawn", "no contact", true, "", false, true},
+                                     {"cutting_on", "moving", true, "", false, true},
+                                     {"lifted", "no contact", true, "hook lifted away", false}};
 
 }  // namespace
 
@@ -196,6 +223,8 @@ int main(int argc, char** argv) {
   };
   auto const shots = read_report(folder + "/report.txt");
   bool good = true;
+  Shot const* before_drawn = nullptr;
+  int wound_before = 0;
   for (Expected const& expected : all_expected) {
     if (!is_asked_for(expected)) continue;
     auto const shot = std::find_if(shots.begin(), shots.end(), [&](Shot const& s) { return s.name == expected.name; });
@@ -210,6 +239,9 @@ int main(int argc, char** argv) {
     good &= check.tip();
     good &= check.proxy();
     good &= check.arrow();
+    good &= check.hook(expected.hook_is_in);
+    if (std::string(expected.name) == "hooked") before_drawn = &*shot, wound_before = check.wound_pixels();
+    if (std::string(expected.name) == "drawn" && before_drawn != nullptr) good &= check.drawn_since(*before_drawn, wound_before);
     if (shot->name != "punctured") good &= check.wound(expected.has_wound);   // a puncture is too small to be counted
     good &= check.force_is_in_the_chart();
     good &= check.chart("force_chart", is_arrow);

@@ -50,12 +50,30 @@ run replay 0 --script replay.script --replay record/recording_1.session --resolu
 grep -q '^note replayed: the same bytes' replay/report.txt || fail "replay: $(grep '^note' replay/report.txt)"
 grep -q '^uncut 0' replay/report.txt || fail "replay: nothing was cut"
 
+# A hook beside a wound, in the second hand. Recorded, both hands give the same bytes in another process; without the hook's part they do not.
+run hook 0 --script "$tests/hook.script" --resolution 500 --out hook
+"$check_shots" hook unhooked hooked drawn cutting_on lifted || fail "hook: the pictures and the report differ"
+printf 'wait 6.5\nshot replayed\n' >replay_hook.script
+mkdir alone && cp hook/recording_1.session alone
+"$program" --script replay_hook.script --replay alone/recording_1.session --out mouse >mouse.out 2>mouse.err &
+mouse=$!
+run both 0 --script replay_hook.script --replay hook/recording_1.session --out both
+grep -q '^note replayed: the same bytes' both/report.txt || fail "hook: $(grep '^note' both/report.txt)"
+refused hooks_part "give the mouse's" --script replay.script --replay hook/recording_1_hook.session
+[ ! -e record/recording_1_hook.session ] || fail "hook: a file of a hook that was not used"
+cp record/recording_1.session other.session && cp record/recording_1.session other_hook.session
+refused others "is not the hook's part" --script replay.script --replay other.session
+wait "$mouse" || fail "without the hook: exit code $?: $(cat mouse.err)"
+[ "$(sed -n 's/^note //p' mouse/report.txt)" = replayed ] || fail "without the hook: $(grep '^note' mouse/report.txt)"
+
 wait "$cuts" || fail "cuts: exit code $?: $(cat cuts.err)"
 [ "$(sed -n 's/^uncut //p' cuts/report.txt | tr -d '\n')" = 0011 ] || fail "cuts taken back: $(grep -e '^uncut' -e '^note' cuts/report.txt)"
 
 # A few moments with the other integrator and tissue, and by the clock, where pictures are drawn all the time.
 printf 'key t\nkey i\nmove 263 357\nwait 0.4\nleft down\nwait 1\nshot firm\n' >pressed.script
 by_the_clock pressed --resolution 500
+printf 'move 263 357\nwait 0.3\nkey 2\nwait 3\nshot held\nkey t\nwait 0.5\nshot anew\n' >held.script
+by_the_clock held --resolution 500
 printf 'key t\nkey i\nmove 380 420\nwait 0.4\nleft down\nwait 0.4\nshot firm\n' >firm.script
 run firm 0 --script firm.script --resolution 500 --out firm
 grep -q '^phase indenting' firm/report.txt || fail "firm: $(cat firm/report.txt)"
@@ -81,6 +99,9 @@ awk '/^shot/ { name = $2 } /^phase/ { phase[name] = $2 } /^force / { force[name]
 wait "$pressed" || fail "pressed: exit code $?: $(cat pressed.err)"
 "$check_shots" pressed firm || fail "the picture in real time and the report differ"
 grep -q '^drew .* pictures a second' pressed.out || fail "pressed: $(cat pressed.out)"
+wait "$held" || fail "held: exit code $?: $(cat held.err)"
+[ "$(sed -n 's/^hooked //p; s/^hook_parked //p' held/report.txt | tr -d '\n')" = 1001 ] && grep -q '^note tissue: firm; hook lifted away' held/report.txt ||
+  fail "held: $(grep -e '^hook' -e '^note' held/report.txt)"
 
 # An organ from a file, its upper side along y: pressed, cut, recorded; replayed from a copy at another place, with the same bytes.
 ellipsoid | awk '$1 == "v" { print "v", $2, $4, -$3; next } { print }' >organ.obj
