@@ -192,6 +192,37 @@ TEST_CASE("In implicit steps of some ms a hook that is pressed in does not let g
   }
 }
 
+TEST_CASE("In implicit steps that are too long to keep its point out of the tissue a hook holds what it has gone through", "[tool][hook]") {
+  for (double const radius : {0.0005, 0.0015})
+    for (double const h : {8e-3, 16e-3, 32e-3})
+      for (double const speed : {0.01, 0.05}) {
+        CAPTURE(radius, h, speed);
+        auto body = block<double>();
+        Hook<double> hook({.shape = {.radius = radius, .point = 0.01, .shaft = 0.03}, .friction = 0.5});
+        Vector3<double> const start(0.0221, 0.0187, 0.0225);
+        int const down = static_cast<int>(std::ceil(0.006 / (speed * h)));
+        for (int k = 0; k < down + static_cast<int>(0.3 / h); ++k) {
+          hook.advance(body, pose<double>(start - Vector3<double>(0, 0, std::min(0.006, speed * h * k)), 14));
+          REQUIRE(hook.press(body, 1.0, h).allFinite());
+          REQUIRE(body.step(h));
+        }
+        REQUIRE(hook.hooked());
+        // Drawn aside by 6 mm it takes along what it holds, and feels it.
+        auto const& corners = body.tissue().surface().corners(hook.held().triangle);
+        auto const point = [&] { return RodContact<double>::point_at(body, hook.held().triangle, hook.held().barycentric); };
+        Vector3<double> rest = Vector3<double>::Zero();
+        for (std::size_t k = 0; k < 3; ++k) rest += hook.held().barycentric[static_cast<int>(k)] * body.tissue().rest_position(corners[k]);
+        for (int k = 1; k <= static_cast<int>(2.0 / h); ++k) {
+          hook.advance(body, pose<double>(start - Vector3<double>(-std::min(0.006, 0.02 * h * k), 0, 0.006), 14));
+          hook.press(body, 1.0, h);
+          REQUIRE(body.step(h));
+        }
+        CHECK(hook.hooked());
+        CHECK((point() - rest).x() > (h < 0.02 ? 0.004 : 0.001));   // in long steps it comes slowly
+        CHECK(hook.force().x() < 0);
+      }
+}
+
 TEST_CASE("A hook refuses options that make no sense", "[tool][hook]") {
   CHECK_THROWS_WITH(Hook<double>({.friction = -1}), says(".friction is -1"));
   CHECK_THROWS_WITH(Hook<double>({.angle = 2}), says(".angle is 2 rad", "pi/2"));

@@ -25,7 +25,7 @@ struct HookOptions {
 ///   Hook<double> hook({.friction = 0.5});
 ///   Simulator simulator(device, std::move(body), hook, TissueReaction{});
 /// Its point and its shaft push like a blunt tool's. Where the point is turned into the tissue, within `angle` of it, and presses with `hooking_force`, the
-/// tissue at the tip is held: drawn to any side it comes along. It lets go
+/// tissue at the tip is held: drawn to any side it comes along. So is the tissue that it has gone through. It lets go
 ///   when the point is turned away, by `angle` and ten degrees;
 ///   when it is pulled out: the pull along the point is above friction · side load + hooking_force;
 ///   when the load is above `tear_force`.
@@ -97,10 +97,10 @@ class Hook {
   template <class Body>
   void hook_in(Body const& body) {
     for (auto const& touch : rods().touches()) {
-      if (!touch.acts || touch.rod != 0 || touch.parameter > 0) continue;   // at the point's end alone
+      if (!touch.acts || touch.rod != 0 || (touch.parameter > 0 && !touch.crosses)) continue;   // at the point's end, or where it is through
       Vector const into = -outward(body, touch.triangle, touch.barycentric);
-      if (!(point_direction().dot(into) > std::cos(options_.angle)) || !(-tool_.force().dot(into) > options_.hooking_force)) continue;
-      Vector const on_rod = touch.on_axis - static_cast<Scalar>(options_.shape.radius) * touch.normal;
+      if (!(point_direction().dot(into) > std::cos(options_.angle)) || !(-tool_.force().dot(into) > (touch.crosses ? Scalar(0) : options_.hooking_force))) continue;
+      Vector const on_rod = touch.crosses ? touch.on_axis : Vector(touch.on_axis - static_cast<Scalar>(options_.shape.radius) * touch.normal);
       pin_ = {.triangle = touch.triangle,
               .barycentric = touch.barycentric,
               .offset = rods().pose().orientation.conjugate() * (on_rod - rods().pose().position),

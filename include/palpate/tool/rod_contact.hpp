@@ -34,6 +34,7 @@ struct RodTouch {
   Scalar distance = 0;                                ///< of the axis from the triangle, not negative
   Scalar depth = 0;                                   ///< how far the rod is in the tissue there
   bool behind = false;                                ///< the axis is on the inner side, or goes through
+  bool crosses = false;                               ///< it goes through
   bool acts = false;                                  ///< it is pushed: the rod came from outside
   Vector3<Scalar> force = Vector3<Scalar>::Zero();    ///< N, of the tissue on the tool in the last step
   Scalar pressed = 0, rubbed = 0;                     ///< N, sums of the sizes of its parts across and along the rod's surface: rubbed ≤ friction · pressed
@@ -307,7 +308,7 @@ class RodContact {
     if (!(area > 0)) return false;
     if (near.crosses || !(touch.distance > Scalar(1e-6) * rod.radius)) {   // through: out along the normal
       touch.normal = facet / area;
-      touch.behind = true;
+      touch.behind = touch.crosses = true;
       touch.depth = rod.radius + std::max(Scalar(0), -std::min(touch.normal.dot(from - a), touch.normal.dot(to - a)));
       return true;
     }
