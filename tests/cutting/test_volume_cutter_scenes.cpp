@@ -298,6 +298,29 @@ TEST_CASE("a small piece goes where the stroke that has cut it off ends, if that
   CHECK_THROWS_WITH(VolumeCutter<double>({.debris = -1}), Catch::Contains("debris is -1; it must not be negative"));
 }
 
+TEST_CASE("a tool that goes through a block from side to side cuts it in two at any speed, and what it has cut off goes as debris", "[volume_cutter][scenes]") {
+  // Yardstick: by hand: 20 x 20 mm, 3.1 mm thick, of 1000 kg/m3; the plane goes through no vertex.
+  for (double const toughness : {0.0, 60.0})
+    for (int const debris : {0, 250})
+      for (double const step : {2e-5, 3.7e-4, 1e-3, 6e-3}) {   // m a tick
+        CAPTURE(toughness, debris, step);
+        auto body = make_body(5, 5, 5, BlockPattern::alternating);
+        auto const before = invariants_of(body);
+        VolumeCutter<double> knife({.edge = {{0, 0, -0.03}, {0, 0, 0.01}}, .toughness = toughness, .debris = debris});
+        double y = -0.0031;
+        for (; y < 0.036; y += step) knife.advance(body, ToolPose<double>{.position = {0.0031, y, 0.019}});
+        CHECK(knife.state() == CuttingPhase::no_contact);
+        CHECK(knife.area() == Approx(0.02 * 0.02).epsilon(1e-6));
+        CHECK(knife.debris().debris == (debris > 0 ? 1 : 0));
+        CHECK(knife.debris().volume == Approx(debris > 0 ? 0.0031 * 0.02 * 0.02 : 0).epsilon(1e-9));
+        CHECK(knife.debris().mass == Approx(debris > 0 ? 1000 * 0.0031 * 0.02 * 0.02 : 0).epsilon(1e-9));
+        auto const pieces = volumes(body);
+        REQUIRE(pieces.size() == (debris > 0 ? 1u : 2u));
+        CHECK(pieces[0] == Approx(0.0169 * 0.02 * 0.02).epsilon(1e-9));
+        CHECK(testing::to_text(before.check(body, {.volume = knife.debris().volume, .mass = knife.debris().mass})) == "");
+      }
+}
+
 TEST_CASE("each piece that a cut has made has six modes without a force, and no more", "[volume_cutter][scenes]") {
   // Yardstick: the eigenvalues of the stiffness at rest, forces differenced.
   auto body = make_body(4, 4, 3, BlockPattern::alternating);

@@ -160,6 +160,7 @@ class VolumeCutter {
   void reset(Body& body) {
     lift(body);
     touch_.reset();
+    last_blade_.clear();
     state_ = CuttingPhase::no_contact;
   }
 
@@ -216,7 +217,7 @@ class VolumeCutter {
   void forget() noexcept {
     cut_.forget();
     resistance_.let_go();
-    punctured_ = is_behind_ = waits_ = false;
+    punctured_ = is_behind_ = waits_ = leaves_ = false;
     traced_.clear();
   }
 
@@ -241,17 +242,23 @@ class VolumeCutter {
     if (touch_.was_restored(body)) reset(body);
     detail::SkinOf<Body> skin(body, state_ == CuttingPhase::moving);
     SurfaceContact<Scalar> const& contact = touch_.update(skin, tool.position, state_ == CuttingPhase::moving);
-    if (!contact.touching) {
-      if (state_ == CuttingPhase::moving) lift(body);
-      state_ = CuttingPhase::no_contact;
-      return;
-    }
-    if (state_ != CuttingPhase::moving) {
-      state_ = CuttingPhase::indenting;
-      if (contact.depth < options_.puncture_depth && !(force >= options_.puncture_force)) return;
-      state_ = CuttingPhase::moving;
-    }
     int const taken = removed_.tetrahedra;
+    if (!contact.touching) {
+      if (state_ == CuttingPhase::moving) {
+        leaves_ = true;
+        cut(body, std::span<Vector const>(blade_), Scalar(0));   // out of the tissue
+        lift(body);
+      }
+      state_ = CuttingPhase::no_contact;
+    } else if (state_ != CuttingPhase::moving) {
+      state_ = CuttingPhase::indenting;
+      if (!(contact.depth < options_.puncture_depth) || force >= options_.puncture_force) {
+        state_ = CuttingPhase::moving;
+        if (!last_blade_.empty()) cut(body, std::span<Vector const>(last_blade_), Scalar(0));   // from where it was in the last tick: from outside
+      }
+    }
+    last_blade_.assign(blade_.begin(), blade_.end());
+    if (state_ != CuttingPhase::moving) return;
     cut(body, std::span<Vector const>(blade_), Scalar(0));
     if (removed_.tetrahedra != taken) touch_.update(skin, tool.position, true);   // what it touched may be gone
   }
@@ -278,7 +285,7 @@ class VolumeCutter {
       to_.push_back(point_of(blade, sample.share));
     }
     target_.assign(blade.begin(), blade.end());
-    if (resistance_.resists()) {
+    if (resistance_.resists() && !leaves_) {
       Vector3<double> const behind = resistance_.stays_behind(traced_.samples(), from_, to_, cut_.area(), edge);
       for (Vector& point : target_) point -= behind.template cast<Scalar>();
       for (Vector3<double>& point : to_) point -= behind;
@@ -395,13 +402,14 @@ class VolumeCutter {
   detail::Removal removal_;
   RemovedTissue removed_;
   detail::BladeResistance<Scalar> resistance_;
-  std::vector<Vector> blade_, target_;
+  std::vector<Vector> blade_, last_blade_, target_;   // of a tool: now, and in the last tick
   detail::TracedBlade<Scalar> traced_;   // where it was at the end of the last sweep
   std::vector<Vector3<double>> at_;      // its samples: where they were then,
   std::vector<Vector3<double>> from_, to_, begin_, end_;   // where they are carried to by now, where they have to go, and a part of that way
   std::size_t pieces_ = 0, renumberings_ = 0;
   int size_ = 0;                  // of the body, after the last tick
   bool punctured_ = false, is_behind_ = false;
+  bool leaves_ = false;           // the tool is out of the tissue: nothing holds its edge back in there
   bool waits_ = false;            // the way since the last sweep is too short to be worth one
   std::vector<double> times_;
   std::vector<detail::SweptQuadrilateral> swept_;
