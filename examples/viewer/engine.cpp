@@ -26,6 +26,16 @@ std::string text_of(Wound const& wound) {
   return text;
 }
 
+/// What tells a recording of the mouse from others, kept in the hook's part of it: its ticks, and where and when it ended.
+constexpr char const* mark_key = "mouse";
+std::string mark_of(palpate::Recording const& mouse) {
+  if (mouse.ticks().empty()) return "none";
+  palpate::Tick const& last = mouse.ticks().back();
+  char text[160];
+  std::snprintf(text, sizeof text, "%zu ticks, the last at %.17g s, tip %.17g %.17g %.17g m", mouse.ticks().size(), last.time, last.tip.x(), last.tip.y(), last.tip.z());
+  return text;
+}
+
 /// Of what a hand did, and what came of it.
 template <class Hand>
 palpate::Session session_of(palpate::Configuration configuration, LoggedHand<Hand>& hand, palpate::Recording& ticks) {
@@ -77,7 +87,9 @@ Recorded read_recorded(std::filesystem::path const& recording) {
   auto const file = hook_file_of(recording);
   if (!std::filesystem::exists(file)) return recorded;
   recorded.hook = palpate::read_session(file);
-  if (!is_hooks(*recorded.hook) || recorded.hook->recording.ticks().empty())
+  auto const ours = mark_of(recorded.mouse.recording);
+  auto const* const theirs = recorded.hook->configuration.find(mark_key);
+  if (!is_hooks(*recorded.hook) || recorded.hook->recording.ticks().empty() || theirs == nullptr || *theirs != ours)
     throw palpate::FileError(file.string() + " is not the hook's part of " + recording.string() + "; move it away, or copy both again");
   return recorded;
 }
@@ -284,8 +296,8 @@ void Engine::begin(Doing doing, std::string note) {
 }
 
 void Engine::begin_recording() {
-  recorded_from_ = simulation_->begun_anew();
-  use(recorded_from_->begun_anew());
+  records_from_ = simulation_->begun_anew();
+  use(records_from_->begun_anew());
   begin(Doing::recording, "recording");
   constexpr auto room = static_cast<std::size_t>(longest_recording * 1000.0);
   simulation_->hand().begin_log(room);
@@ -296,12 +308,13 @@ void Engine::begin_recording() {
 
 void Engine::end_recording() {
   next_.doing = Doing::nothing;
-  auto configuration = configuration_of(recorded_from_->setup());
-  configuration.set("clock", realtime_ ? "real time" : "lock-step").set("organ.is_uncut", recorded_from_->is_uncut());
+  auto configuration = configuration_of(records_from_->setup());
+  configuration.set("clock", realtime_ ? "real time" : "lock-step").set("organ.is_uncut", records_from_->is_uncut());
   Recorded recorded{.mouse = session_of(configuration, simulation_->hand(), ticks_), .hook = {}};
-  configuration.set("tool", "hook");
+  configuration.set("tool", "hook").set(mark_key, mark_of(recorded.mouse.recording));
   palpate::Session hook = session_of(std::move(configuration), simulation_->hook(), hook_ticks_);
-  if (recorded.mouse.recording.ticks().empty()) return;
+  if (recorded.mouse.recording.ticks().empty()) return;   // the last recording stays the one that is replayed
+  recorded_from_ = std::move(records_from_);
   bool const is_used = std::any_of(hook.hand.begin(), hook.hand.end(), [](auto const& sample) { return !HookHand::is_parked(sample.position); });
   if (is_used) recorded.hook = std::move(hook);
   auto const is_taken = [](auto const& path) { return std::filesystem::exists(path) || std::filesystem::exists(hook_file_of(path)); };

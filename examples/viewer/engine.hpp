@@ -86,7 +86,7 @@ class Engine {
 
   Live next_;                                   // what the next show() shows, but for the ticks
   palpate::Recording ticks_, hook_ticks_;       // of the recording or replay
-  std::shared_ptr<Simulation> recorded_from_;   // as it was when the recording began; never run
+  std::shared_ptr<Simulation> recorded_from_, records_from_;   // as it was when the recording that is kept, or made, began; never run
   std::optional<Recorded> recorded_;
   std::vector<std::filesystem::path> written_;
 

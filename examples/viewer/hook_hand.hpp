@@ -62,10 +62,12 @@ class HookHand {
   palpate::DeviceStatus write(palpate::Wrench<double> const&) noexcept { return palpate::DeviceStatus::ok; }
 
   // --- between runs -----------------------------------------------------------------------------------------------------
-  /// Takes the hook away, straight up, and does not put it in again before it is told to anew. Returns whether it held it.
+  /// Takes the hook away, straight up, and does not put it in again before it is told to anew. Returns whether it held it, or was to.
   bool lift() noexcept {
-    lifted_ = targets_->read().number;
-    if (stage_ == Stage::parked || stage_ == Stage::going || stage_ == Stage::raising) return false;
+    HookTarget const& target = targets_->read();
+    bool const was_to_come = target.is_held && target.number != lifted_ && target.number != number_;
+    lifted_ = target.number;
+    if (stage_ == Stage::parked || stage_ == Stage::going || stage_ == Stage::raising) return was_to_come;
     stage_ = stage_ == Stage::coming ? Stage::going : Stage::raising;
     return true;
   }

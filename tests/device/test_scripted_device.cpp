@@ -235,6 +235,7 @@ TEST_CASE("one orientation of a script holds always; a dropout holds the last; w
 
   ScriptedDevice<double> drops(descent<double>(), {.dropouts = 1.0, .orientation = {{0.0, turned}, {1.0, Eigen::Quaterniond::Identity()}}});
   for (int tick = 0; tick < 5; ++tick) {
+    state = {};   // whatever was in there
     CHECK(drops.read(state) == DeviceStatus::stale);
     CHECK(state.orientation.coeffs() == turned.coeffs());   // the first sample
   }

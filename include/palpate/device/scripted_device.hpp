@@ -106,8 +106,14 @@ class ScriptedDevice {
     if (is_new) last_ = trajectory_.at(time);
     state.position = quantised(last_.position, options_.quantum);
     if (options_.reports_velocity) state.velocity = last_.velocity;
-    if (is_new && !options_.gripper.empty()) state.gripper = static_cast<Scalar>(opening(time));
-    if (is_new && !options_.orientation.empty()) state.orientation = orientation(time).template cast<Scalar>();
+    if (!options_.gripper.empty()) {
+      if (is_new) last_opening_ = opening(time);
+      state.gripper = static_cast<Scalar>(last_opening_);
+    }
+    if (!options_.orientation.empty()) {
+      if (is_new) last_orientation_ = orientation(time);
+      state.orientation = last_orientation_.template cast<Scalar>();
+    }
     return drops ? DeviceStatus::stale : DeviceStatus::ok;
   }
   DeviceStatus write(Wrench<Scalar> const& wrench) noexcept {
@@ -158,6 +164,8 @@ class ScriptedDevice {
   std::uint64_t tick_ = 0;
   int missing_ = 0;   // ticks of the dropout that are left, this one included
   Motion<Scalar> last_;
+  double last_opening_ = 1;
+  Eigen::Quaterniond last_orientation_ = Eigen::Quaterniond::Identity();
   Random jittering_, dropping_;
   Wrench<Scalar> last_wrench_;
 };

@@ -237,15 +237,30 @@ class Simulator<First, Others...> {
   explicit Simulator(First const&, Others const&...) {}
 };
 
+template <class Body, class First, class... Others>
+  requires(!detail::is_tool<Body> && detail::is_tool<First> && !detail::are_tools<First, Others...>)
+class Simulator<Body, First, Others...> {
+  static_assert(detail::are_tools<First, Others...>,
+                "palpate: a Simulator takes the body, then SimulatorOptions if there are any, then its tools: Simulator simulator(std::move(body), options, Tool(device, cutter, force), Tool(...)).");
+
+ public:
+  using Refused = void;
+
+  Simulator(Body const&, First const&, Others const&...) {}
+};
+
 template <class Device, class Body, class CutterType, class Force>
-  requires(!detail::is_tool<Body> && !detail::is_tool<CutterType>)
+  requires(!detail::is_tool<Device> && !detail::is_tool<Body> && !detail::is_tool<CutterType>)
 Simulator(Device, Body, CutterType, Force) -> Simulator<Device, Body, CutterType, Force>;
 template <class Device, class Body, class CutterType, class Force>
-  requires(!detail::is_tool<Body>)
+  requires(!detail::is_tool<Device> && !detail::is_tool<Body>)
 Simulator(Device, Body, CutterType, Force, SimulatorOptions) -> Simulator<Device, Body, CutterType, Force>;
 template <class First, class... Others>
   requires(detail::is_tool<First>)
 Simulator(First, Others...) -> Simulator<First, Others...>;
+template <class Body, class First, class... Others>
+  requires(!detail::is_tool<Body> && detail::is_tool<First> && !detail::are_tools<First, Others...>)
+Simulator(Body, First, Others...) -> Simulator<Body, First, Others...>;
 template <class Body, class... Tools>
   requires(detail::are_tools<Tools...> && !detail::is_tool<Body>)
 Simulator(Body, Tools...) -> Simulator<Body, Tools...>;

@@ -34,7 +34,8 @@ struct ContactOptions {
 /// A point of the tissue that a tool holds.
 template <RealScalar Scalar>
 struct PinnedPoint {
-  int rod = 0;                                        ///< which does not push the triangle too
+  int rod = 0;                                        ///< which does not push the triangle too,
+  bool through = false;                               ///< and, where it has gone through it, nothing else: what is about it is in its way
   int triangle = -1;
   Vector3<Scalar> barycentric = Vector3<Scalar>::Zero();
   Vector3<Scalar> offset = Vector3<Scalar>::Zero();   ///< m, where in the tool's frame it is held

@@ -17,8 +17,8 @@ struct HookOptions {
   HookShape shape = {};
   Scalar friction = Scalar(0.3);
   Scalar angle = std::numbers::pi_v<Scalar> / 4;   ///< rad, between the point and the way into the tissue, up to which it hooks in
-  Scalar hooking_force = Scalar(0.05);             ///< N, with which its point must press to hook in; what pulls it out without a side load
-  Scalar tear_force = Scalar(10);                  ///< N, at which the tissue tears off
+  Scalar hooking_force = Scalar(0.05);             ///< N, with which its point must press to hook in, where it has not gone through; what pulls it out without a side load
+  Scalar tear_force = Scalar(10);                  ///< N, at which the tissue tears off; while the point presses harder it does not hook in
 };
 
 /// A surgical hook, or retractor: it slides or hooks in by its orientation.
@@ -99,9 +99,13 @@ class Hook {
     for (auto const& touch : rods().touches()) {
       if (!touch.acts || touch.rod != 0 || (touch.parameter > 0 && !touch.crosses)) continue;   // at the point's end, or where it is through
       Vector const into = -outward(body, touch.triangle, touch.barycentric);
-      if (!(point_direction().dot(into) > std::cos(options_.angle)) || !(-tool_.force().dot(into) > (touch.crosses ? Scalar(0) : options_.hooking_force))) continue;
+      Scalar const pressed = -tool_.force().dot(into);
+      if (!(point_direction().dot(into) > std::cos(options_.angle)) || !(pressed > (touch.crosses ? Scalar(0) : options_.hooking_force)) ||
+          !(pressed < options_.tear_force))
+        continue;
       Vector const on_rod = touch.crosses ? touch.on_axis : Vector(touch.on_axis - static_cast<Scalar>(options_.shape.radius) * touch.normal);
-      pin_ = {.triangle = touch.triangle,
+      pin_ = {.through = touch.crosses,
+              .triangle = touch.triangle,
               .barycentric = touch.barycentric,
               .offset = rods().pose().orientation.conjugate() * (on_rod - rods().pose().position),
               .limit = options_.tear_force};

@@ -132,7 +132,7 @@ class RodContact {
     for (std::size_t i = 0; i < touches_.size(); ++i) {
       RodTouch<Scalar>& touch = touches_[i];
       touch.force.setZero(), touch.pressed = touch.rubbed = 0;
-      if (!touch.acts || (pin != nullptr && touch.rod == pin->rod && touch.triangle == pin->triangle) || leaves(touch.rod, touch.triangle)) continue;
+      if (!touch.acts || (pin != nullptr && touch.rod == pin->rod && (pin->through || touch.triangle == pin->triangle)) || leaves(touch.rod, touch.triangle)) continue;
       push(body, touch, i, begin, end);
       if (!touch.behind) push_ends(body, touch, i, begin, end, lead * h);
     }
