@@ -19,6 +19,7 @@ namespace palpate {
 struct Bottleneck {
   std::string_view what = {};   ///< empty: nothing was counted against a period
   double share = 0.0;           ///< of its period, at p99
+  bool is_body = false;         ///< not a servo
 };
 
 namespace detail {
@@ -64,13 +65,13 @@ inline void append_loop(std::string& text, std::string_view name, TickStatistics
 /// each against the period that its loop aims at. In lock-step servo and body share one thread and one period: there it is the larger of the two.
 inline Bottleneck bottleneck(SimulatorStatistics const& statistics) noexcept {
   Bottleneck first;
-  auto const consider = [&](std::string_view what, DurationHistogram const& times, std::chrono::nanoseconds period) {
+  auto const consider = [&](std::string_view what, DurationHistogram const& times, std::chrono::nanoseconds period, bool is_body = false) {
     double const share = detail::share_of(times.p99(), period);
-    if (share > first.share) first = {what, share};
+    if (share > first.share) first = {what, share, is_body};
   };
   consider("the servo's computing", statistics.servo.compute(), statistics.servo.target());
   consider("the servo's wake-up", statistics.servo.latency(), statistics.servo.target());
-  consider("the body's computing", statistics.body.compute(), statistics.body.target());
+  consider("the body's computing", statistics.body.compute(), statistics.body.target(), true);
   return first;
 }
 
@@ -170,8 +171,7 @@ inline std::string budget_text(std::span<SimulatorStatistics const> tools) {
                                       : detail::message(", ", detail::rounded(static_cast<double>(body.steps) / static_cast<double>(body.ticks)),
                                                         " steps a tick"));
   if (Bottleneck const first = bottleneck(tools[narrowest]); !first.what.empty()) {
-    bool const is_body = first.what.find("body") != std::string_view::npos;
-    text += detail::message("next bottleneck: ", first.what, is_body ? std::string() : of_tool(narrowest), ", ", detail::rounded(100.0 * first.share),
+    text += detail::message("next bottleneck: ", first.what, first.is_body ? std::string() : of_tool(narrowest), ", ", detail::rounded(100.0 * first.share),
                             " % of its period at p99; ");
     text += first.share <= 1.0 ? detail::message("it may take ", detail::rounded(1.0 / first.share), " times as long\n")
                                : detail::message("that is ", detail::rounded(first.share), " times what there is\n");
