@@ -6,8 +6,11 @@
 
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/device/phantom.hpp>
+#include <palpate/force/tissue_reaction.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/simulator/simulator.hpp>
+#include <palpate/tool/blunt_tool.hpp>
+#include <palpate/tool/tool_shape.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -61,6 +64,32 @@ TEST_CASE("a PHANToM palpates and cuts in a simulator, and its hand gives way to
   CHECK(simulator.cutter().report().particles_added > 0);
   CHECK(fake.violations == 0);
   CHECK(simulator.device().counts().misuses == 0);
+}
+
+TEST_CASE("a device of three degrees gets no torque from a tool that has a moment, one of six does", "[phantom]") {
+  for (int const degrees : {3, 6}) {
+    CAPTURE(degrees);
+    auto& fake = fresh_fake();
+    fake.plan.output_degrees = degrees;
+    Matrix<double, 3, 3> turn;
+    turn << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+    auto const placed = Similarity<double>::make(1.0, Eigen::Quaternion<double>(turn), Vector3<double>(0.05, 0.0533, 0.0));
+    // Its rod leans to the side: where it presses is beside the tip.
+    ToolShape<double> shape{.rods = {{.rod = {.from = {0.004, 0, 0}, .to = {0.03, 0, 0.01}, .radius = 0.003}}}};
+    Simulator simulator(PhantomDevice(), palpate_test::skin<double>(WholeBody{}), BluntTool<double>(shape), TissueReaction{},
+                        {.servo = {.safety = {.damping = 0.0}, .mapping = WorkspaceMapping<double>(placed)}});
+    double moment = 0, on_motors = 0, force = 0;
+    simulator.run(1.8, [&](Tick const&) {
+      moment = std::max(moment, simulator.cutter().moment().norm());
+      force = std::max(force, palpate_test::force_on(fake).norm());
+      for (double const each : fake.seen[0].torque) on_motors = std::max(on_motors, std::abs(each));
+    });
+    CHECK(moment > 1e-4);
+    CHECK(force > 0.05);
+    if (degrees == 3) CHECK(on_motors == 0);
+    if (degrees == 6) CHECK(on_motors > 1e-4);
+    CHECK(fake.violations == 0);
+  }
 }
 
 TEST_CASE("in real time the PHANToM's driver has the clock of the simulator", "[phantom][threads]") {
