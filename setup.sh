@@ -217,6 +217,13 @@ part() {
   printf '%s %6d s  %s\n' "$result" "$(($(date +%s) - begun))" "$name" | tee -a build/long/summary
 }
 
+# as_often_as_always <command>...: with the numbers of `setup.sh test`, not with those of the long runs.
+as_often_as_always() (
+  unset PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES \
+    PALPATE_SKIN_STROKES PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
+  "$@"
+)
+
 # Each number can be set in the environment, to small ones for a trial.
 run_long_tests() {
   : "${PALPATE_SOAK_SESSIONS:=100}" "${PALPATE_SOAK_TICKS:=100000}" "${PALPATE_STROKES:=100000}" "${PALPATE_ORGANS:=20}" \
@@ -229,9 +236,10 @@ run_long_tests() {
   : >build/long/summary
   failed=0
 
-  step "gcc: what runs for long"
-  configure ci -D CMAKE_CXX_COMPILER=g++
-  cmake --build --preset ci --parallel "$jobs" --target test_cutting_simulator_device test_tissue_material_mesh_region test_tool test_volume test_vtk
+  step "gcc: every test, and what runs for long"
+  configure ci -D CMAKE_CXX_COMPILER=g++ -D PALPATE_TEST_PASS=
+  cmake --build --preset ci --parallel "$jobs"
+  part "every test in double, gcc" as_often_as_always with_display ctest --preset ci --parallel "$jobs" --tests-regex '^test_'
   part "$PALPATE_SOAK_SESSIONS sessions of a hand, $PALPATE_SOAK_TICKS ticks each" build/ci/tests/test_cutting_simulator_device '[soak]'
   part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting_simulator_device 'random strokes across each other*'
   part "$PALPATE_SOLID_STROKES random strokes through solids" build/ci/tests/test_cutting_simulator_device 'whatever is cut, nothing is lost*'
@@ -249,7 +257,7 @@ run_long_tests() {
   name_functions_in_reports
   configure sanitized -D CMAKE_CXX_COMPILER=clang++-16
   cmake --build --preset sanitized --parallel "$jobs"
-  part "every test in float and double" with_display env -u PALPATE_ORGANS -u PALPATE_SOLID_STEPS -u PALPATE_SOLID_RANDOM -u PALPATE_SOLID_STROKES -u PALPATE_SKIN_STROKES -u PALPATE_ASPIRATIONS -u PALPATE_POSES -u PALPATE_GMSH_FILES -u PALPATE_VTK_FILES ctest --preset sanitized --parallel "$jobs"
+  part "every test in float and double" as_often_as_always with_display ctest --preset sanitized --parallel "$jobs"
 
   step "clang 16, thread sanitizer"
   configure tsan -D CMAKE_CXX_COMPILER=clang++-16
