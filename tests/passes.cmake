@@ -6,7 +6,7 @@
 
 # Only plainly: numbers (orders, closed forms, statistics), which compute for long and touch little memory that others do not.
 set(plain_tests
-  "^body/test_(aliasing|allocation|archetypes|damping|execution|gravity|reference|reference_scene|stability_limits|stable_step|truncation)[.]"
+  "^body/test_(aliasing|archetypes|damping|gravity|reference|reference_scene|stability_limits|stable_step|truncation)[.]"
   "^core/test_(similarity|triple_buffer|units)[.]"
   "^cutting/test_(blade_edge|counts|material_path|separating_counts)[.]"
   "^device/test_(concept|lifecycle|limit|trajectory_shapes)[.]"
@@ -15,10 +15,10 @@ set(plain_tests
   "^force/test_(network_training|noise|organ_force|tissue_reaction|trainer)[.]"
   "^haptics/test_(contact_coupling|coupled_force|filtered_wall|handover_jumps|passivity|passivity_walls|patch_handover|patch_update|plane_handover)[.]"
   "^haptics/test_(plane_set|press_then_cut|solid|spring_then_tissue|surface_proxy|velocity_estimate|virtual_coupling|workspace_mapping)[.]"
-  "^(extend|integrator|material|native|parallel|statics)/"
+  "^(extend|integrator|native|parallel|statics)/"
   "^phantom/test_phantom_simulator[.]"
   "^simulator/test_(body_loop|closed_loop|force_along_strokes|many_hands|pacer|proxy_force|tick_statistics|trocar_option)[.]"
-  "^tissue/test_(element|finite_elements|maximum_elongation|nodal_pressure|solid_solver|solid_yardsticks|spring_law|stiffness_rows|supported|viscoelastic)[.]"
+  "^tissue/test_(maximum_elongation|solid_solver|solid_yardsticks|spring_law|supported)[.]"
   "^tool/test_(hands_at_rest|random_poses|rod_contact|tool_shape|trocar)[.]"
   "^training/test_(alignment|comparison|guidance|replay|smoothness)[.]"
   "^vtk/test_(plot|series)[.]")
@@ -28,13 +28,14 @@ set(sanitized_tests "^(collision|collision_fcl|cutting|mesh|tool|volume)/")
 
 # Of those under the sanitizers, the ones that compute so much that they are compiled with -O1.
 set(optimised_tests
-  "^body/test_(surface_changes|touch|zone)[.]"
-  "^(collision|collision_fcl|cutting|tool|volume)/"
+  "^body/test_(allocation|execution|surface_changes|touch|zone)[.]"
+  "^(collision|collision_fcl|cutting|material|tool|volume)/"
   "^device/test_(scripted_device|simulated_hand)[.]"
   "^haptics/test_facet_planes[.]"
   "^json/test_network_file[.]"
   "^mesh/test_(generators|tetrahedral_edits)[.]"
-  "^simulator/test_(many_tools|realtime)[.]")
+  "^simulator/test_(many_tools|realtime)[.]"
+  "^tissue/test_(element|finite_elements|nodal_pressure|stiffness_rows|viscoelastic)[.]")
 
 function(palpate_select_tests variable pass)
   set(plain ${${variable}})
