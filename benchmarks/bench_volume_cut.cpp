@@ -73,6 +73,7 @@ auto make_body(std::type_identity<Springs>, int n) {
 ///   us_each            of a tick, for each tetrahedron that it makes: cutter, topology, masses, border, search, neighbours; of this
 ///   us_each_finish     neighbours, row bounds, with nodal pressure its stars;
 ///   us_each_packs      in the step after it: packs that forces are computed in
+///   us_each_warm       as us_each, of another body that is cut without a step between: caches are warm
 ///   us_idle_tick       of a tick that cuts nothing
 ///   ms_step, ms_step_after_cut, ms_packs_anew, ms_made_anew   a step (of elements implicit, of one iteration), one after a tick that cuts, gathering all packs, making body and tissue from the mesh
 template <class Kind>
@@ -105,25 +106,37 @@ void cut_block(benchmark::State& state) {
       return microseconds_since(now);
     };
     step();
-    VolumeCutter<double> knife;
-    std::vector<double> each, finish, packs, idle, steps, steps_after;
-    for (int tick = 0; tick <= std::min(40 * n, n > 24 ? 100 : 500); ++tick) {
+    std::vector<double> each, warm, finish, packs, idle, steps, steps_after;
+    VolumeCutter<double> knife, other;
+    auto const cut = [&](auto& cut_body, VolumeCutter<double>& blade, int tick) {   // how long it takes, and how many it makes
+      auto const& solid = cut_body.tissue().topology();
       double const y = -0.002 + 0.6 * side * tick / (40.0 * n);
-      int const before = tissue.topology().tetrahedron_count();
-      double const finished = finishing(), packed = packing();
-      body.nearest_vertex({side / 2, y, side});   // fits the search tree, as a tool that touches does
+      int const before = solid.tetrahedron_count();
+      cut_body.nearest_vertex({side / 2, y, side});   // fits the search tree, as a tool that touches does
       auto const now = std::chrono::steady_clock::now();
-      knife.advance(body, {{side / 2 + 0.0013, y, 0.4 * side}, {side / 2 + 0.0013, y, side + 0.01}});
-      double const took = microseconds_since(now);
+      blade.advance(cut_body, {{side / 2 + 0.0013, y, 0.4 * side}, {side / 2 + 0.0013, y, side + 0.01}});
+      return std::pair(microseconds_since(now), solid.tetrahedron_count() - before);
+    };
+    int const ticks = std::min(40 * n, n > 24 ? 100 : 500);
+    for (int tick = 0; tick <= ticks; ++tick) {
+      double const finished = finishing(), packed = packing();
+      auto const [took, made] = cut(body, knife, tick);
       double const stepped = step();
-      if (int const made = tissue.topology().tetrahedron_count() - before; made > 0)
+      if (made > 0)
         each.push_back(took / made), finish.push_back((finishing() - finished) / made), packs.push_back((packing() - packed) / made), steps_after.push_back(stepped);
       else
         idle.push_back(took), steps.push_back(stepped);
     }
+    {
+      auto again = make_body(std::type_identity<Kind>{}, n);
+      again.reserve(again.size() + again.size() / 5, 20 * n * n);
+      for (int tick = 0; tick <= ticks; ++tick)
+        if (auto const [took, made] = cut(again, other, tick); made > 0) warm.push_back(took / made);
+    }
     state.counters["tetrahedra"] = tetrahedra;
     state.counters["made"] = tissue.topology().tetrahedron_count() - tetrahedra;
     state.counters["us_each"] = median(std::move(each));
+    state.counters["us_each_warm"] = median(std::move(warm));
     if (is_timed) state.counters["us_each_finish"] = median(std::move(finish)), state.counters["us_each_packs"] = median(std::move(packs));
     state.counters["us_idle_tick"] = median(std::move(idle));
     state.counters["ms_step"] = median(std::move(steps)) / 1e3;

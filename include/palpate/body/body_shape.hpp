@@ -326,7 +326,10 @@ class BodyShape {
       if (!(sum.norm() > Scalar(1e-3) * largest)) sum = of(around.front());
       state_.normal[p] = sum.normalized();
     };
-    for (std::size_t k = std::min(evened_, disturbed_.size()); k < disturbed_.size(); ++k) find_normal(disturbed_[k]);
+    auto const first = disturbed_.begin() + static_cast<std::ptrdiff_t>(std::min(evened_, disturbed_.size()));
+    std::sort(first, disturbed_.end());
+    disturbed_.erase(std::unique(first, disturbed_.end()), disturbed_.end());
+    std::for_each(first, disturbed_.end(), find_normal);
     even_masses();
   }
 

@@ -146,19 +146,15 @@ class TetrahedralAdjacency {
     fans_at(vertex, fans, [](int, int) { return false; });
   }
 
-  /// Calls visit(w) for each vertex that an edge joins to this one, once; the second for those that are wanted(w).
+  /// Calls visit(w) for each vertex that an edge joins to this one, once.
   template <class Visit>
   void for_each_neighbour(int vertex, Visit visit) const {
-    for_each_neighbour(vertex, [](int) { return true; }, visit);
-  }
-  template <class Wanted, class Visit>
-  void for_each_neighbour(int vertex, Wanted wanted, Visit visit) const {
     auto const here = at_[vertex];
     std::array<int, 64> visited;   // the first ones: nearly always all
     std::size_t count = 0;
     for (auto t = here.begin(); t != here.end(); ++t)
       for (int const w : corners(*t)) {
-        if (w == vertex || !wanted(w) || std::find(visited.begin(), visited.begin() + count, w) != visited.begin() + count) continue;
+        if (w == vertex || std::find(visited.begin(), visited.begin() + count, w) != visited.begin() + count) continue;
         if (count < visited.size())
           visited[count++] = w;
         else if (std::any_of(here.begin(), t, [&](int earlier) { return corner_of(earlier, w) >= 0; }))

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/reserve_and_prefault.hpp>
+
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -25,7 +27,7 @@ class EditLog {
   }
   /// More has changed than can be told one by one.
   void forget_all() noexcept { forgotten_ = end() + 1, elements_.clear(); }
-  void reserve(std::size_t edits) { elements_.reserve(edits); }
+  void reserve(std::size_t edits) { reserve_and_prefault(elements_, edits); }
 
  private:
   std::vector<int> elements_;

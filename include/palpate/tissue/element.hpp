@@ -60,6 +60,12 @@ concept HasSemidefiniteStiffness = Element<E, Scalar> && requires(E const& eleme
   { element.semidefinite_stiffness(x) } -> std::convertible_to<NodeMatrix<Scalar, E::nodes>>;
 };
 
+/// Refinement: has a shorter way to its stiffness at rest, for its row bounds.
+template <class E, class Scalar>
+concept HasStiffnessAtRest = Element<E, Scalar> && requires(E const& element, NodeColumns<Scalar, E::nodes> const& rest) {
+  { element.stiffness_at_rest(rest) } -> std::convertible_to<NodeMatrix<Scalar, E::nodes>>;
+};
+
 /// Refinement: damps: `damping(x)` is C in the force −C v, symmetric and positive semidefinite [N·s/m].
 template <class E, class Scalar>
 concept HasElementDamping = Element<E, Scalar> && requires(E const& element, NodeColumns<Scalar, E::nodes> const& x) {
@@ -142,6 +148,14 @@ NodeColumns<Scalar, N> damping_product(E const& element, NodeColumns<Scalar, N> 
   }
 }
 
+template <class E, RealScalar Scalar, int N>
+NodeMatrix<Scalar, N> stiffness_at_rest(E const& element, NodeColumns<Scalar, N> const& rest) {
+  if constexpr (HasStiffnessAtRest<E, Scalar>)
+    return element.stiffness_at_rest(rest);
+  else
+    return element.stiffness(rest);
+}
+
 /// Σ_j ‖B_kj‖ of the row of node k.
 template <RealScalar Scalar, int N3>
 Scalar row_norm(Matrix<Scalar, N3, N3> const& matrix, int k) noexcept {
@@ -156,7 +170,7 @@ Scalar stiffness_bound_at_rest(E const& element, NodeColumns<Scalar, N> const& x
   if constexpr (HasElementBounds<E, Scalar>)
     return element.stiffness_bound();
   else
-    return row_norm<Scalar, 3 * N>(element.stiffness(x), k);
+    return row_norm<Scalar, 3 * N>(stiffness_at_rest(element, x), k);
 }
 template <class E, RealScalar Scalar, int N>
 Scalar stiffness_bound(E const& element, NodeColumns<Scalar, N> const& x, int k) {
@@ -181,8 +195,11 @@ void add_bounds_at_rest(E const& element, NodeColumns<Scalar, E::nodes> const& x
   if constexpr (HasElementBounds<E, Scalar>) {
     for (int k = 0; k < E::nodes; ++k) add(k, element.stiffness_bound(), element.damping_bound());
   } else {
-    NodeMatrix<Scalar, E::nodes> const stiffness = element.stiffness(x);
-    for (int k = 0; k < E::nodes; ++k) add(k, row_norm<Scalar, 3 * E::nodes>(stiffness, k), damping_bound_at_rest<E, Scalar, E::nodes>(element, x, k));
+    NodeMatrix<Scalar, E::nodes> const stiffness = stiffness_at_rest(element, x);
+    Matrix<Scalar, E::nodes, E::nodes> size;   // of the blocks; a stiffness is symmetric
+    for (int k = 0; k < E::nodes; ++k)
+      for (int j = k; j < E::nodes; ++j) size(k, j) = size(j, k) = norm_bound<Scalar>(stiffness.template block<3, 3>(3 * k, 3 * j));
+    for (int k = 0; k < E::nodes; ++k) add(k, size.col(k).sum(), damping_bound_at_rest<E, Scalar, E::nodes>(element, x, k));
   }
 }
 

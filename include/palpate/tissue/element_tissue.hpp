@@ -210,7 +210,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     find_neighbours();
   }
 
-  // --- edits: whoever makes them calls follow_edits_at(i) for each particle of what was edited, and counts the revision ------------------------
+  // --- edits: whoever makes them keeps the neighbours, calls take_bounds_of(i) for each node of an element that was edited, and counts the revision --------
   void add_particle(Vector3<S> const& rest, S mass, bool nailed) {
     rest_.push_back(rest), mass_.push_back(mass), nailed_.push_back(nailed ? 1 : 0);
     stiffness_at_rest_.push_back(0), damping_at_rest_.push_back(0);
@@ -225,14 +225,17 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     neighbours_.reserve_for_growth(particles), kind.at.reserve_for_growth(particles);
     auto const of_each = [](auto& list, int count) { reserve_and_prefault(list, at(count)); };
     of_each(mass_, particles), of_each(nailed_, particles), of_each(stiffness_at_rest_, particles), of_each(damping_at_rest_, particles);
-    of_each(kind.list.nodes, elements), of_each(kind.bounds, elements), kind.list.elements.reserve(at(elements));
+    of_each(kind.list.nodes, elements), of_each(kind.bounds, elements);
+    std::vector<E>& all = kind.list.elements;   // the same, of what can only be copied
+    std::size_t const before = all.size();
+    if (before > 0) all.resize(std::max(before, at(elements)), E(all.front())), all.resize(before, E(all.front()));
   }
   void move_mass(int from, int to, S amount) noexcept { mass_[at(from)] -= amount, mass_[at(to)] += amount; }
   template <class E>
   void add_element(std::array<int, static_cast<std::size_t>(E::nodes)> const& nodes, E const& element) {
     auto& kind = std::get<Kind<E>>(kinds_);
     kind.list.nodes.push_back(nodes), kind.list.elements.push_back(element);
-    for (int const i : nodes) kind.at.add(i, kind.list.size() - 1, 0);
+    for (std::size_t k = 0; k < nodes.size(); ++k) kind.at.add(nodes[k], kind.list.size() - 1, static_cast<int>(k));
     kind.bounds.emplace_back();
   }
   template <class E>
@@ -241,7 +244,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     auto& own = kind.list.nodes[at(e)];
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       if (own[k] == nodes[k]) continue;
-      kind.at.remove(own[k], e), kind.at.add(nodes[k], e, 0);
+      kind.at.remove(own[k], e), kind.at.add(nodes[k], e, static_cast<int>(k));
     }
     own = nodes, kind.list.elements[at(e)] = element;
     kind.bounds[at(e)] = {};
@@ -268,13 +271,14 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   template <class E>
   void rename_node(int e, int before, int now) {
     auto& kind = std::get<Kind<E>>(kinds_);
-    std::replace(kind.list.nodes[at(e)].begin(), kind.list.nodes[at(e)].end(), before, now);
-    kind.at.remove(before, e), kind.at.add(now, e, 0);
+    auto& nodes = kind.list.nodes[at(e)];
+    auto const node = std::find(nodes.begin(), nodes.end(), before);
+    *node = now;
+    kind.at.remove(before, e), kind.at.add(now, e, static_cast<int>(node - nodes.begin()));
   }
-  void follow_edits_at(int i) {
-    find_neighbours_of(i);
-    take_bounds_of(i);
-  }
+  void add_neighbour(int i, int other) { neighbours_.add(i, other, 0); }
+  void remove_neighbour(int i, int other) noexcept { neighbours_.remove(i, other); }
+  void rename_neighbour(int i, int before, int now) noexcept { neighbours_.rename(i, before, now); }
   void find_neighbours_of(int i) {
     std::vector<int>& found = found_neighbours_;
     found.clear();
@@ -287,6 +291,10 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     std::sort(found.begin(), found.end());
     neighbours_.clear_list(i);
     for (int const j : found) neighbours_.add(i, j, 0);
+  }
+  void take_bounds_of(int i) {
+    stiffness_at_rest_[at(i)] = damping_at_rest_[at(i)] = 0;
+    (take_bounds_of(i, std::get<Kind<Elements>>(kinds_)), ...);
   }
   void count_edit() noexcept { ++revision_; }
   /// For a tissue that keeps its surface itself.
@@ -314,16 +322,16 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
 
  private:
   /// Row bounds at rest of each node of an element.
-  template <class E>
-  struct BoundsOf {
-    std::array<S, static_cast<std::size_t>(E::nodes)> stiffness, damping;
-    bool known = false;
+  struct Bound {
+    S stiffness = -1, damping = 0;   // −1: not known
   };
+  template <class E>
+  using BoundsOf = std::array<Bound, static_cast<std::size_t>(E::nodes)>;
 
   template <class E>
   struct Kind {
     ElementList<E> list;
-    IndexLists at;   // elements at each particle
+    IndexLists at;   // elements at each particle, each with which of its nodes that is
     std::vector<BoundsOf<E>> bounds;
   };
 
@@ -372,23 +380,19 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     stiffness_at_rest_.assign(at(size()), S(0)), damping_at_rest_ = stiffness_at_rest_;
     for (int i = 0; i < size(); ++i) take_bounds_of(i);
   }
-  void take_bounds_of(int i) {
-    stiffness_at_rest_[at(i)] = damping_at_rest_[at(i)] = 0;
-    (take_bounds_of(i, std::get<Kind<Elements>>(kinds_)), ...);
-  }
   template <class E>
   void take_bounds_of(int i, Kind<E>& kind) {
-    for (int const e : kind.at[i]) {
-      auto const& nodes = kind.list.nodes[at(e)];
-      BoundsOf<E>& bounds = kind.bounds[at(e)];
-      if (!std::exchange(bounds.known, true)) {
+    auto const here = kind.at[i], node = kind.at.keys(i);
+    for (std::size_t n = 0; n < here.size(); ++n) {
+      BoundsOf<E>& bounds = kind.bounds[at(here[n])];
+      if (bounds[0].stiffness < 0) {
+        auto const& nodes = kind.list.nodes[at(here[n])];
         NodeColumns<S, E::nodes> rest;
         for (int k = 0; k < E::nodes; ++k) rest.col(k) = rest_[nodes[at(k)]];
-        detail::add_bounds_at_rest<E, S>(kind.list.elements[at(e)], rest,
-                                         [&](int k, S stiffness, S damping) { bounds.stiffness[at(k)] = stiffness, bounds.damping[at(k)] = damping; });
+        detail::add_bounds_at_rest<E, S>(kind.list.elements[at(here[n])], rest, [&](int k, S stiffness, S damping) { bounds[at(k)] = {stiffness, damping}; });
       }
-      std::size_t const k = at(static_cast<int>(std::find(nodes.begin(), nodes.end(), i) - nodes.begin()));
-      stiffness_at_rest_[at(i)] += bounds.stiffness[k], damping_at_rest_[at(i)] += bounds.damping[k];
+      Bound const& bound = bounds[at(node[n])];
+      stiffness_at_rest_[at(i)] += bound.stiffness, damping_at_rest_[at(i)] += bound.damping;
     }
   }
 
@@ -409,7 +413,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     for (int i = 0; i < size(); ++i) kind.at.add_list();
     for (int e = 0; e < kind.list.size(); ++e) {
       auto nodes = kind.list.nodes[at(e)];
-      for (int const i : nodes) detail::check_index("particle", i, size()), kind.at.add(i, e, 0);
+      for (std::size_t k = 0; k < nodes.size(); ++k) detail::check_index("particle", nodes[k], size()), kind.at.add(nodes[k], e, static_cast<int>(k));
       std::sort(nodes.begin(), nodes.end());
       if (std::adjacent_find(nodes.begin(), nodes.end()) != nodes.end()) throw InvalidArgument(detail::message("element ", e, " joins a particle with itself"));
     }

@@ -159,6 +159,11 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// Marks an inner face so, seen from both sides.
   void mark_cut(int tetrahedron, int k) noexcept { solid_.mark_cut(tetrahedron, k); }
 
+  template <class Visit>
+  void for_each_joined(int i, Visit visit) const {
+    Base::for_each_neighbour(i, visit);
+  }
+
   /// Divides the edge a–b at X_a + s (X_b − X_a), 0 < s < 1, and each tetrahedron round it in two of its material. The new particle takes its mass from a
   /// and b, (1 − s) and s of it, so that mass, centre of mass and, at the mean velocity, momentum stay: as masses lumped anew would have it, where they are
   /// lumped. It is nailed where both are. Throws as TetrahedralTopology does, and for s outside.
@@ -181,7 +186,13 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
       group_.push_back(group_[at(whole)]);
       if constexpr (remembers) history_.push_back(PronyHistory<Scalar>(history_[at(whole)]));
     }
-    follow(edit);
+    this->rename_neighbour(a, b, n), this->rename_neighbour(b, a, n);
+    edited_.push_back(n);
+    topology().for_each_neighbour(n, [&](int i) {
+      this->add_neighbour(n, i), edited_.push_back(i);
+      if (i != a && i != b) this->add_neighbour(i, n);
+    });
+    this->count_edit();
     return edit;
   }
 
@@ -196,9 +207,17 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     this->add_particle(this->rest_position(p), Scalar(0), this->nailed(p));
     this->move_mass(p, edit.vertex, share / all * this->mass(p));
     for (int const t : topology().tetrahedra_at(edit.vertex)) this->template rename_node<Element>(t, p, edit.vertex), log_.add(t);
-    log_.add(topology().tetrahedra_at(p).front());   // p has another mass
-    follow(edit);
-    for (int const t : topology().tetrahedra_at(p)) edited_.insert(edited_.end(), list().nodes[at(t)].begin(), list().nodes[at(t)].end());
+    auto const left = topology().tetrahedra_at(p);
+    log_.add(left.front());   // p has another mass
+    topology().for_each_neighbour(edit.vertex, [&](int i) {
+      if (std::ranges::any_of(left, [&](int t) { return topology().corner_of(t, i) >= 0; }))
+        this->add_neighbour(i, edit.vertex);
+      else
+        this->remove_neighbour(p, i), this->rename_neighbour(i, p, edit.vertex);
+      this->add_neighbour(edit.vertex, i);
+    });
+    edited_.push_back(p), edited_.push_back(edit.vertex);   // of the others no tetrahedron has changed
+    this->count_edit();
     return edit;
   }
 
@@ -215,18 +234,18 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     group_[at(tetrahedron)] = group_.back(), group_.pop_back();
     if constexpr (remembers) history_[at(tetrahedron)] = history_.back(), history_.pop_back();
     for (int k = 0; k < 4; ++k) this->lighten(corners[at(k)], elements_at(corners[at(k)]).empty() ? Scalar(0) : lumped_mass(corners[at(k)]) / before[at(k)]);
+    for (int const corner : corners) this->find_neighbours_of(corner);
     edited_.insert(edited_.end(), corners.begin(), corners.end());
     log_.forget_all();   // numbers have changed
     this->count_edit();
     return removal;
   }
 
-  /// After edits, before anything else is asked: neighbours, row bounds, and with nodal pressure stars.
+  /// After edits, before anything else is asked: row bounds, and with nodal pressure stars.
   void finish_edits() {
     if (edited_.empty()) return;
-    std::sort(edited_.begin(), edited_.end());
-    edited_.erase(std::unique(edited_.begin(), edited_.end()), edited_.end());
-    for (int const i : edited_) this->follow_edits_at(i);
+    keep_once(edited_);
+    for (int const i : edited_) this->take_bounds_of(i);
     edited_.clear();
     if (stars_.empty()) return;
     if (log_.knows(starred_))
@@ -240,7 +259,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     int const more = particles - this->size();
     if (more <= 0) return;
     int const elements = tetrahedra() + 6 * more;
-    solid_.reserve(particles, elements, triangles), log_.reserve(20 * at(more)), group_.reserve(at(elements));
+    solid_.reserve(particles, elements, triangles), log_.reserve(20 * at(more)), reserve_and_prefault(group_, at(elements));
     this->template reserve_edits<Element>(particles, elements);
     if constexpr (remembers) history_.reserve(at(elements));
   }
@@ -528,11 +547,6 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   void begin_edit() noexcept {
     if (edited_.empty()) log_.trim(2 * at(tetrahedra()));
   }
-  void follow(TopologyEdit const& edit) {
-    for (int const t : topology().tetrahedra_at(edit.vertex)) edited_.insert(edited_.end(), list().nodes[at(t)].begin(), list().nodes[at(t)].end());
-    edited_.insert(edited_.end(), edit.parents().begin(), edit.parents().end());
-    this->count_edit();
-  }
 
   template <class Density>
   void give_material(std::span<int const> some, M const& material, Density const& density) {
@@ -644,7 +658,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   std::vector<int> group_;   // of each tetrahedron: those of one share a material
   CutSolid solid_;
   bool is_reweighed_ = false;   // particles may have other masses than their tetrahedra give them
-  std::vector<int> edited_;   // particles whose neighbours are to be found anew
+  std::vector<int> edited_;   // particles whose row bounds are to be found anew
   EditLog log_;
   PressureStars<Scalar> stars_;
   std::size_t starred_ = 0;   // of the edits: the stars have followed so far

@@ -59,6 +59,23 @@ class LinearTetrahedron {
     auto const tangent = tangent_at(x);
     return matrix([&](Tensor3<Scalar> const& dF) { return tangent.stress_change(dF); });
   }
+  /// The stiffness where F is a multiple of the identity: there an isotropic law's stress changes by a tr(dF) 1 + b dF + c dFᵀ.
+  NodeMatrix<Scalar, 4> stiffness_at_rest(Columns const& rest) const noexcept
+    requires IsIsotropicLaw<Law>
+  {
+    Tensor3<Scalar> const dP = law_.stress_change(deformation_gradient(rest), {1, 1, 0, 0, 0, 0, 0, 0, 0});
+    Scalar const a = volume_ * dP.yy, b = volume_ * dP.xy, c = volume_ * dP.yx;
+    Columns const all = columns(gradients_);   // ∇N of all four
+    NodeMatrix<Scalar, 4> stiffness;
+    for (int i = 0; i < 4; ++i)
+      for (int j = i; j < 4; ++j) {
+        Matrix<Scalar, 3, 3> const outer = all.col(i) * all.col(j).transpose();
+        Matrix<Scalar, 3, 3> block = a * outer + c * outer.transpose();
+        block.diagonal().array() += b * outer.trace();
+        stiffness.template block<3, 3>(3 * i, 3 * j) = block, stiffness.template block<3, 3>(3 * j, 3 * i) = block.transpose();
+      }
+    return stiffness;
+  }
   /// That without the matrix; it has no damping.
   Columns stiffness_product(Columns const& x, Columns const& d) const noexcept {
     return -columns(detail::nodal_forces(tangent_at(x).stress_change(deformation_gradient(d)), gradients_, volume_));

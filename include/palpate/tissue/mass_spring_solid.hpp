@@ -92,6 +92,10 @@ class MassSpringSolid : public MassSpringSurface<Scalar, Law> {
     return edit;
   }
 
+  template <class Visit>
+  void for_each_joined(int i, Visit visit) const {
+    for (int const other : links_.neighbours(i)) visit(other);
+  }
   /// Nothing to do: all has followed.
   void finish_edits() const noexcept {}
 

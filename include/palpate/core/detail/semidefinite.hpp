@@ -76,7 +76,7 @@ Matrix<Scalar, N, N> semidefinite_part(Matrix<Scalar, N, N> matrix) noexcept {
 template <RealScalar Scalar>
 Scalar norm_bound(Matrix<Scalar, 3, 3> const& block) noexcept {
   Matrix<Scalar, 3, 3> const size = block.cwiseAbs();
-  return std::min(block.norm(), std::sqrt(size.rowwise().sum().maxCoeff() * size.colwise().sum().maxCoeff()));
+  return std::sqrt(std::min(block.squaredNorm(), size.rowwise().sum().maxCoeff() * size.colwise().sum().maxCoeff()));
 }
 
 }  // namespace palpate::detail

@@ -207,7 +207,7 @@ class SolidCut {
     int const n = divide(body, at, on);
     mark(body, n);
     neighbours_.clear();
-    solid.for_each_neighbour(n, [&](int v) { neighbours_.push_back(v); });
+    body.tissue().for_each_joined(n, [&](int v) { neighbours_.push_back(v); });
     for (int const v : neighbours_) find_crossings(body, swept, n, v, at.time);
   }
 
@@ -326,8 +326,9 @@ class SolidCut {
   void align(Body const& body, Crossing& at) const {
     Vector3<double> beside = Vector3<double>::Zero();
     for (int const end : {at.low, at.high})
-      body.tissue().topology().for_each_neighbour(
-          end, [&](int i) { return is_on(i); }, [&](int i) { beside += on_.find(i)->normal; });
+      body.tissue().for_each_joined(end, [&](int i) {
+        if (is_on(i)) beside += on_.find(i)->normal;
+      });
     if (beside.dot(at.normal) < 0) at.normal = -at.normal;
   }
 
