@@ -207,7 +207,7 @@ part() {
   log=build/long/$(printf '%s' "$name" | tr -c 'a-z0-9\n' _).log
   step "$name"
   begun=$(date +%s)
-  if "$@" >"$log" 2>&1; then
+  if "$@" >"$log" 2>&1 && ! grep -q 'No tests ran' "$log"; then   # Catch 2 calls that a success
     result="passed  "
   else
     result="FAILED  "
@@ -242,7 +242,7 @@ run_long_tests() {
   part "every test in double, gcc" as_often_as_always with_display ctest --preset ci --parallel "$jobs" --tests-regex '^test_'
   part "$PALPATE_SOAK_SESSIONS sessions of a hand, $PALPATE_SOAK_TICKS ticks each" build/ci/tests/test_cutting_simulator_device '[soak]'
   part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting_simulator_device 'random strokes across each other*'
-  part "$PALPATE_SOLID_STROKES random strokes through solids" build/ci/tests/test_cutting_simulator_device 'whatever is cut, nothing is lost*'
+  part "$PALPATE_SOLID_STROKES random strokes through solids" build/ci/tests/test_cutting_simulator_device 'whatever is cut*'
   part "$PALPATE_ASPIRATIONS solids of which tissue is taken away" build/ci/tests/test_cutting_simulator_device 'whatever is taken away*'
   part "$PALPATE_ORGANS organs, 200 strokes each" build/ci/tests/test_cutting_simulator_device 'strokes across each other leave*'
   part "$PALPATE_ORGANS times five uneven meshes, 40 strokes each" build/ci/tests/test_cutting_simulator_device 'strokes over uneven meshes*'
