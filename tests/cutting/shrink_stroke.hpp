@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "shrink_lists.hpp"
 #include "stroke_case.hpp"
 
 #include <algorithm>
@@ -19,22 +20,7 @@ StrokeCase<S> shrunk(StrokeCase<S> strokes, Fails fails, int most = 4000) {
     strokes = smaller;
     return true;
   };
-  /// Drops stretches of a list, half of it first, then ever shorter ones.
-  auto const drop = [&](auto list_of) {
-    bool any = false;
-    for (std::size_t length = std::max<std::size_t>(1, list_of(strokes).size() / 2); length > 0; length /= 2)
-      for (std::size_t at = 0; at < list_of(strokes).size();) {
-        auto smaller = strokes;
-        auto& list = list_of(smaller);
-        auto const from = list.begin() + static_cast<std::ptrdiff_t>(at);
-        list.erase(from, from + static_cast<std::ptrdiff_t>(std::min(length, list.size() - at)));
-        if (still(smaller))
-          any = true;
-        else
-          at += length;
-      }
-    return any;
-  };
+  auto const drop = [&](auto list_of) { return drop_stretches(strokes, list_of, still); };
   for (bool again = true; again && most > 0;) {
     again = drop([](auto& c) -> auto& { return c.strokes; });
     for (std::size_t k = 0; k < strokes.strokes.size(); ++k)

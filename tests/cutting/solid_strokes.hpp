@@ -3,6 +3,7 @@
 #pragma once
 
 #include "catch.hpp"
+#include "shrink_lists.hpp"
 
 #include <palpate/core/random.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
@@ -15,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <type_traits>
@@ -97,8 +99,116 @@ inline std::array<PlaneCase, 5> plane_cases() {
           PlaneCase{"Y: another", Place(0.0041, 0, 0), Place(1 / 0.0041, 100, 100), 2, 8, 8, 12}};
 }
 
-/// Strokes of any kind, three through each solid: blocks, balls, shells, bent and very uneven ones, of which make(mesh, seed) makes a body. All invariants after
-/// each tick; a solid is restored in mid-cut. Reports the first three that fail, and returns how many tetrahedra were made.
+/// Where a blade goes in a tick, end to end, and whether the body takes a step after it.
+struct BladeTick {
+  Place from, to;
+  bool steps;
+};
+/// Strokes through the solid that a seed makes.
+struct SolidCase {
+  std::uint64_t seed;
+  std::vector<std::vector<BladeTick>> strokes;
+};
+inline std::string to_text(SolidCase const& all) {
+  std::string text = "seed " + std::to_string(all.seed);
+  for (std::size_t n = 0; n < all.strokes.size(); ++n)
+    for (BladeTick const& tick : all.strokes[n]) {
+      char line[300];
+      std::snprintf(line, sizeof line, "\n  stroke %d: (%.17g, %.17g, %.17g) to (%.17g, %.17g, %.17g)%s", static_cast<int>(n), tick.from[0], tick.from[1], tick.from[2],
+                    tick.to[0], tick.to[1], tick.to[2], tick.steps ? ", a step" : "");
+      text += line;
+    }
+  return text;
+}
+
+/// Blocks, balls, shells, bent and very uneven ones; now and then one that is not valid.
+inline palpate::TetrahedralMesh<double> solid_of(std::uint64_t seed) {
+  using namespace palpate;
+  TetrahedralMesh<double> mesh = make_block<double>(4, 4, 4, 0.005, seed % 2 == 0 ? BlockPattern::alternating : BlockPattern::kuhn);
+  std::uint64_t const kind = seed % 5;
+  if (kind == 1 || kind == 3)   // a ball
+    for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
+      Place const p = mesh.points.col(i) - Place::Constant(0.0075);
+      if (double const far = p.cwiseAbs().maxCoeff(); far > 0) mesh.points.col(i) = Place::Constant(0.0075) + p * (far / p.norm());
+    }
+  if (kind == 3)   // an organ: flat, and bent
+    for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
+      Place const p = mesh.points.col(i) - Place::Constant(0.0075);
+      mesh.points.col(i) = Place::Constant(0.0075) + Place(1.5 * p[0], p[1] + 30 * p[0] * p[0], 0.6 * p[2]);
+    }
+  if (kind == 4) {   // a shell: no tetrahedra in the middle
+    Eigen::Index kept = 0;
+    for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+      Place middle = Place::Zero();
+      for (int const v : mesh.tetrahedra.col(t)) middle += mesh.points.col(v) / 4;
+      if ((middle - Place::Constant(0.0075)).cwiseAbs().maxCoeff() > 0.0025) mesh.tetrahedra.col(kept++) = mesh.tetrahedra.col(t);
+    }
+    mesh.tetrahedra.conservativeResize(4, kept);
+  }
+  if (kind == 2)   // very uneven
+    mesh.points.row(0) = 0.015 * (mesh.points.row(0).array() / 0.015).square().matrix() * 0.9 + 0.1 * mesh.points.row(0);
+  return mesh;
+}
+/// Three strokes of any kind.
+inline SolidCase strokes_of(std::uint64_t seed) {
+  palpate::Random random(palpate::Seed{seed});
+  auto const any = [&] { return Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
+  SolidCase all{seed, {}};
+  for (int n = 0; n < 3; ++n) {
+    Place const middle = Place::Constant(0.0075) + 0.006 * any(), blade = any().normalized(), way = any().normalized();
+    Place const turn = 0.01 * random.uniform(0.0, 1.0) * any();
+    double const length = random.uniform(0.002, 0.03), far = random.uniform(0.001, 0.03);
+    int const ticks = 2 + static_cast<int>(random.below(20));
+    bool const back = random.below(4) == 0, moves = random.below(2) == 0;
+    auto& own = all.strokes.emplace_back();
+    for (int tick = 0; tick <= ticks; ++tick) {
+      double u = static_cast<double>(tick) / ticks;
+      if (back) u = 1 - std::abs(2 * u - 1);
+      Place const at = middle + (2 * u - 1) * far * way;
+      own.push_back({at - length / 2 * blade - u * turn, at + length / 2 * blade + u * turn, moves});
+    }
+  }
+  return all;
+}
+
+/// Cuts a body so, with all invariants after each tick; after the last one the blade stays. What is wrong first, or nothing.
+template <class Body, class Before, class S>
+std::string cut_and_check(SolidCase const& all, Body& body, Before const& before, palpate::VolumeCutter<S>& knife, int& made) {
+  using namespace palpate;
+  auto const momentum = [&] {
+    std::pair<Place, double> sum{Place::Zero(), 0.0};
+    for (int i = 0; i < body.size(); ++i) {
+      Place const v = body.velocities().col(i).template cast<double>();
+      double const m = static_cast<double>(body.tissue().mass(i));
+      sum.first += m * v, sum.second += m * v.squaredNorm();
+    }
+    return sum;
+  };
+  std::string wrong;
+  for (std::size_t n = 0; n < all.strokes.size(); ++n) {
+    if (n > 0) knife.lift(body);
+    for (std::size_t tick = 0; tick < all.strokes[n].size(); ++tick) {
+      auto const& [from, to, steps] = all.strokes[n][tick];
+      auto const was = momentum();
+      knife.advance(body, {from.template cast<S>(), to.template cast<S>()});
+      auto const is = momentum();
+      wrong = testing::to_text(before.check(body));
+      double const digits = sizeof(S) == sizeof(float) ? 1e-5 : 1e-12;
+      double const size = std::sqrt(was.second * static_cast<double>(body.total_mass()));
+      if (!((is.first - was.first).norm() <= digits * size)) wrong += "the momentum is not what it was\n";
+      if (!(is.second <= was.second * (1 + digits))) wrong += "kinetic energy has risen\n";
+      if (!wrong.empty()) return "stroke " + std::to_string(n) + ", tick " + std::to_string(tick) + ":\n" + wrong;
+      if (steps) body.step(S(1e-3));
+    }
+    made += knife.report().tetrahedra_added;
+    if constexpr (testing::HasTetrahedralElements<std::remove_cvref_t<decltype(body.tissue())>>)
+      if (wrong = testing::to_text(before.check_end(body)); !wrong.empty()) return "stroke " + std::to_string(n) + ":\n" + wrong;
+  }
+  return "";
+}
+
+/// Strokes of any kind, three through each solid of which make(mesh, seed) makes a body; a solid is restored in mid-cut. Reports the first three that fail, made as
+/// short as they still fail, and returns how many tetrahedra were made.
 /// PALPATE_SOLID_STROKES sets how many strokes, PALPATE_SEED with which seed they begin.
 template <class S, class Make>
 int cut_at_random(std::uint64_t otherwise, Make const& make) {
@@ -106,77 +216,31 @@ int cut_at_random(std::uint64_t otherwise, Make const& make) {
   std::uint64_t const strokes = from_environment("PALPATE_SOLID_STROKES", otherwise), first = from_environment("PALPATE_SEED", 1);
   int made = 0, failures = 0;
   for (std::uint64_t seed = first; 3 * (seed - first) < strokes && failures < 3; ++seed) {
-    Random random(Seed{seed});
-    auto const any = [&] { return Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
-    TetrahedralMesh<double> mesh = make_block<double>(4, 4, 4, 0.005, seed % 2 == 0 ? BlockPattern::alternating : BlockPattern::kuhn);
-    std::uint64_t const kind = seed % 5;
-    if (kind == 1 || kind == 3)   // a ball
-      for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
-        Place const p = mesh.points.col(i) - Place::Constant(0.0075);
-        if (double const far = p.cwiseAbs().maxCoeff(); far > 0) mesh.points.col(i) = Place::Constant(0.0075) + p * (far / p.norm());
-      }
-    if (kind == 3)   // an organ: flat, and bent
-      for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) {
-        Place const p = mesh.points.col(i) - Place::Constant(0.0075);
-        mesh.points.col(i) = Place::Constant(0.0075) + Place(1.5 * p[0], p[1] + 30 * p[0] * p[0], 0.6 * p[2]);
-      }
-    if (kind == 4) {   // a shell: no tetrahedra in the middle
-      Eigen::Index kept = 0;
-      for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
-        Place middle = Place::Zero();
-        for (int const v : mesh.tetrahedra.col(t)) middle += mesh.points.col(v) / 4;
-        if ((middle - Place::Constant(0.0075)).cwiseAbs().maxCoeff() > 0.0025) mesh.tetrahedra.col(kept++) = mesh.tetrahedra.col(t);
-      }
-      mesh.tetrahedra.conservativeResize(4, kept);
-    }
-    if (kind == 2)   // very uneven
-      mesh.points.row(0) = 0.015 * (mesh.points.row(0).array() / 0.015).square().matrix() * 0.9 + 0.1 * mesh.points.row(0);
+    TetrahedralMesh<double> const mesh = solid_of(seed);
     TetrahedralMesh<S> const solid{mesh.points.cast<S>(), mesh.tetrahedra};
     if (!validate(solid).empty()) continue;
+    auto const invariants = [seed](auto const& body) {
+      return testing::SolidCutInvariants(body, {.least_height = 0.0199 * static_cast<double>(body.mean_edge()), .seed = Seed{seed}});
+    };
     auto body = make(solid, seed);
     int const particles = body.size();
     auto const saved = body.save();
-    testing::SolidCutInvariants before(body, {.least_height = 0.0199 * static_cast<double>(body.mean_edge()), .seed = Seed{seed}});
+    auto const before = invariants(body);
     VolumeCutter<S> knife;
-    auto const momentum = [&] {
-      std::pair<Place, double> sum{Place::Zero(), 0.0};
-      for (int i = 0; i < body.size(); ++i) {
-        Place const v = body.velocities().col(i).template cast<double>();
-        double const m = static_cast<double>(body.tissue().mass(i));
-        sum.first += m * v, sum.second += m * v.squaredNorm();
-      }
-      return sum;
-    };
-    std::string wrong;
-    for (int n = 0; n < 3 && wrong.empty(); ++n) {
-      Place const middle = Place::Constant(0.0075) + 0.006 * any(), blade = any().normalized(), way = any().normalized();
-      Place const turn = 0.01 * random.uniform(0.0, 1.0) * any();
-      double const length = random.uniform(0.002, 0.03), far = random.uniform(0.001, 0.03);
-      int const ticks = 2 + static_cast<int>(random.below(20));
-      bool const back = random.below(4) == 0, moves = random.below(2) == 0;
-      for (int tick = 0; tick <= ticks && wrong.empty(); ++tick) {
-        double u = static_cast<double>(tick) / ticks;
-        if (back) u = 1 - std::abs(2 * u - 1);
-        Place const at = middle + (2 * u - 1) * far * way;
-        auto const was = momentum();
-        knife.advance(body, {Place(at - length / 2 * blade - u * turn).cast<S>(), Place(at + length / 2 * blade + u * turn).cast<S>()});
-        auto const is = momentum();
-        wrong = testing::to_text(before.check(body));
-        double const digits = sizeof(S) == sizeof(float) ? 1e-5 : 1e-12;
-        double const size = std::sqrt(was.second * static_cast<double>(body.total_mass()));
-        if (!((is.first - was.first).norm() <= digits * size)) wrong += "the momentum is not what it was\n";
-        if (!(is.second <= was.second * (1 + digits))) wrong += "kinetic energy has risen\n";
-        if (!wrong.empty()) wrong = "tick " + std::to_string(tick) + ":\n" + wrong;
-        if (moves) body.step(S(1e-3));
-      }
-      made += knife.report().tetrahedra_added;
-      if constexpr (testing::HasTetrahedralElements<std::remove_cvref_t<decltype(body.tissue())>>)
-        if (wrong.empty()) wrong = testing::to_text(before.check_end(body));
-      if (!wrong.empty()) wrong = "seed " + std::to_string(seed) + ", stroke " + std::to_string(n) + ", " + wrong;
-      if (n < 2) knife.lift(body);
+    SolidCase const drawn = strokes_of(seed);
+    if (std::string const wrong = cut_and_check(drawn, body, before, knife, made); !wrong.empty()) {
+      ++failures;
+      std::string left = wrong;
+      SolidCase const least = with_fewer_ticks(drawn, [&](SolidCase const& smaller) {
+        auto other = make(solid, seed);
+        VolumeCutter<S> blade;
+        int none = 0;
+        std::string const now = cut_and_check(smaller, other, invariants(other), blade, none);
+        if (!now.empty()) left = now;
+        return !now.empty();
+      });
+      FAIL_CHECK(wrong << "what is left of it: " << left << to_text(least));
     }
-    CHECK(wrong == "");
-    failures += wrong.empty() ? 0 : 1;
     body.restore(saved);   // in mid-cut, too
     CHECK(testing::to_text(before.check(body)) == "");
     knife.advance(body, {Vector3<S>::Constant(1), Vector3<S>::Constant(S(1.01))});

@@ -2,6 +2,7 @@
 // Yardstick: faults that are planted, known to the tick: the checks see each of them, and shrinking leaves what it needs and no more.
 #include "random_strokes.hpp"
 #include "shrink_stroke.hpp"
+#include "solid_strokes.hpp"
 
 #include "catch.hpp"
 
@@ -13,6 +14,7 @@
 #include <vector>
 
 using namespace palpate;
+using namespace palpate_test;
 
 namespace {
 
@@ -140,4 +142,24 @@ TEST_CASE("the checks see a handle and triangles with the same corners", "[cutti
   pillow.change_corner(1, 4, 2);
   pillow.change_corner(1, 5, 1);
   CHECK(testing::to_text(of_pair.check(pillow)).find("two triangles have the corners 0 1 2") != std::string::npos);
+}
+
+TEST_CASE("strokes through a solid are made as few and short as they still fail", "[cutting]") {
+  SolidCase all{7, {}};
+  for (int n = 0; n < 5; ++n)
+    for (int tick = 0; tick < 40; ++tick) {
+      if (tick == 0) all.strokes.emplace_back();
+      all.strokes.back().push_back({Place(n, tick, 0), Place(n, tick, 1), true});
+    }
+  auto const has = [](SolidCase const& some, double n, double tick) {
+    return std::ranges::any_of(some.strokes, [&](auto const& own) { return std::ranges::any_of(own, [&](BladeTick const& at) { return at.from == Place(n, tick, 0); }); });
+  };
+  int asked = 0;
+  auto const least = with_fewer_ticks(all, [&](SolidCase const& smaller) { return ++asked, has(smaller, 1, 17) && has(smaller, 1, 31) && has(smaller, 4, 0); });
+  CHECK(asked <= 300);
+  REQUIRE(least.strokes.size() == 2);
+  CHECK(least.strokes[0].size() == 2);
+  CHECK(least.strokes[1].size() == 1);
+  CHECK(has(least, 1, 17));
+  CHECK(has(least, 4, 0));
 }
