@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// Models of the same solid beside each other: a leapfrog step [ns a tetrahedron], a backward-Euler step of 1 ms with 25 iterations [ms], the largest stable
+// step [ms], and what each tetrahedron costs that a blade makes, without a step between [us].
+//   bench_models
+#include <palpate/body/soft_body.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/material/corotational.hpp>
+#include <palpate/material/linear_elastic.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/models.hpp>
+#include <palpate/tissue/finite_elements.hpp>
+
+#include "thread_time.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace {
+
+using namespace palpate;
+
+/// Argument: cubes along each side.
+template <class Tissue>
+void model(benchmark::State& state) {
+  int const n = static_cast<int>(state.range(0));
+  auto const mesh = make_block<double>(n + 1, n + 1, n + 1, 0.005, BlockPattern::alternating);
+  double const side = 0.005 * n, tetrahedra = static_cast<double>(mesh.tetrahedra.cols());
+  auto const make = [&](auto integrator) {
+    Tissue tissue(mesh, {.density = 1000.0, .material = {.young = 5000.0, .poisson = 0.45}});
+    for (int i = 0; i < tissue.size(); ++i)
+      if (mesh.points(2, i) < 1e-6) tissue.nail(i);
+    return SoftBody(std::move(tissue), integrator);
+  };
+  auto explicitly = make(LeapfrogVerlet{});
+  auto implicitly = make(BackwardEuler{.tolerance = 0, .max_iterations = 25});
+  explicitly.set_gravity({0, 0, -9.81}), implicitly.set_gravity({0, 0, -9.81});
+  double const stable = explicitly.stable_step();
+  double best_explicit = 1e9, best_implicit = 1e9;
+  int const rounds = std::max(2, static_cast<int>(4e5 / tetrahedra));
+  implicitly.step(1e-3);   // gathers
+  for (auto _ : state) {
+    double const start = benchmarks::thread_time();
+    for (int k = 0; k < rounds; ++k) explicitly.step(0.3 * stable);
+    double const middle = benchmarks::thread_time();
+    implicitly.step(1e-3);
+    best_explicit = std::min(best_explicit, (middle - start) / rounds), best_implicit = std::min(best_implicit, benchmarks::thread_time() - middle);
+  }
+  auto cut = make(BackwardEuler{});
+  cut.reserve(cut.size() + cut.size() / 3, 30 * n * n);
+  VolumeCutter<double> knife;
+  std::vector<double> each;
+  for (int tick = 0; tick <= 20 * n; ++tick) {
+    double const y = -0.002 + 0.6 * side * tick / (20.0 * n);
+    int const before = cut.tissue().tetrahedra();
+    cut.nearest_vertex({side / 2, y, side});   // fits the search tree
+    double const start = benchmarks::thread_time();
+    knife.advance(cut, {{side / 2 + 0.0013, y, 0.4 * side}, {side / 2 + 0.0013, y, side + 0.01}});
+    if (int const made = cut.tissue().tetrahedra() - before; made > 0) each.push_back(1e6 * (benchmarks::thread_time() - start) / made);
+  }
+  std::nth_element(each.begin(), each.begin() + static_cast<std::ptrdiff_t>(each.size() / 2), each.end());
+  state.counters["tetrahedra"] = tetrahedra;
+  state.counters["explicit_ns"] = 1e9 * best_explicit / tetrahedra;
+  state.counters["implicit_ms"] = 1e3 * best_implicit;
+  state.counters["stable_ms"] = 1e3 * stable;
+  state.counters["cut_us"] = each[each.size() / 2];
+}
+BENCHMARK(model<FiniteElements<double, LinearElastic<double>>>)->Name("linear finite elements")->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(model<TensorMass<double>>)->Name("tensor mass")->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(model<FiniteElements<double, Corotational<double>>>)->Name("corotational finite elements")->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
+
+}  // namespace

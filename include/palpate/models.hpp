@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// models: other ways to make a body of tissue, beside springs and finite elements. Not part of palpate.hpp.
+#include <palpate/tissue/tensor_mass/tensor_mass.hpp>
