@@ -18,7 +18,7 @@ set(plain_tests
   "^(extend|integrator|native|parallel|statics)/"
   "^phantom/test_phantom_simulator[.]"
   "^simulator/test_(body_loop|closed_loop|force_along_strokes|many_hands|pacer|proxy_force|tick_statistics|trocar_option)[.]"
-  "^tissue/test_(maximum_elongation|solid_solver|solid_yardsticks|spring_law|supported)[.]"
+  "^tissue/test_(mass_scaling|maximum_elongation|solid_solver|solid_yardsticks|spring_law|supported)[.]"
   "^tool/test_(hands_at_rest|random_poses|rod_contact|tool_shape|trocar)[.]"
   "^training/test_(alignment|comparison|guidance|replay|smoothness)[.]"
   "^vtk/test_(plot|series)[.]")
@@ -35,7 +35,7 @@ set(optimised_tests
   "^json/test_network_file[.]"
   "^mesh/test_(generators|tetrahedral_edits)[.]"
   "^simulator/test_(many_tools|realtime)[.]"
-  "^tissue/test_(element|finite_elements|nodal_pressure|stiffness_rows|viscoelastic)[.]")
+  "^tissue/test_(element|element_tissue|finite_elements|nodal_pressure|stiffness_rows|tensor_mass|viscoelastic)[.]")
 
 function(palpate_select_tests variable pass)
   set(plain ${${variable}})
