@@ -123,11 +123,9 @@ TEST_CASE("a vertex with many neighbours visits each once", "[topology]") {
   tetrahedra.row(3).setConstant(middle);
   for (Eigen::Index t = 0; t < tetrahedra.cols(); ++t) std::swap(tetrahedra(0, t), tetrahedra(1, t));   // seen from the middle
   TetrahedralTopology const cone(middle + 1, tetrahedra);
-  std::vector<int> times(162, 0), even(162, 0);
+  std::vector<int> times(162, 0);
   cone.for_each_neighbour(middle, [&](int i) { ++times[static_cast<std::size_t>(i)]; });
   CHECK(times == std::vector<int>(162, 1));
-  cone.for_each_neighbour(middle, [](int i) { return i % 2 == 0; }, [&](int i) { ++even[static_cast<std::size_t>(i)]; });
-  for (std::size_t i = 0; i < 162; ++i) CHECK(even[i] == (i % 2 == 0 ? 1 : 0));
 }
 
 TEST_CASE("the border is numbered as surface() numbers it", "[topology]") {
