@@ -74,6 +74,7 @@ double apart_after(A& a, B& b, int steps, double h) {
     moved = std::max<double>(moved, b.displacement(i).norm());
   }
   CHECK(moved > 1e-4);
+  CHECK(moved < 0.01);
   return most / moved;
 }
 
@@ -128,12 +129,13 @@ TEST_CASE("a bar of tensors that is drawn out pulls as Hooke says, and is strain
 
 TEST_CASE("a body of tensors moves as one of linear finite elements: explicit in a zone, implicit as a whole, and cut", "[tissue][tensor_mass]") {
   auto const mesh = make_block<double>(6, 4, 5, 0.005, BlockPattern::alternating);
-  auto const check = [&](auto integrator, auto region, double h) {
+  auto const check = [&](auto integrator, auto region, double h, bool cuts) {
     SoftBody tensors(held_below(TensorMass<double>(mesh, soft<double>())), integrator, region);
     SoftBody elements(held_below(same_elements<double>(mesh, soft<double>())), integrator, region);
     int const top = tensors.nearest_vertex({0.0125, 0.0075, 0.02});
     tensors.apply_force(top, {0.01, 0, -0.05}), elements.apply_force(top, {0.01, 0, -0.05});
-    CHECK(apart_after(tensors, elements, 50, h) < 1e-7);
+    CHECK(apart_after(tensors, elements, 100, h) < 1e-7);
+    if (!cuts) return;
     VolumeCutter<double> one, two;
     Place const from(0.0113, -0.003, 0.011), to(0.0121, -0.003, 0.03), way(0, 0.013, 0);
     for (int tick = 0; tick <= 20; ++tick) {
@@ -145,8 +147,8 @@ TEST_CASE("a body of tensors moves as one of linear finite elements: explicit in
     CHECK(one.report().area > 1e-5);
     CHECK(apart_after(tensors, elements, 50, h) < 1e-5);
   };
-  check(LeapfrogVerlet{}, ZoneOfInfluence{.rings = 2}, 1e-4);
-  check(BackwardEuler{}, WholeBody{}, 1e-3);
+  check(LeapfrogVerlet{}, ZoneOfInfluence{.rings = 2}, 5e-5, false);
+  check(BackwardEuler{}, WholeBody{}, 1e-3, true);
 }
 
 TEST_CASE("whatever is cut, the tensors are those of the tetrahedra that are there", "[tissue][tensor_mass]") {

@@ -7,8 +7,11 @@
 #include <palpate/material/semidefinite_tangent.hpp>
 #include <palpate/tissue/element.hpp>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace palpate {
 
@@ -59,11 +62,14 @@ class LinearTetrahedron {
     auto const tangent = tangent_at(x);
     return matrix([&](Tensor3<Scalar> const& dF) { return tangent.stress_change(dF); });
   }
-  /// The stiffness where F is a multiple of the identity: there an isotropic law's stress changes by a tr(dF) 1 + b dF + c dFᵀ.
+  /// stiffness(rest), at once where F is a multiple of the identity: there an isotropic law's stress changes by a tr(dF) 1 + b dF + c dFᵀ.
   NodeMatrix<Scalar, 4> stiffness_at_rest(Columns const& rest) const noexcept
     requires IsIsotropicLaw<Law>
   {
-    Tensor3<Scalar> const dP = law_.stress_change(deformation_gradient(rest), {1, 1, 0, 0, 0, 0, 0, 0, 0});
+    Tensor3<Scalar> const F = deformation_gradient(rest);
+    Scalar const off = std::max({std::abs(F.xy), std::abs(F.xz), std::abs(F.yx), std::abs(F.yz), std::abs(F.zx), std::abs(F.zy), std::abs(F.yy - F.xx), std::abs(F.zz - F.xx)});
+    if (!(off * off <= std::numeric_limits<Scalar>::epsilon() * F.xx * F.xx)) return stiffness(rest);
+    Tensor3<Scalar> const dP = law_.stress_change(F, {1, 1, 0, 0, 0, 0, 0, 0, 0});
     Scalar const a = volume_ * dP.yy, b = volume_ * dP.xy, c = volume_ * dP.yx;
     Columns const all = columns(gradients_);   // ∇N of all four
     NodeMatrix<Scalar, 4> stiffness;

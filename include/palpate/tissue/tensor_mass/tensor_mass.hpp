@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -73,6 +74,10 @@ class TensorMass : public FiniteElements<Scalar, LinearElastic<Scalar>> {
   void set_material(std::span<int const> some, LinearElastic<Scalar> const& material) {
     Base::set_material(some, material);
     follow_elements();
+  }
+  void set_mass(int i, Scalar mass) {
+    Base::set_mass(i, mass);
+    row_log_.forget_all();
   }
   TensorMass part(std::span<int const> particles) const { return TensorMass(Base::part(particles)); }
   void finish_edits() {
