@@ -360,3 +360,16 @@ TEST_CASE("a solid of what cannot be is refused in a line", "[tissue][finite_ele
   CHECK_THROWS_AS(make([](auto& mesh) { mesh.points(0, 3) = std::numeric_limits<double>::quiet_NaN(); }), InvalidMesh);
   CHECK_THROWS_WITH(FiniteElements(make_block<double>(2, 2, 2, 0.01), SolidOptions<double, StableNeoHookean<double>>{.density = 0, .material = {3000, 0.45}}), says("density", "0 kg/m3"));
 }
+
+// Yardstick: the row sums of the elements' own matrices.
+TEST_CASE("row bounds of tetrahedra that are strained at rest are those of their matrices", "[finite_elements]") {
+  auto const mesh = make_block<double>(3, 3, 3, 0.01, BlockPattern::alternating);
+  for (double const stretch : {0.5, 1.0, 1.25}) {
+    auto const make = [&](NodeColumns<double, 4> own) {
+      own.row(0) *= stretch;
+      return LinearTetrahedron<double, StVenantKirchhoffLaw<double>>(own, StVenantKirchhoff<double>{.young = 5000, .poisson = 0.3}.law(), 1000.0);
+    };
+    ElementTissue const tissue(mesh, {.total = 0.1}, make_elements(mesh.points, mesh.tetrahedra, make));
+    for (int i = 0; i < tissue.size(); ++i) CHECK(tissue.stiffness_bound(i) == Approx(tissue.stiffness_bound(i, tissue.rest_positions())).epsilon(1e-9));
+  }
+}
