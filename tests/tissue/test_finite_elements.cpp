@@ -3,6 +3,7 @@
 #include "cantilever.hpp"
 #include "catch.hpp"
 #include "device/message.hpp"
+#include "tissue/distorted.hpp"
 
 #include <palpate/body/soft_body.hpp>
 #include <palpate/integrator/backward_euler.hpp>
@@ -32,17 +33,9 @@
 #include <vector>
 
 using namespace palpate;
-using palpate_test::message_of, palpate_test::stiffness_at_rest, palpate_test::tip_over_timoshenko, palpate_test::unsaid;
+using palpate_test::distorted, palpate_test::message_of, palpate_test::stiffness_at_rest, palpate_test::tip_over_timoshenko, palpate_test::unsaid;
 
 namespace {
-
-template <class S>
-TetrahedralMesh<S> distorted(int n, S spacing) {
-  std::srand(3);
-  auto mesh = make_block<S>(n, n, n, spacing, BlockPattern::alternating);
-  for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) mesh.points.col(i) += S(0.15) * spacing * Vector3<S>::Random();
-  return mesh;
-}
 
 bool is_inside(int i, int n) {
   int const x = i % n, y = i / n % n, z = i / (n * n);

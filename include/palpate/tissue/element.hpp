@@ -60,7 +60,7 @@ concept HasSemidefiniteStiffness = Element<E, Scalar> && requires(E const& eleme
   { element.semidefinite_stiffness(x) } -> std::convertible_to<NodeMatrix<Scalar, E::nodes>>;
 };
 
-/// Refinement: has a shorter way to its stiffness at rest, for its row bounds.
+/// Refinement: has a shorter way to stiffness(rest), where the particles rest; it has to be equal to that.
 template <class E, class Scalar>
 concept HasStiffnessAtRest = Element<E, Scalar> && requires(E const& element, NodeColumns<Scalar, E::nodes> const& rest) {
   { element.stiffness_at_rest(rest) } -> std::convertible_to<NodeMatrix<Scalar, E::nodes>>;

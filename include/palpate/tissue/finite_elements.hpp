@@ -400,6 +400,12 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   }
   Scalar damping_bound(int i) const noexcept { return damping_.alpha * this->mass(i) + damping_.beta * stiffness_bound(i); }
 
+ protected:
+  static void keep_once(std::vector<int>& all) {
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+  }
+
  private:
   using Base::at;
 
@@ -592,10 +598,6 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     auto const& all = list().elements;
     use([this](int i) { return elements_at(i); }, [&](int e) { return all[at(e)].volume(); }, [this](int e) { return group_[at(e)]; },
         [&](int e) { return all[at(e)].law().bulk_modulus(); });
-  }
-  static void keep_once(std::vector<int>& all) {
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
   }
   void add_nodes(int star, std::vector<int>& to) const {
     for (int const e : stars_.elements(star)) to.insert(to.end(), list().nodes[at(e)].begin(), list().nodes[at(e)].end());

@@ -62,7 +62,7 @@ class LinearTetrahedron {
     auto const tangent = tangent_at(x);
     return matrix([&](Tensor3<Scalar> const& dF) { return tangent.stress_change(dF); });
   }
-  /// stiffness(rest), at once where F is a multiple of the identity: there an isotropic law's stress changes by a tr(dF) 1 + b dF + c dFᵀ.
+  /// stiffness(rest). Where F is a multiple of the identity it is found at once: there an isotropic law's stress changes by a tr(dF) 1 + b dF + c dFᵀ.
   NodeMatrix<Scalar, 4> stiffness_at_rest(Columns const& rest) const noexcept
     requires IsIsotropicLaw<Law>
   {

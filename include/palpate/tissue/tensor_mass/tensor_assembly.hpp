@@ -88,9 +88,10 @@ class TensorAssembly : public AssembledParticles<Scalar> {
   void build(Tissue const& tissue, std::span<int const> chosen) {
     this->choose(tissue, chosen);
     damping_ = tissue.damping();
-    rows_.clear(), energy_rounding_ = 0;
+    rows_.clear();
     for (int i = 0; i < moving(); ++i) take_row(tissue, i);
     take_rest(tissue, 0);
+    round_energy(tissue.edge_length());
     seen_ = tissue.row_edits().end();
   }
   /// The same for tissue that it was built of, or a copy of it, after edits.
@@ -105,6 +106,7 @@ class TensorAssembly : public AssembledParticles<Scalar> {
     for (int const p : tissue.row_edits().since(seen_))
       if (int const i = this->known(p); i >= 0 && i < before) take_row(tissue, i), this->weigh(tissue, i);
     take_rest(tissue, before);
+    round_energy(tissue.edge_length());
     seen_ = tissue.row_edits().end();
   }
   /// Its sums have one order.
@@ -162,9 +164,12 @@ class TensorAssembly : public AssembledParticles<Scalar> {
     local_columns_.clear();
     for (int const j : rows.columns(p)) local_columns_.push_back(this->local(j));
     rows_.set(i, local_columns_, rows.values(p));
+  }
+  void round_energy(Scalar edge) noexcept {
     Scalar size = 0;
-    for (int c = 0; c < 3; ++c) size += rows.values(p)[4 * c];
-    energy_rounding_ += 4 * std::numeric_limits<Scalar>::epsilon() * size * tissue.edge_length() * tissue.edge_length();
+    for (int i = 0; i < moving(); ++i)
+      for (int c = 0; c < 3; ++c) size += rows_.values(i)[4 * c];
+    energy_rounding_ = 4 * std::numeric_limits<Scalar>::epsilon() * size * edge * edge;
   }
   template <class Tissue>
   void take_rest(Tissue const& tissue, int from) {

@@ -171,8 +171,7 @@ class TensorMass : public FiniteElements<Scalar, LinearElastic<Scalar>> {
       auto const note = [this](int e) { changed_.insert(changed_.end(), this->list().nodes[at(e)].begin(), this->list().nodes[at(e)].end()); };
       for (int const e : log.since(seen_)) note(e);
       for (int e = known_; e < this->tetrahedra(); ++e) note(e);
-      std::sort(changed_.begin(), changed_.end());
-      changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
+      Base::keep_once(changed_);
       row_log_.trim(2 * at(this->size()));
       for (int const i : changed_) add_up(i), row_log_.add(i);
     }
@@ -183,8 +182,7 @@ class TensorMass : public FiniteElements<Scalar, LinearElastic<Scalar>> {
     for (int const e : this->elements_at(i))
       for (int const j : this->list().nodes[at(e)])
         if (j != i) columns_.push_back(j);
-    std::sort(columns_.begin(), columns_.end());
-    columns_.erase(std::unique(columns_.begin(), columns_.end()), columns_.end());
+    Base::keep_once(columns_);
     columns_.insert(columns_.begin(), i);
     values_.assign(9 * columns_.size(), Scalar(0));
     for (int const e : this->elements_at(i)) {
