@@ -158,7 +158,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     place_stars(stars, halo);
     rows_.clear();
     seen_ = tissue.edits().end(), gathered_from_ = list.size();
-    has_followed_ = is_taken_ = false;
+    is_taken_ = false;
     follows_ = !tissue.assembles_stiffness(), has_stars_ = !stars.empty();
     for (std::size_t b = at(blocks()); b < halo; ++b) packs_[b].clear();
     if (!tissue.assembles_stiffness()) return;
@@ -185,7 +185,6 @@ class SolidAssembly : public AssembledParticles<Scalar> {
       for (std::size_t k = 0, border = at_border_.size(); k < border; ++k) place(tissue, at_border_[k], false);   // some are listed twice
     }
     bool const was_taken = std::exchange(is_taken_, false);
-    has_followed_ = has_followed_ || seen_ < tissue.edits().end() || gathered_from_ < list.size();
     auto const edited = tissue.edits().since(seen_);
     edited_.assign(edited.begin(), edited.end());
     std::sort(edited_.begin(), edited_.end());
@@ -198,7 +197,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     size_columns();
   }
 
-  /// Which tetrahedron is where: what makes the order of sums. Without particles where building anew makes the same.
+  /// Which tetrahedron is where: what makes the order of sums. Without particles where it is always built anew.
   struct Layout {
     Base particles;
     std::array<std::vector<typename Packs::Names>, std::size_t{Base::max_blocks} + 1> packs;
@@ -209,8 +208,8 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   };
   /// Of an assembly of this tissue, which may have been edited since.
   template <class Tissue>
-  Layout layout(Tissue const& tissue) const {
-    if (!follows_ || (!has_followed_ && seen_ == tissue.edits().end() && gathered_from_ == tissue.list().size())) return {};
+  Layout layout(Tissue const& /*tissue*/) const {
+    if (!follows_) return {};
     Layout made{*this, {}, chosen_stars_, seen_, gathered_from_, energy_rounding_};
     for (std::size_t b = 0; b < packs_.size(); ++b) made.packs[b] = packs_[b].names();
     return made;
@@ -225,7 +224,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     has_stars_ = !chosen_stars_.empty();
     for (std::size_t b = 0; b < packs_.size(); ++b) packs_[b].take(layout.packs[b], has_stars_);
     seen_ = layout.seen, gathered_from_ = layout.gathered_from, energy_rounding_ = layout.energy_rounding;
-    follows_ = has_followed_ = is_taken_ = moving() > 0;
+    follows_ = is_taken_ = moving() > 0;
   }
   /// Takes what the tissue's elements remember, where they do.
   template <class Tissue>
@@ -438,7 +437,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   std::vector<int> at_border_, edited_;   // tetrahedra with a node that is not chosen; those that are edited, while it follows
   std::size_t seen_ = 0;      // of the tissue's edits
   int gathered_from_ = 0;     // of so many tetrahedra
-  bool follows_ = false, has_followed_ = false;   // whether it can, and whether it has
+  bool follows_ = false;      // whether it can
   bool is_taken_ = false;     // it has a layout, and nothing in it yet
   bool has_stars_ = false;
   std::vector<int> star_place_, chosen_stars_;   // star of the tissue → here, and back
