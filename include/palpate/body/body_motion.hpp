@@ -246,7 +246,7 @@ class BodyMotion : public BodyShape<TissueType> {
       }
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
-            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, system_.layout(tissue_)};
+            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, system_.layout()};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;

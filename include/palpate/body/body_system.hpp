@@ -230,9 +230,9 @@ class BodySystem {
   }
 
   /// What of the assembly belongs to what makes the body's future, and it back, with tissue that belongs to it.
-  Layout layout(Tissue const& tissue) const {
+  Layout layout() const {
     if constexpr (FollowsEdits<Tissue>)
-      return assembly_.layout(tissue);
+      return assembly_.layout();
     else
       return {};
   }

@@ -240,13 +240,13 @@ concept HasAssemblyEnergy = HasTangentOperator<T> && requires(typename T::Assemb
 };
 
 /// Refinement: its Assembly follows edits. follow_edits(moving, assembly) is as assemble(), of an assembly that was made of this tissue before some edits, or of
-/// one that this is a copy of. Its sums may have an order that depends on what was edited when: layout(tissue) says it, and take(layout), then follow_edits,
+/// one that this is a copy of. Its sums may have an order that depends on what was edited when: layout() says it, and take(layout), then follow_edits,
 /// give it to another assembly, of this tissue or a copy. A tissue that hides assemble() hides follow_edits(), too.
 template <class T>
 concept FollowsEdits = HasSubsetForces<T> && requires(T const& tissue, std::span<int const> moving, typename T::Assembly& assembly,
                                                       typename T::Assembly const& made, typename T::Assembly::Layout const& layout) {
   tissue.follow_edits(moving, assembly);
-  { made.layout(tissue) } -> std::same_as<typename T::Assembly::Layout>;
+  { made.layout() } -> std::same_as<typename T::Assembly::Layout>;
   assembly.take(layout);
 };
 

@@ -206,9 +206,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     int gathered_from = 0;
     Scalar energy_rounding = 0;
   };
-  /// Of an assembly of this tissue, which may have been edited since.
-  template <class Tissue>
-  Layout layout(Tissue const& /*tissue*/) const {
+  Layout layout() const {
     if (!follows_) return {};
     Layout made{*this, {}, chosen_stars_, seen_, gathered_from_, energy_rounding_};
     for (std::size_t b = 0; b < packs_.size(); ++b) made.packs[b] = packs_[b].names();

@@ -111,10 +111,7 @@ class TensorAssembly : public AssembledParticles<Scalar> {
   }
   /// Its sums have one order.
   struct Layout {};
-  template <class Tissue>
-  Layout layout(Tissue const&) const noexcept {
-    return {};
-  }
+  Layout layout() const noexcept { return {}; }
   void take(Layout const&) noexcept { seen_ = std::numeric_limits<std::size_t>::max(); }
 
   /// Memory for sets of up to so many particles.
