@@ -74,6 +74,7 @@ auto make_body(std::type_identity<Springs>, int n) {
 ///   us_each_finish     neighbours, row bounds, with nodal pressure its stars;
 ///   us_each_packs      in the step after it: packs that forces are computed in
 ///   us_each_warm       as us_each, of another body that is cut without a step between: caches are warm
+///   us_packs_warm      beside it, packs that follow each of its ticks
 ///   us_idle_tick       of a tick that cuts nothing
 ///   ms_step, ms_step_after_cut, ms_packs_anew, ms_made_anew   a step (of elements implicit, of one iteration), one after a tick that cuts, gathering all packs, making body and tissue from the mesh
 template <class Kind>
@@ -106,7 +107,7 @@ void cut_block(benchmark::State& state) {
       return microseconds_since(now);
     };
     step();
-    std::vector<double> each, warm, finish, packs, idle, steps, steps_after;
+    std::vector<double> each, warm, packs_warm, finish, packs, idle, steps, steps_after;
     VolumeCutter<double> knife, other;
     auto const cut = [&](auto& cut_body, VolumeCutter<double>& blade, int tick) {   // how long it takes, and how many it makes
       auto const& solid = cut_body.tissue().topology();
@@ -130,14 +131,27 @@ void cut_block(benchmark::State& state) {
     {
       auto again = make_body(std::type_identity<Kind>{}, n);
       again.reserve(again.size() + again.size() / 5, 20 * n * n);
+      std::vector<int> chosen;
+      typename std::remove_cvref_t<decltype(tissue)>::Assembly assembly;
+      assembly.reserve(again.tissue(), again.size() + again.size() / 5, 0);
+      auto const follow = [&] {
+        while (static_cast<int>(chosen.size()) < again.size()) chosen.push_back(static_cast<int>(chosen.size()));
+        auto const now = std::chrono::steady_clock::now();
+        if constexpr (is_timed) again.tissue().follow_edits(chosen, assembly);
+        return microseconds_since(now);
+      };
+      follow();
       for (int tick = 0; tick <= ticks; ++tick)
-        if (auto const [took, made] = cut(again, other, tick); made > 0) warm.push_back(took / made);
+        if (auto const [took, made] = cut(again, other, tick); made > 0) warm.push_back(took / made), packs_warm.push_back(follow() / made);
     }
     state.counters["tetrahedra"] = tetrahedra;
     state.counters["made"] = tissue.topology().tetrahedron_count() - tetrahedra;
     state.counters["us_each"] = median(std::move(each));
     state.counters["us_each_warm"] = median(std::move(warm));
-    if (is_timed) state.counters["us_each_finish"] = median(std::move(finish)), state.counters["us_each_packs"] = median(std::move(packs));
+    if (is_timed) {
+      state.counters["us_packs_warm"] = median(std::move(packs_warm));
+      state.counters["us_each_finish"] = median(std::move(finish)), state.counters["us_each_packs"] = median(std::move(packs));
+    }
     state.counters["us_idle_tick"] = median(std::move(idle));
     state.counters["ms_step"] = median(std::move(steps)) / 1e3;
     state.counters["ms_step_after_cut"] = median(std::move(steps_after)) / 1e3;

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/collision/surface_tree.hpp>
+#include <palpate/core/columns.hpp>
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/mesh/measures.hpp>
+#include <palpate/mesh/normals.hpp>
+#include <palpate/mesh/surface_topology.hpp>
+#include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/mesh/validation.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+
+/// What a body that is known by its skin alone has in common with others: where its vertices are and were at rest, how a tool finds them, what a renderer
+/// draws. A model derives from it, and moves the vertices: see VertexRings and LongElements. Nothing is cut.
+/// Shapes     positions(), velocities(): 3 × size(), one column per vertex, in the order of the mesh. A velocity is the mean of the last step.
+/// Cost       a search fits the tree first to what has moved since the last one.
+/// Threads    one thread at a time.
+template <RealScalar ScalarType>
+class SkinBody {
+ public:
+  using Scalar = ScalarType;
+  using Vector = Vector3<Scalar>;
+
+  /// What tools ask of the tissue of any body, but for masses: there are none.
+  class Skin {
+   public:
+    SurfaceTopology const& surface() const noexcept { return surface_; }
+    std::size_t revision() const noexcept { return revision_; }
+    bool nailed(int i) const noexcept { return nailed_[static_cast<std::size_t>(i)] != 0; }
+
+   private:
+    friend SkinBody;
+    SurfaceTopology surface_;
+    std::vector<char> nailed_;
+    std::size_t revision_ = 0;
+  };
+
+  Skin const& tissue() const noexcept { return skin_; }
+  int size() const noexcept { return x_.size(); }
+  auto positions() const noexcept { return x_.view(); }
+  auto velocities() const noexcept { return v_.view(); }
+  auto triangles() const noexcept { return skin_.surface_.triangles(); }
+  TriangleMesh<Scalar> mesh() const { return {x_.view(), triangles()}; }           // a copy
+  TriangleMesh<Scalar> rest_mesh() const { return {rest_.view(), triangles()}; }   // a copy
+  Scalar mean_edge() const noexcept { return mean_edge_; }                         // m, at rest
+  Scalar home_diagonal() const noexcept { return diagonal_; }                      // m, of the bounding box at rest
+  Vector reference_position(int i) const { return (check(i), rest_[i]); }
+  Vector reference_normal(int i) const { return (check(i), normal_[i]); }
+  Vector displacement(int i) const { return (check(i), u_[i]); }   // m
+  bool is_held(int i) const { return (check(i), false); }
+
+  /// The nearest vertex as the body is now, the lowest index among equals; −1 for a point that is not finite. A triangle that is likely near saves time.
+  int nearest_vertex(Vector const& point, int hint = -1) noexcept {
+    fit_tree();
+    return tree_.nearest_vertex(x_.view(), point, hint);
+  }
+  SurfacePoint<Scalar> nearest_point(Vector const& point, int hint = -1) noexcept {
+    fit_tree();
+    return tree_.nearest(x_.view(), point, hint);
+  }
+  /// Calls visit(triangle) for all triangles that may meet a box [m], and some beside them.
+  template <class Visit>
+  void visit_triangles_in_box(Vector const& low, Vector const& high, Visit&& visit) {
+    fit_tree();
+    tree_.visit_in_box(low, high, visit);
+  }
+  int triangle_across(int a, int b) const noexcept { return skin_.surface_.triangle_with_edge(b, a); }
+  std::size_t topology_revision() const noexcept { return 0; }
+  std::size_t restorations() const noexcept { return restorations_; }
+
+  /// Any step is stable.
+  Scalar stable_step() const noexcept { return std::numeric_limits<Scalar>::infinity(); }
+  Scalar guaranteed_stable_step() const noexcept { return stable_step(); }
+  bool stable_step_fell() const noexcept { return false; }
+
+  template <class Values>
+  void draw_columns(Values const& values, Matrix3X<Scalar>& to) const {
+    to = values;
+  }
+  void draw_triangles(Matrix<int, 3, Dynamic>& to) const { to = triangles(); }
+
+ protected:
+  SkinBody(TriangleMesh<Scalar> const& mesh, MeshRequirements const& wanted) : tree_(sound(mesh, wanted)) {
+    int const n = static_cast<int>(mesh.points.cols());
+    skin_.surface_ = SurfaceTopology(n, mesh.triangles);
+    skin_.nailed_.assign(at(n), 0);
+    for (Columns<Scalar, 3>* columns : {&rest_, &x_}) *columns = Columns<Scalar, 3>(mesh.points);
+    for (Columns<Scalar, 3>* columns : {&u_, &v_}) columns->resize(n);
+    normal_ = Columns<Scalar, 3>(vertex_normals(mesh));
+    mean_edge_ = mean_edge_length(mesh);
+    auto const [low, high] = low_and_high(mesh.points);
+    diagonal_ = Vector(high - low).norm();
+    is_unfitted_.assign(at(n), 0), unfitted_.reserve(at(n));
+  }
+
+  static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
+  void check(int i) const { detail::check_index("vertex", i, size()); }
+  static void check_step(Scalar h) {
+    if (!(h >= 0) || !std::isfinite(h)) throw InvalidArgument(detail::message("a step of ", h, " s; it must be finite and not negative"));
+  }
+  static void check_force(int i, Vector const& force) {
+    if (!is_finite(force))
+      throw InvalidArgument(detail::message("the force on vertex ", i, " is (", force[0], ", ", force[1], ", ", force[2], "); it must be finite"));
+  }
+
+  auto rest_positions() const noexcept { return rest_.view(); }
+  /// Moves a vertex by u [m] from where it rests.
+  template <class U, class V>
+  void displace(int i, U const& u, V const& v) noexcept {
+    u_[i] = u, v_[i] = v;
+    x_[i] = rest_[i] + u_[i];
+    if (!std::exchange(is_unfitted_[at(i)], char{1})) unfitted_.push_back(i);
+  }
+  void mark_nailed(int i) noexcept { skin_.nailed_[at(i)] = 1, ++skin_.revision_; }
+
+  /// The nails, and them back.
+  struct SkinState {
+    std::vector<char> nailed;
+    std::size_t revision;
+  };
+  SkinState save_skin() const { return {skin_.nailed_, skin_.revision_}; }
+  void restore_skin(SkinState const& state) {
+    skin_.nailed_ = state.nailed, skin_.revision_ = state.revision;
+    ++restorations_;
+  }
+
+ private:
+  static TriangleMesh<Scalar> const& sound(TriangleMesh<Scalar> const& mesh, MeshRequirements const& wanted) {
+    require_valid(mesh, wanted);
+    return mesh;
+  }
+  /// Fits the boxes of the triangles at what has moved; of several corners that have, the lowest asks for it.
+  void fit_tree() noexcept {
+    auto const x = x_.view();
+    if (4 * unfitted_.size() > at(size())) {
+      tree_.refit(x);
+    } else {
+      for (int const i : unfitted_)
+        for (int const t : skin_.surface_.triangles_at(i)) {
+          auto const corners = skin_.surface_.corners(t);
+          if (std::none_of(corners.begin(), corners.end(), [&](int c) { return c < i && is_unfitted_[at(c)] != 0; })) tree_.refit(x, std::span(&t, 1));
+        }
+    }
+    for (int const i : unfitted_) is_unfitted_[at(i)] = 0;
+    unfitted_.clear();
+  }
+
+  SurfaceTree<Scalar> tree_;
+  Skin skin_;
+  Columns<Scalar, 3> rest_, normal_, x_, u_, v_;   // m, 1, m, m, m/s
+  std::vector<int> unfitted_;                      // of the tree: moved since it was fitted
+  std::vector<char> is_unfitted_;
+  Scalar mean_edge_ = 0, diagonal_ = 0;            // m
+  std::size_t restorations_ = 0;
+};
+
+}  // namespace palpate
