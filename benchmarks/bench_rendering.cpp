@@ -25,6 +25,7 @@
 #include <palpate/region/concept.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 
+#include "dented_ball.hpp"
 #include "thread_time.hpp"
 
 #include <benchmark/benchmark.h>
@@ -54,8 +55,9 @@ class PressedBall {
     SurfaceTopology const& surface() const noexcept { return triangles; }
   };
 
-  PressedBall(int rings, int meridians)
-      : rest_(ball(rings, meridians)), matter_{{static_cast<int>(rest_.points.cols()), rest_.triangles}}, tree_(rest_), x_(rest_.points), v_(Matrix3X<double>::Zero(3, x_.cols())) {
+  explicit PressedBall(long vertices)
+      : rest_(benchmarks::dented_ball(vertices)), matter_{{static_cast<int>(rest_.points.cols()), rest_.triangles}}, tree_(rest_), x_(rest_.points),
+        v_(Matrix3X<double>::Zero(3, x_.cols())) {
     zone_.reserve(static_cast<int>(rest_.points.cols()));
     moved_.reserve(static_cast<int>(rest_.triangles.cols()));
   }
@@ -127,35 +129,7 @@ class PressedBall {
   int rendered() const noexcept { return zone_.size(); }
 
  private:
-  static double surface(Point const& way) { return 0.1 * (1 + 0.01 * std::sin(20 * way.x()) * std::cos(17 * way.y() + 1)); }   // m from the middle
-  static Point towards(double polar, double azimuth) {
-    return {std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)};
-  }
-  static Point pressed(double polar, double azimuth) {
-    Point const way = towards(polar, azimuth);
-    return (surface(way) - 0.001) * way;
-  }
-  static TriangleMesh<double> ball(int rings, int meridians) {
-    TriangleMesh<double> mesh;
-    mesh.points.resize(3, 2 + rings * meridians);
-    mesh.triangles.resize(3, 2 * meridians * rings);
-    auto const at = [&](int r, int m) { return 2 + r * meridians + m % meridians; };
-    mesh.points.col(0) << 0, 0, 1;
-    mesh.points.col(1) << 0, 0, -1;
-    Eigen::Index t = 0;
-    for (int m = 0; m < meridians; ++m) {
-      mesh.triangles.col(t++) << 0, at(0, m), at(0, m + 1);
-      mesh.triangles.col(t++) << 1, at(rings - 1, m + 1), at(rings - 1, m);
-      for (int r = 0; r < rings; ++r)
-        mesh.points.col(at(r, m)) = towards(std::numbers::pi * (r + 1) / (rings + 1), 2 * std::numbers::pi * m / meridians);
-      for (int r = 0; r + 1 < rings; ++r) {
-        mesh.triangles.col(t++) << at(r, m), at(r + 1, m), at(r + 1, m + 1);
-        mesh.triangles.col(t++) << at(r, m), at(r + 1, m + 1), at(r, m + 1);
-      }
-    }
-    for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) mesh.points.col(i) *= surface(Point(mesh.points.col(i)));
-    return mesh;
-  }
+  static Point pressed(double polar, double azimuth) { return benchmarks::on_dented_ball(polar, azimuth, -0.001); }
 
   TriangleMesh<double> rest_;
   Matter matter_;
@@ -173,13 +147,8 @@ double part_of(std::vector<double>& values, double part) {
 
 void rendering(benchmark::State& state) {
   long const vertices = state.range(0);
-  struct Size { long vertices; int rings, meridians; };
-  constexpr std::array<Size, 8> sizes{{{1442, 30, 48}, {3970, 62, 64}, {5762, 60, 96}, {8664, 71, 122}, {10002, 80, 125},
-                                       {30002, 120, 250}, {100002, 250, 400}, {1000002, 800, 1250}}};
-  auto const size = std::find_if(sizes.begin(), sizes.end(), [&](Size const& s) { return s.vertices == vertices; });
-  if (size == sizes.end()) return state.SkipWithError("a size that is not in the table");
-  PressedBall ball(size->rings, size->meridians);
-  if (ball.home().cols() != vertices) return state.SkipWithError("the ball has another number of vertices");
+  PressedBall ball(vertices);
+  if (ball.home().cols() != vertices) return state.SkipWithError("a size that is not in the table");
   std::size_t const few = static_cast<std::size_t>(std::clamp(400000 / vertices, 4L, 200L)), many = 2000;
   std::size_t tick = 0;
   int hint = -1;
