@@ -6,6 +6,7 @@
 
 #include <concepts>
 #include <cstddef>
+#include <span>
 
 namespace palpate {
 
@@ -55,6 +56,14 @@ concept SearchableBody = TouchableBody<B> && requires(B& body, typename B::Vecto
 /// Refinement: a body that counts how often numbers of its triangles went to others: as it was brought back, or tissue was taken away.
 template <class B>
 concept CountsRenumberings = TouchableBody<B> && requires(B const& seen) { { seen.renumberings() } -> std::same_as<std::size_t>; };
+
+/// Refinement: a body that states what a force [N], shared by some particles by weight, adds to predicted_acceleration(i, h) at their mean by weight: 1/kg.
+/// Of others each particle gives way by its own mass: Σ b_i²/m_i.
+template <class B>
+concept StatesMobility = SimulatedBody<B> && requires(B const& seen, std::span<int const> particles, std::span<typename B::Scalar const> weights,
+                                                      typename B::Scalar h) {
+  { seen.mobility(particles, weights, h) } -> std::same_as<typename B::Scalar>;
+};
 
 /// Refinement: a body whose forces in a step are those of the time force_time · h after its begin; of others it is the begin.
 template <class B>

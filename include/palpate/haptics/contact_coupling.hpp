@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/body/touch.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/cutting/blade_edge.hpp>
@@ -15,9 +16,9 @@ namespace palpate {
 /// Couples an indenting tip to the touched surface point: a stiff damped spring that pushes and never pulls.
 ///   g = (x_s − (p − r n))·n   how far the tip is below the surface,   ġ = (v_s − v_p)·n
 ///   f = max(0, (k g + (c + h k)(ġ + h a)) / (1 + h (c + h k) w)),   w = Σ b_i²/m_i,   a = Σ b_i a_i·n
-/// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them. This is the
-/// spring's force at the end of the step, so it is stable however stiff the spring and however light the particles; at rest
-/// f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
+/// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them; w is the body's own where it
+/// states one (StatesMobility). This is the spring's force at the end of the step, so it is stable however stiff the spring and however light the particles;
+/// at rest f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
 /// A blade that is held across its edge drags the point of the tissue at it along the surface with the same spring, to all sides, up to a slip force; so does one
 /// in a solid that resists it.
 /// Units      k [N/m], c [N·s/m], force [N].
@@ -110,6 +111,7 @@ struct ContactCoupling {
 
     CoupledPoint(Body const& body, std::span<int const> carriers, std::span<Scalar const> shares, Scalar h) : particles(carriers), weights(shares) {
       for (std::size_t k = 0; k < particles.size(); ++k) add(body, particles[k], weights[k], h);
+      if constexpr (StatesMobility<Body>) mobility = body.mobility(particles, weights, h);
     }
 
     /// Calls visit(particle, weight) for those that carry it.
