@@ -7,11 +7,14 @@
 
 #include <palpate/body/concept.hpp>
 #include <palpate/cutting/no_cutter.hpp>
+#include <palpate/device/scripted_device.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/models.hpp>
 #include <palpate/simulator/simulator.hpp>
+#include <palpate/tool/blunt_tool.hpp>
+#include <palpate/tool/built_in_shapes.hpp>
 
 #include <Eigen/Geometry>
 
@@ -306,6 +309,33 @@ TEST_CASE("a tool of a simulator presses vertex rings as two springs in series",
         CHECK(simulator.body().restorations() == 1);
         CHECK(simulator.body().positions() == mesh.points);
       }
+}
+
+TEST_CASE("a rod, longer than a point, presses vertex rings out of its way, and the force is steady", "[tissue][vertex_rings]") {
+  double const radius = 0.003;
+  for (double const tau : {0.0, 1e-3, 0.01, 0.1}) {
+    VertexRings<double> body(make_grid<double>(13, 13, 0.005), soft<double>(tau));
+    Vector3<double> const above(0.031, 0.0293, 0.006), in(0.031, 0.0293, -0.002);
+    Simulator simulator(ScriptedDevice<double>({{0.0, above}, {0.4, in}, {2.0, in}}), std::move(body),
+                        BluntTool<double>(make_probe_shape<double>({.radius = radius})), TissueReaction{});
+    double most = 0, least = 1e9;
+    simulator.run(1.0 + 5 * tau, [&](Tick const& tick) {
+      if (tick.time > 0.8 + 5 * tau) most = std::max(most, tick.force[2]), least = std::min(least, tick.force[2]);
+    });
+    INFO(tau << " s: " << least << " to " << most << " N");
+    CHECK(least > 0.5);
+    CHECK(most < 1.01 * least);
+    double nearest = 1;   // of the surface to the axis, which goes up from `in`
+    auto const x = simulator.body().positions();
+    for (int t = 0; t < simulator.body().triangles().cols(); ++t)
+      for (int a = 0; a <= 20; ++a)
+        for (int b = 0; a + b <= 20; ++b) {
+          auto const c = simulator.body().tissue().surface().corners(t);
+          Vector3<double> const p = (a * x.col(c[0]) + b * x.col(c[1]) + (20 - a - b) * x.col(c[2])) / 20.0;
+          nearest = std::min(nearest, (p - in - Vector3<double>(0, 0, std::max(0.0, p[2] - in[2]))).norm());
+        }
+    CHECK(nearest > 0.95 * radius);
+  }
 }
 
 TEST_CASE("vertex rings say what is wrong with slopes, forces, steps and meshes", "[tissue][vertex_rings]") {

@@ -6,7 +6,6 @@
 
 #include <concepts>
 #include <cstddef>
-#include <span>
 
 namespace palpate {
 
@@ -57,13 +56,29 @@ concept SearchableBody = TouchableBody<B> && requires(B& body, typename B::Vecto
 template <class B>
 concept CountsRenumberings = TouchableBody<B> && requires(B const& seen) { { seen.renumberings() } -> std::same_as<std::size_t>; };
 
-/// Refinement: a body that states what a force [N], shared by some particles by weight, adds to predicted_acceleration(i, h) at their mean by weight: 1/kg.
-/// Of others each particle gives way by its own mass: Σ b_i²/m_i.
+/// Refinement: a body that states what a force on particle j adds to predicted_acceleration(i, h) by the newton: mobility(i, j, h) [1/kg], symmetric.
+/// Of others a force accelerates its own particle alone, by 1/mass, and tissue().mass(i) [kg] is asked for.
 template <class B>
-concept StatesMobility = SimulatedBody<B> && requires(B const& seen, std::span<int const> particles, std::span<typename B::Scalar const> weights,
-                                                      typename B::Scalar h) {
-  { seen.mobility(particles, weights, h) } -> std::same_as<typename B::Scalar>;
+concept StatesMobility = SimulatedBody<B> && requires(B const& seen, int i, typename B::Scalar h) {
+  { seen.mobility(i, i, h) } -> std::same_as<typename B::Scalar>;
 };
+
+namespace detail {
+
+/// What a force on a particle adds to its own predicted acceleration by the newton: 1/kg.
+template <class B>
+typename B::Scalar own_mobility(B const& body, int i, typename B::Scalar h) {
+  using Scalar = typename B::Scalar;
+  if (body.tissue().nailed(i) || body.is_held(i)) return 0;
+  if constexpr (StatesMobility<B>) {
+    return body.mobility(i, i, h);
+  } else {
+    Scalar const mass = body.tissue().mass(i);
+    return mass > 0 ? 1 / mass : Scalar(0);
+  }
+}
+
+}  // namespace detail
 
 /// Refinement: a body whose forces in a step are those of the time force_time · h after its begin; of others it is the begin.
 template <class B>

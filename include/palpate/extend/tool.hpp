@@ -24,8 +24,8 @@
 ///   pose(), pose_at(share), placed(pose, p)   the tool; a point of its frame in the world
 ///   step_poses<Body>(share)                   the tool at the begin and end of the body's next step
 ///   PinnedPoint{.rod, .triangle, .barycentric, .offset, .limit}   one point of the tissue that is held, up to a force; then its .force
-/// Of a body: apply_force(i, f), predicted_acceleration(i, h), positions(), velocities(), tissue().mass(i), nailed(i), is_held(i),
-///   topology_revision(), restorations(), nearest_point(p), tissue().surface()
+/// Of a body: apply_force(i, f), predicted_acceleration(i, h), positions(), velocities(), tissue().mass(i), or of a body without
+///   masses mobility(i, j, h), see StatesMobility, tissue().nailed(i), is_held(i), topology_revision(), restorations(), nearest_point(p), tissue().surface()
 /// Battery
 ///   testing::to_text(testing::check_tool(tool, body)) == ""
 

@@ -16,8 +16,8 @@ namespace palpate {
 /// Couples an indenting tip to the touched surface point: a stiff damped spring that pushes and never pulls.
 ///   g = (x_s − (p − r n))·n   how far the tip is below the surface,   ġ = (v_s − v_p)·n
 ///   f = max(0, (k g + (c + h k)(ġ + h a)) / (1 + h (c + h k) w)),   w = Σ b_i²/m_i,   a = Σ b_i a_i·n
-/// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them; w is the body's own where it
-/// states one (StatesMobility). This is the spring's force at the end of the step, so it is stable however stiff the spring and however light the particles;
+/// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them; where the body
+/// states its mobility, w = Σ b_i b_j w_ij. This is the spring's force at the end of the step, so it is stable however stiff the spring and however light the particles;
 /// at rest f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
 /// A blade that is held across its edge drags the point of the tissue at it along the surface with the same spring, to all sides, up to a slip force; so does one
 /// in a solid that resists it.
@@ -111,7 +111,10 @@ struct ContactCoupling {
 
     CoupledPoint(Body const& body, std::span<int const> carriers, std::span<Scalar const> shares, Scalar h) : particles(carriers), weights(shares) {
       for (std::size_t k = 0; k < particles.size(); ++k) add(body, particles[k], weights[k], h);
-      if constexpr (StatesMobility<Body>) mobility = body.mobility(particles, weights, h);
+      if constexpr (StatesMobility<Body>)
+        for (std::size_t a = 0; a < particles.size(); ++a)
+          for (std::size_t b = 0; b < particles.size(); ++b)
+            if (weights[a] > 0 && weights[b] > 0) mobility += weights[a] * weights[b] * body.mobility(particles[a], particles[b], h);
     }
 
     /// Calls visit(particle, weight) for those that carry it.
@@ -127,8 +130,10 @@ struct ContactCoupling {
       point += weight * body.positions().col(i);
       velocity += weight * body.velocities().col(i);
       acceleration += weight * body.predicted_acceleration(i, h);
-      if (body.tissue().nailed(i) || body.is_held(i)) return;
-      if (Scalar const mass = body.tissue().mass(i); mass > 0) mobility += weight * weight / mass;
+      if constexpr (!StatesMobility<Body>) {
+        if (body.tissue().nailed(i) || body.is_held(i)) return;
+        if (Scalar const mass = body.tissue().mass(i); mass > 0) mobility += weight * weight / mass;
+      }
     }
   };
 

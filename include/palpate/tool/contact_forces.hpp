@@ -51,7 +51,8 @@ struct PinnedPoint {
 /// Solved by block Gauss-Seidel sweeps, forwards and backwards, each contact with its friction cone.
 /// Units      m, N, s.
 /// Source     \cite baraff1998 for the force at the end of the step.
-/// Cost       O(links at the particles) and O(contacts) a sweep, at most 100 sweeps; allocates only beyond what was needed before.
+/// Cost       O(links at the particles) and O(contacts) a sweep, at most 100 sweeps; allocates only beyond what was needed before. Of a body that states its
+///            mobility, that of each pair of particles, and O(contacts · particles) a sweep.
 /// Limits     Explicit steps give way as 1/m says, and g is gone in one step. Implicit steps give way less, by the tissue's stiffness: there g falls by
 ///            the factor h²k/(m + h²k) a step, without overshoot, and the force at rest is the tissue's.
 template <RealScalar Scalar>
@@ -91,7 +92,7 @@ class ContactForces {
       if (!(change > tolerance * largest)) break;
     }
     for (Contact const& each : contacts_)
-      for (int j = 0; j < 3; ++j) particles_[each.local[static_cast<std::size_t>(j)]].force += each.weights[j] / h * each.impulse;
+      for (int j = 0; j < 3; ++j) particles_[at(each, j)].force += each.weights[j] / h * each.impulse;
     for (Particle const& each : particles_)
       if (!is_finite(each.force)) return give_up();
     for (Particle const& each : particles_)
@@ -128,6 +129,8 @@ class ContactForces {
     return false;
   }
 
+  static std::size_t at(Contact const& each, int corner) noexcept { return each.local[static_cast<std::size_t>(corner)]; }
+
   template <class Body>
   void gather(Body const& body, Scalar h) {
     for (Contact const& each : contacts_)
@@ -143,8 +146,12 @@ class ContactForces {
         continue;
       }
       each.velocity = body.velocities().col(i) + h * body.predicted_acceleration(i, h);
-      if (Scalar const mass = body.tissue().mass(i); mass > 0) each.inverse_mass = 1 / mass;
+      each.inverse_mass = detail::own_mobility(body, i, h);
     }
+    mobility_.clear();
+    if constexpr (StatesMobility<Body>)
+      for (Particle const& one : particles_)
+        for (Particle const& other : particles_) mobility_.push_back(one.inverse_mass > 0 && other.inverse_mass > 0 ? body.mobility(one.index, other.index, h) : Scalar(0));
     for (Contact& each : contacts_)
       for (std::size_t j = 0; j < 3; ++j)
         each.local[j] = static_cast<std::size_t>(std::lower_bound(particles_.begin(), particles_.end(), Particle{.index = each.particles[j]}, less) -
@@ -154,9 +161,11 @@ class ContactForces {
   void prepare(Contact& each, Scalar h) const {
     Scalar fixed = 0;   // share of what can not give way
     for (int j = 0; j < 3; ++j) {
-      Scalar const b = each.weights[j], mobility = particles_[each.local[static_cast<std::size_t>(j)]].inverse_mass;
+      Scalar const b = each.weights[j], mobility = particles_[at(each, j)].inverse_mass;
       each.mobility += b * b * mobility;
       if (!(mobility > 0)) fixed += b;
+      for (int k = 0; k < 3 && !mobility_.empty(); ++k)
+        if (k != j) each.mobility += b * each.weights[k] * mobility_[at(each, j) * particles_.size() + at(each, k)];
     }
     Scalar const k = options_.stiffness, c = options_.damping;
     each.yield = fixed / (h * (c + h * k));
@@ -181,13 +190,14 @@ class ContactForces {
     Scalar const give = each.mobility + each.yield;
     if (!(give > 0)) return 0;
     Vector velocity = Vector::Zero();
-    for (int j = 0; j < 3; ++j) velocity += each.weights[j] * particles_[each.local[static_cast<std::size_t>(j)]].velocity;
+    for (int j = 0; j < 3; ++j) velocity += each.weights[j] * particles_[at(each, j)].velocity;
     Vector const wanted = each.impulse - (velocity - each.target + each.yield * each.impulse) / give;
     Vector const change = allowed(each, wanted, h) - each.impulse;
     each.impulse += change;
     for (int j = 0; j < 3; ++j) {
-      Particle& particle = particles_[each.local[static_cast<std::size_t>(j)]];
-      particle.velocity += each.weights[j] * particle.inverse_mass * change;
+      if (mobility_.empty()) particles_[at(each, j)].velocity += each.weights[j] * particles_[at(each, j)].inverse_mass * change;
+      for (std::size_t p = 0; p < particles_.size() && !mobility_.empty(); ++p)
+        particles_[p].velocity += each.weights[j] * mobility_[at(each, j) * particles_.size() + p] * change;
     }
     return give * change.norm();
   }
@@ -208,6 +218,7 @@ class ContactForces {
   ContactOptions<Scalar> options_;
   std::vector<Contact> contacts_;
   std::vector<Particle> particles_;
+  std::vector<Scalar> mobility_;   // 1/kg, of each pair of particles, where the body states it
 };
 
 }  // namespace palpate

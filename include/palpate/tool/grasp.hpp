@@ -140,8 +140,7 @@ class Grasp {
       Vector const anchor = placed(poses.end, each), way = anchor - placed(poses.begin, each);
       Vector velocity = body.velocities().col(i);
       Scalar give = 0;   // 1/kg
-      if (Scalar const mass = body.tissue().mass(i); !body.tissue().nailed(i) && !body.is_held(i) && mass > 0)
-        give = 1 / mass, velocity += h * body.predicted_acceleration(i, h);
+      if (Scalar const own = detail::own_mobility(body, i, h); own > 0) give = own, velocity += h * body.predicted_acceleration(i, h);
       Vector const lag = RodContact<Scalar>::moved(body, i, poses.lead * h) + h * velocity - anchor;
       Vector const on_tissue = -(k * lag + c * (velocity - way / h)) / (1 + h * (c + h * k) * give);
       Scalar const normal = on_tissue.dot(across), along = (on_tissue - normal * across).norm();

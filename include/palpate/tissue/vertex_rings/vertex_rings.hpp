@@ -54,7 +54,8 @@ struct VertexRingsOptions {
 ///            allocated. `away` lasts: home is reached, to 1e-7 of an edge, after some 16 τ.
 /// Limits     vertices do not pull each other: no tension, no volume is kept, and what is farther than two rings from a touch stays at home, however fine the
 ///            mesh. The middle of a triangle is 3/(1 + 2 s_1/s_0) times as stiff as a vertex. Nothing is cut. A force that pulls the nearest vertex
-///            sideways to the tip keeps it the nearest: push along a normal, as ContactCoupling does.
+///            sideways to the tip keeps it the nearest: push along a normal, as ContactCoupling does. Under a rod that lies on many vertices the force trembles
+///            where τ is shorter than the step.
 /// Threads    one thread at a time; searches fit the tree to what has moved.
 template <RealScalar ScalarType>
 class VertexRings {
@@ -69,15 +70,12 @@ class VertexRings {
     SurfaceTopology const& surface() const noexcept { return surface_; }
     std::size_t revision() const noexcept { return revision_; }
     bool nailed(int i) const noexcept { return nailed_[static_cast<std::size_t>(i)] != 0; }
-    /// The model has none. What a force that is spread as wide as two rings finds in steps as long as the last, as if it pushed a mass [kg].
-    Scalar mass(int /*i*/) const noexcept { return mass_; }
 
    private:
     friend VertexRings;
     SurfaceTopology surface_;
     std::vector<char> nailed_;
     std::size_t revision_ = 0;
-    Scalar mass_ = 0;
   };
 
   struct Report {
@@ -99,7 +97,6 @@ class VertexRings {
     diagonal_ = Vector(high - low).norm();
     last_ring_.assign(n, 0), is_away_.assign(n, 0), is_unfitted_.assign(n, 0);
     away_.reserve(n), unfitted_.reserve(n);
-    set_last_step(Scalar(1e-3));
   }
 
   // --- what it is ---------------------------------------------------------------------------------------------------
@@ -182,14 +179,8 @@ class VertexRings {
     if (!(h > 0) || skin_.nailed(i)) return Vector::Zero();
     return (share_of(h) / h * (load_[i] - u_[i]) - v_[i]) / h;
   }
-  /// What a force [N] that these vertices share by weight adds to that, at their mean by weight: 1/kg. See StatesMobility.
-  Scalar mobility(std::span<int const> vertices, std::span<Scalar const> weights, Scalar h) const noexcept {
-    Scalar sum = 0;
-    for (std::size_t a = 0; a < vertices.size(); ++a)
-      for (std::size_t b = 0; b <= a; ++b)
-        if (weights[a] > 0 && weights[b] > 0) sum += (a == b ? 1 : 2) * weights[a] * weights[b] * compliance(vertices[a], vertices[b]);
-    return h > 0 ? sum * share_of(h) / (h * h) : Scalar(0);
-  }
+  /// What a force on vertex j adds to that of vertex i by the newton: 1/kg. See StatesMobility.
+  Scalar mobility(int i, int j, Scalar h) const noexcept { return h > 0 ? compliance(i, j) * share_of(h) / (h * h) : Scalar(0); }
   /// How far a force on one vertex moves another at rest [m/N], not negative; the same both ways.
   Scalar compliance(int i, int j) const noexcept {
     if (skin_.nailed(i) || skin_.nailed(j)) return 0;
@@ -210,16 +201,15 @@ class VertexRings {
     std::vector<Vertex> away;
     std::vector<char> nailed;
     std::size_t revision;
-    Scalar mass;
   };
   State save() const {
-    State state{{}, skin_.nailed_, skin_.revision_, skin_.mass_};
+    State state{{}, skin_.nailed_, skin_.revision_};
     for (int const i : away_) state.away.push_back({i, u_[i], v_[i], load_[i]});
     return state;
   }
   void restore(State const& state) {
     reset();
-    skin_.nailed_ = state.nailed, skin_.revision_ = state.revision, skin_.mass_ = state.mass;
+    skin_.nailed_ = state.nailed, skin_.revision_ = state.revision;
     for (auto const& vertex : state.away) {
       away_.push_back(vertex.index), is_away_[at(vertex.index)] = 1;
       set(vertex.index, vertex.displacement, vertex.velocity), load_[vertex.index] = vertex.load;
@@ -250,9 +240,6 @@ class VertexRings {
 
   /// How much of the way to where its forces push it a vertex goes in h seconds.
   Scalar share_of(Scalar h) const noexcept { return options_.return_time > 0 ? -std::expm1(-h / options_.return_time) : Scalar(1); }
-  void set_last_step(Scalar h) noexcept {   // of six neighbours, and twelve
-    skin_.mass_ = -h * h / (share_of(h) * (options_.slopes[0] + 6 * options_.slopes[1] + 12 * options_.slopes[2]));
-  }
 
   /// visit(vertex, ring) for the touched vertex and those of its two rings, once each.
   template <class Visit>
@@ -296,7 +283,6 @@ class VertexRings {
       }
     }
     away_.resize(kept);
-    if (h > 0) set_last_step(h);
     return {false, static_cast<int>(kept), -1};
   }
 
