@@ -12,6 +12,7 @@
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/models.hpp>
+#include <palpate/simulator/body_loop.hpp>
 #include <palpate/simulator/simulator.hpp>
 #include <palpate/tool/blunt_tool.hpp>
 #include <palpate/tool/built_in_shapes.hpp>
@@ -246,6 +247,31 @@ TEMPLATE_TEST_CASE("a step of vertex rings costs what is touched, and allocates 
     CHECK(count == 0);
     CHECK(most < 60);
   }
+}
+
+TEMPLATE_TEST_CASE("a tool that slides over vertex rings feels them, and allocates nothing", "[tissue][vertex_rings]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto body = ball<S>(16);
+  BodyLoop loop(std::move(body), NoCutter<S>(), ContactCoupling{}, 100);
+  auto const tip = [](int k) {   // comes down on the ball in 50 ticks, then slides 45 mm at 10 mm/s
+    S const angle = S(1e-4) * S(std::max(0, k - 50)), r = S(0.1) - S(0.003) * std::min(S(1), (S(k) - S(10)) / 40);
+    return Vector3<S>(r * std::sin(angle), S(0.3) * r * std::sin(angle), r * std::cos(angle));
+  };
+  int k = 0;
+  for (; k < 100; ++k) loop.tick({tip(k)}, S(1e-3));
+  S least = 1e9, most = 0;
+  std::size_t away = 0;
+  AllocationCount const allocations;
+  for (; k < 4500; ++k) {
+    S const force = loop.tick({tip(k)}, S(1e-3)).tissue_force.norm();
+    least = std::min(least, force), most = std::max(most, force), away = std::max(away, loop.body().away().size());
+  }
+  long const count = allocations.count();
+  CHECK(count == 0);
+  // Between a vertex, and the middle of a triangle, each in series with the coupling; the facets are up to 0.2 mm inside the sphere.
+  CHECK(least > S(0.8) * S(0.0028) / S(5e-3 + 5e-4));
+  CHECK(most < S(1.2) * S(0.003) / S(10e-3 / 3 + 5e-4));
+  CHECK(away < 120);
 }
 
 TEMPLATE_TEST_CASE("vertex rings go on the same to the byte after a restore", "[tissue][vertex_rings]", PALPATE_TEST_SCALARS) {

@@ -50,12 +50,12 @@ struct VertexRingsOptions {
 /// Source     \cite ahmad2013 eq. 1–3. Errata: m1 > m2 > m3 is printed of negative numbers; it holds for magnitudes, |s_0| > |s_1| > |s_2|. The printed
 ///            search looks into one leaf and can miss the nearest vertex; SurfaceTree does not. As printed, p ← p + s F adds up tick by tick; here it is
 ///            where p comes to rest. Ours: the time law, which the source does not give, and that displacements of several forces add up.
-/// Cost       apply_force O(two rings), step O(vertices that are away from home), a search O(those · log m) more: whatever the size of the body. Nothing is
-///            allocated. `away` lasts: home is reached, to 1e-7 of an edge, after some 16 τ.
-/// Limits     vertices do not pull each other: no tension, no volume is kept, and what is farther than two rings from a touch stays at home, however fine the
-///            mesh. The middle of a triangle is 3/(1 + 2 s_1/s_0) times as stiff as a vertex. Nothing is cut. A force that pulls the nearest vertex
-///            sideways to the tip keeps it the nearest: push along a normal, as ContactCoupling does. Under a rod that lies on many vertices the force trembles
-///            where τ is shorter than the step.
+/// Cost       apply_force O(two rings), step O(vertices that are away from home), a search O(those · log m) more: whatever the size of the body. Nothing
+///            is allocated. A vertex is home, to 1e-7 of an edge, after some 16 τ.
+/// Limits     no masses, so no gravity. Vertices do not pull each other: no tension, no volume is kept, and what is farther than two rings from a touch
+///            stays at home, however fine the mesh. The middle of a triangle is 3/(1 + 2 s_1/s_0) times as stiff as a vertex. Nothing is cut. A force
+///            that pulls the nearest vertex sideways to the tip keeps it the nearest: push along a normal, as ContactCoupling does. Under a rod that
+///            lies on many vertices the force trembles where τ is shorter than the step.
 /// Threads    one thread at a time; searches fit the tree to what has moved.
 template <RealScalar ScalarType>
 class VertexRings {
