@@ -52,7 +52,7 @@ struct PinnedPoint {
 /// Units      m, N, s.
 /// Source     \cite baraff1998 for the force at the end of the step.
 /// Cost       O(links at the particles) and O(contacts) a sweep, at most 100 sweeps; allocates only beyond what was needed before. Of a body that states its
-///            mobility, that of each pair of particles, and O(contacts · particles) a sweep.
+///            mobility, that of each pair of particles besides, and all that a contact moves in each sweep.
 /// Limits     Explicit steps give way as 1/m says, and g is gone in one step. Implicit steps give way less, by the tissue's stiffness: there g falls by
 ///            the factor h²k/(m + h²k) a step, without overshoot, and the force at rest is the tissue's.
 template <RealScalar Scalar>
@@ -148,10 +148,21 @@ class ContactForces {
       each.velocity = body.velocities().col(i) + h * body.predicted_acceleration(i, h);
       each.inverse_mass = detail::own_mobility(body, i, h);
     }
-    mobility_.clear();
-    if constexpr (StatesMobility<Body>)
-      for (Particle const& one : particles_)
-        for (Particle const& other : particles_) mobility_.push_back(one.inverse_mass > 0 && other.inverse_mass > 0 ? body.mobility(one.index, other.index, h) : Scalar(0));
+    mobility_.clear(), coupled_.clear(), first_coupled_.clear();
+    if constexpr (StatesMobility<Body>) {
+      std::size_t const n = particles_.size();
+      mobility_.assign(n * n, Scalar(0));
+      for (std::size_t a = 0; a < n; ++a)
+        for (std::size_t b = 0; b <= a; ++b)
+          if (particles_[a].inverse_mass > 0 && particles_[b].inverse_mass > 0)
+            mobility_[a * n + b] = mobility_[b * n + a] = body.mobility(particles_[a].index, particles_[b].index, h);
+      for (std::size_t a = 0; a < n; ++a) {
+        first_coupled_.push_back(coupled_.size());
+        for (std::size_t b = 0; b < n; ++b)
+          if (mobility_[a * n + b] != 0) coupled_.push_back(b);
+      }
+      first_coupled_.push_back(coupled_.size());
+    }
     for (Contact& each : contacts_)
       for (std::size_t j = 0; j < 3; ++j)
         each.local[j] = static_cast<std::size_t>(std::lower_bound(particles_.begin(), particles_.end(), Particle{.index = each.particles[j]}, less) -
@@ -195,9 +206,13 @@ class ContactForces {
     Vector const change = allowed(each, wanted, h) - each.impulse;
     each.impulse += change;
     for (int j = 0; j < 3; ++j) {
-      if (mobility_.empty()) particles_[at(each, j)].velocity += each.weights[j] * particles_[at(each, j)].inverse_mass * change;
-      for (std::size_t p = 0; p < particles_.size() && !mobility_.empty(); ++p)
-        particles_[p].velocity += each.weights[j] * mobility_[at(each, j) * particles_.size() + p] * change;
+      std::size_t const own = at(each, j);
+      if (mobility_.empty()) {
+        particles_[own].velocity += each.weights[j] * particles_[own].inverse_mass * change;
+        continue;
+      }
+      for (std::size_t k = first_coupled_[own]; k < first_coupled_[own + 1]; ++k)
+        particles_[coupled_[k]].velocity += each.weights[j] * mobility_[own * particles_.size() + coupled_[k]] * change;
     }
     return give * change.norm();
   }
@@ -218,7 +233,8 @@ class ContactForces {
   ContactOptions<Scalar> options_;
   std::vector<Contact> contacts_;
   std::vector<Particle> particles_;
-  std::vector<Scalar> mobility_;   // 1/kg, of each pair of particles, where the body states it
+  std::vector<Scalar> mobility_;                        // 1/kg, of each pair of particles, where the body states it
+  std::vector<std::size_t> coupled_, first_coupled_;   // those that a force on each moves, and where they begin
 };
 
 }  // namespace palpate
