@@ -5,6 +5,9 @@
 #include "catch.hpp"
 #include "device/message.hpp"
 
+#include <palpate/cutting/no_cutter.hpp>
+#include <palpate/device/scripted_device.hpp>
+#include <palpate/force/tissue_reaction.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/measures.hpp>
@@ -12,6 +15,8 @@
 #include <palpate/mesh/repair.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/models.hpp>
+#include <palpate/simulator/simulator.hpp>
+#include <palpate/tool.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -268,6 +273,48 @@ TEMPLATE_TEST_CASE("long elements: saved and restored to the byte", "[tissue][lo
   go(body, 20, 40);
   CHECK((body.positions() == x && body.velocities() == v));
   CHECK(body.restorations() == 1);
+}
+
+TEST_CASE("long elements: a finger at 1 kHz feels what the statics say, and a rod steadily", "[tissue][long_elements]") {
+  auto const organ = make_organ<double>({.vertices = 800});
+  for (double const tau : {0.0, 0.005, 0.05})
+    for (double const contact : {300.0, 3000.0}) {
+      LongElements body(organ, {.spacing = 0.012, .young = 4000, .surface_tension = 2, .return_time = tau});
+      int const touched = body.nearest_vertex({0, 0, 1});
+      Vector3<double> const home = body.reference_position(touched), out = body.reference_normal(touched);
+      auto alone = body;
+      ScriptedDevice<double> const finger({{0.0, home + 0.002 * out}, {0.3, home - 0.006 * out}, {2.0, home - 0.006 * out}});
+      Simulator simulator(finger, std::move(body), NoCutter<double>(), TissueReaction{}, SimulatorOptions{.coupling = {.stiffness = contact}});
+      auto const mark = simulator.mark();
+      double most = 0, least = 1e9;
+      simulator.run(1.0 + 10 * tau, [&](Tick const& tick) {
+        if (tick.time > 0.9 + 10 * tau) most = std::max(most, tick.force.dot(out)), least = std::min(least, tick.force.dot(out));
+      });
+      INFO(tau << " s, " << contact << " N/m: " << least << " to " << most << " N");
+      CHECK(least > 0.1);
+      CHECK(most == Approx(least).epsilon(1e-3));
+      CHECK(simulator.statistics().body_counts.diverged == 0);
+      Vector3<double> const moved = simulator.body().displacement(touched);
+      alone.apply_force(touched, -most * out);
+      CHECK(alone.solve_statics().at_rest);
+      CHECK(Vector3<double>(alone.displacement(touched) - moved).norm() < 0.02 * moved.norm());
+      CHECK(std::abs(simulator.body().volume() / simulator.body().kept_volume() - 1) < 1e-9);
+      simulator.restore(mark);
+      CHECK(simulator.body().displacement(touched).norm() == 0);
+    }
+  auto const skin = block_skin<double>(13, 13, 9, 0.005);
+  LongElements slab(skin, {.spacing = 0.005, .young = 4000});
+  for (int i = 0; i < slab.size(); ++i)
+    if (skin.points(2, i) < 1e-6) slab.nail(i);
+  Vector3<double> const above(0.031, 0.0293, 0.046), in(0.031, 0.0293, 0.036);
+  Simulator simulator(ScriptedDevice<double>({{0.0, above}, {0.4, in}, {2.0, in}}), std::move(slab), BluntTool<double>(make_probe_shape<double>({.radius = 0.003})),
+                      TissueReaction{});
+  double most = 0, least = 1e9;
+  simulator.run(1.0, [&](Tick const& tick) {
+    if (tick.time > 0.8) most = std::max(most, tick.force[2]), least = std::min(least, tick.force[2]);
+  });
+  CHECK(least > 0.05);
+  CHECK(most < 1.05 * least);
 }
 
 TEST_CASE("columns through a surface: their volume, both parts of a torus, lines through vertices and edges", "[tissue][long_elements]") {

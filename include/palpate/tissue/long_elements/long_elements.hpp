@@ -183,6 +183,7 @@ class LongElements : public SkinBody<ScalarType> {
   /// What a force on vertex j adds to that of i by the newton: 1/kg, of the three directions together, so that it is more than of any. See StatesMobility.
   Scalar mobility(int i, int j, Scalar h) const noexcept {
     if (!(h > 0) || !is_prepared_) return 0;
+    look();
     Numbers const& moved = response_to(i);
     Scalar sum = 0;
     for (int c = 0; c < 3; ++c)
