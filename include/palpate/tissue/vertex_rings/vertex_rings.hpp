@@ -1,23 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/collision/surface_tree.hpp>
+#include <palpate/body/skin_body.hpp>
 #include <palpate/core/columns.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
-#include <palpate/mesh/measures.hpp>
-#include <palpate/mesh/normals.hpp>
 #include <palpate/mesh/rings.hpp>
-#include <palpate/mesh/surface_topology.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
-#include <palpate/mesh/validation.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -56,27 +51,15 @@ struct VertexRingsOptions {
 ///            stays at home, however fine the mesh. The middle of a triangle is 3/(1 + 2 s_1/s_0) times as stiff as a vertex. Nothing is cut. A force
 ///            that pulls the nearest vertex sideways to the tip keeps it the nearest: push along a normal, as ContactCoupling does. Under a rod that
 ///            lies on many vertices the force trembles where τ is shorter than the step.
-/// Threads    one thread at a time; searches fit the tree to what has moved.
 template <RealScalar ScalarType>
-class VertexRings {
+class VertexRings : public SkinBody<ScalarType> {
+  using Base = SkinBody<ScalarType>;
+
  public:
   using Scalar = ScalarType;
   using Vector = Vector3<Scalar>;
   using Options = VertexRingsOptions<Scalar>;
-
-  /// What tools ask of the tissue of any body.
-  class Skin {
-   public:
-    SurfaceTopology const& surface() const noexcept { return surface_; }
-    std::size_t revision() const noexcept { return revision_; }
-    bool nailed(int i) const noexcept { return nailed_[static_cast<std::size_t>(i)] != 0; }
-
-   private:
-    friend VertexRings;
-    SurfaceTopology surface_;
-    std::vector<char> nailed_;
-    std::size_t revision_ = 0;
-  };
+  using Base::size, Base::tissue;
 
   struct Report {
     bool diverged = false;   ///< the step was not taken, and its forces are dropped
@@ -85,76 +68,33 @@ class VertexRings {
     explicit operator bool() const noexcept { return !diverged; }
   };
 
-  VertexRings(TriangleMesh<Scalar> const& mesh, Options const& options) : options_(options), neighbours_(checked(mesh, options)), tree_(mesh) {
-    auto const n = at(static_cast<int>(mesh.points.cols()));
-    skin_.surface_ = SurfaceTopology(static_cast<int>(n), mesh.triangles);
-    skin_.nailed_.assign(n, 0);
-    for (Columns<Scalar, 3>* columns : {&rest_, &x_}) *columns = Columns<Scalar, 3>(mesh.points);
-    for (Columns<Scalar, 3>* columns : {&u_, &v_, &load_}) columns->resize(static_cast<int>(n));
-    normal_ = Columns<Scalar, 3>(vertex_normals(mesh));
-    mean_edge_ = mean_edge_length(mesh);
-    auto const [low, high] = low_and_high(mesh.points);
-    diagonal_ = Vector(high - low).norm();
-    last_ring_.assign(n, 0), is_away_.assign(n, 0), is_unfitted_.assign(n, 0);
-    away_.reserve(n), unfitted_.reserve(n);
+  VertexRings(TriangleMesh<Scalar> const& mesh, Options const& options) : Base(mesh, {}), options_(options), neighbours_(mesh) {
+    options.validate();
+    load_.resize(size());
+    last_ring_.assign(at(size()), 0), is_away_.assign(at(size()), 0);
+    away_.reserve(at(size()));
   }
 
-  // --- what it is ---------------------------------------------------------------------------------------------------
   Options const& options() const noexcept { return options_; }
-  Skin const& tissue() const noexcept { return skin_; }
-  int size() const noexcept { return x_.size(); }
-  auto positions() const noexcept { return x_.view(); }
-  auto velocities() const noexcept { return v_.view(); }
-  auto triangles() const noexcept { return skin_.surface_.triangles(); }
-  TriangleMesh<Scalar> mesh() const { return {x_.view(), triangles()}; }        // a copy
-  TriangleMesh<Scalar> rest_mesh() const { return {rest_.view(), triangles()}; }   // a copy
-  Scalar mean_edge() const noexcept { return mean_edge_; }                      // m, at rest
-  Scalar home_diagonal() const noexcept { return diagonal_; }                   // m, of the bounding box at rest
-  Vector reference_position(int i) const { return (check(i), rest_[i]); }
-  Vector reference_normal(int i) const { return (check(i), normal_[i]); }
-  Vector displacement(int i) const { return (check(i), u_[i]); }   // m
   Scalar home_stiffness() const noexcept { return -1 / options_.slopes[0]; }   // k [N/m]
   /// What the spring at a vertex pulls with [N]: of a touched one at rest, the force on the hand.
-  Vector home_force(int i) const { return (check(i), -home_stiffness() * u_[i]); }
+  Vector home_force(int i) const { return -home_stiffness() * this->displacement(i); }
   /// The vertices that are away from home, or that a force for the next step will move, in no order.
   std::span<int const> away() const noexcept { return away_; }
 
   /// A nailed vertex stays at home, and a force on it moves nothing.
   void nail(int i) {
-    check(i);
-    skin_.nailed_[at(i)] = 1, ++skin_.revision_;
-    set(i, Vector::Zero(), Vector::Zero()), load_[i].setZero();
+    this->check(i);
+    this->mark_nailed(i);
+    this->displace(i, Vector::Zero(), Vector::Zero()), load_[i].setZero();
   }
-  bool is_held(int i) const { return (check(i), false); }
 
-  // --- where a tool is nearest, on the body as it is now ---------------------------------------------------------------
-  /// The nearest vertex, the lowest index among equals; −1 for a point that is not finite. A triangle that is likely near saves time.
-  int nearest_vertex(Vector const& point, int hint = -1) noexcept {
-    fit_tree();
-    return tree_.nearest_vertex(x_.view(), point, hint);
-  }
-  SurfacePoint<Scalar> nearest_point(Vector const& point, int hint = -1) noexcept {
-    fit_tree();
-    return tree_.nearest(x_.view(), point, hint);
-  }
-  /// Calls visit(triangle) for all triangles that may meet a box [m], and some beside them.
-  template <class Visit>
-  void visit_triangles_in_box(Vector const& low, Vector const& high, Visit&& visit) {
-    fit_tree();
-    tree_.visit_in_box(low, high, visit);
-  }
-  int triangle_across(int a, int b) const noexcept { return skin_.surface_.triangle_with_edge(b, a); }
-  std::size_t topology_revision() const noexcept { return 0; }
-
-  // --- how it moves -------------------------------------------------------------------------------------------------
   /// Adds a force on the tissue [N]: constant over the next step, consumed by it.
   void apply_force(int i, Vector const& force) {
-    check(i);
-    if (!is_finite(force))
-      throw InvalidArgument(detail::message("the force on vertex ", i, " is (", force[0], ", ", force[1], ", ", force[2], "); it must be finite"));
-    if (skin_.nailed(i)) return;
+    this->check(i), this->check_force(i, force);
+    if (tissue().nailed(i)) return;
     for_each_in_rings(i, [&](int j, std::size_t ring) {
-      if (skin_.nailed(j)) return;
+      if (tissue().nailed(j)) return;
       load_[j] -= options_.slopes[ring] * force;
       if (!std::exchange(is_away_[at(j)], char{1})) away_.push_back(j);
     });
@@ -162,28 +102,22 @@ class VertexRings {
 
   /// h ≥ 0.
   Report step(Scalar h) {
-    if (!(h >= 0) || !std::isfinite(h)) throw InvalidArgument(detail::message("a step of ", h, " s; it must be finite and not negative"));
+    this->check_step(h);
     return move(h, h > 0 ? share_of(h) : Scalar(0));
   }
   /// Moves all to where they would come to rest if the forces applied so far stayed, and consumes these.
   Report solve_statics() { return move(0, Scalar(1)); }
 
-  /// Any step is stable.
-  Scalar stable_step() const noexcept { return std::numeric_limits<Scalar>::infinity(); }
-  Scalar guaranteed_stable_step() const noexcept { return stable_step(); }
-  bool stable_step_fell() const noexcept { return false; }
-
   /// The change of velocity over h [m/s²] to the mean of the next step of h seconds, with the forces applied so far.
   Vector predicted_acceleration(int i, Scalar h) const {
-    check(i);
-    if (!(h > 0) || skin_.nailed(i)) return Vector::Zero();
-    return (share_of(h) / h * (load_[i] - u_[i]) - v_[i]) / h;
+    if (!(h > 0) || tissue().nailed(i)) return Vector::Zero();
+    return (share_of(h) / h * (load_[i] - this->displacement(i)) - this->velocities().col(i)) / h;
   }
   /// What a force on vertex j adds to that of vertex i by the newton: 1/kg. See StatesMobility.
   Scalar mobility(int i, int j, Scalar h) const noexcept { return h > 0 ? compliance(i, j) * share_of(h) / (h * h) : Scalar(0); }
   /// How far a force on one vertex moves another at rest [m/N], not negative; the same both ways.
   Scalar compliance(int i, int j) const noexcept {
-    if (skin_.nailed(i) || skin_.nailed(j)) return 0;
+    if (tissue().nailed(i) || tissue().nailed(j)) return 0;
     if (i == j) return -options_.slopes[0];
     auto const is_beside = [&](int a) { return std::binary_search(neighbours_[a].begin(), neighbours_[a].end(), j); };
     if (is_beside(i)) return -options_.slopes[1];
@@ -191,7 +125,6 @@ class VertexRings {
     return std::any_of(around.begin(), around.end(), is_beside) ? -options_.slopes[2] : Scalar(0);
   }
 
-  // --- save and restore -----------------------------------------------------------------------------------------------
   /// Everything that makes the body's future: what is away from home, forces for the next step, nails.
   struct State {
     struct Vertex {
@@ -199,44 +132,29 @@ class VertexRings {
       Vector displacement, velocity, load;
     };
     std::vector<Vertex> away;
-    std::vector<char> nailed;
-    std::size_t revision;
+    typename Base::SkinState skin;
   };
   State save() const {
-    State state{{}, skin_.nailed_, skin_.revision_};
-    for (int const i : away_) state.away.push_back({i, u_[i], v_[i], load_[i]});
+    State state{{}, this->save_skin()};
+    for (int const i : away_) state.away.push_back({i, this->displacement(i), this->velocities().col(i), load_[i]});
     return state;
   }
   void restore(State const& state) {
     reset();
-    skin_.nailed_ = state.nailed, skin_.revision_ = state.revision;
+    this->restore_skin(state.skin);
     for (auto const& vertex : state.away) {
       away_.push_back(vertex.index), is_away_[at(vertex.index)] = 1;
-      set(vertex.index, vertex.displacement, vertex.velocity), load_[vertex.index] = vertex.load;
+      this->displace(vertex.index, vertex.displacement, vertex.velocity), load_[vertex.index] = vertex.load;
     }
-    ++restorations_;
   }
-  std::size_t restorations() const noexcept { return restorations_; }
   /// All home, and no force waits. Nails stay.
   void reset() noexcept {
-    for (int const i : away_) set(i, Vector::Zero(), Vector::Zero()), load_[i].setZero(), is_away_[at(i)] = 0;
+    for (int const i : away_) this->displace(i, Vector::Zero(), Vector::Zero()), load_[i].setZero(), is_away_[at(i)] = 0;
     away_.clear();
   }
 
-  // --- for a renderer -------------------------------------------------------------------------------------------------
-  template <class Values>
-  void draw_columns(Values const& values, Matrix3X<Scalar>& to) const {
-    to = values;
-  }
-  void draw_triangles(Matrix<int, 3, Dynamic>& to) const { to = triangles(); }
-
  private:
-  static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
-  void check(int i) const { detail::check_index("vertex", i, size()); }
-  static TriangleMesh<Scalar> const& checked(TriangleMesh<Scalar> const& mesh, Options const& options) {
-    options.validate(), require_valid(mesh);
-    return mesh;
-  }
+  using Base::at;
 
   /// How much of the way to where its forces push it a vertex goes in h seconds.
   Scalar share_of(Scalar h) const noexcept { return options_.return_time > 0 ? -std::expm1(-h / options_.return_time) : Scalar(1); }
@@ -254,15 +172,9 @@ class VertexRings {
         if (std::exchange(last_ring_[at(j)], ring_count_) != ring_count_) visit(j, 2);
   }
 
-  void set(int i, Vector const& u, Vector const& v) noexcept {
-    u_[i] = u, v_[i] = v;
-    x_[i] = rest_[i] + u;
-    if (!std::exchange(is_unfitted_[at(i)], char{1})) unfitted_.push_back(i);
-  }
-
   /// Each vertex that is away goes this share of its way, in h seconds or at once.
   Report move(Scalar h, Scalar share) noexcept {
-    Scalar const most = 1000 * diagonal_;   // m
+    Scalar const most = 1000 * this->home_diagonal();   // m
     for (int const i : away_)
       if (!(load_[i].norm() < most)) {
         for (int const j : away_) load_[j].setZero();
@@ -271,14 +183,14 @@ class VertexRings {
     std::size_t kept = 0;
     for (std::size_t k = 0; k < away_.size(); ++k) {
       int const i = away_[k];
-      Vector const target = load_[i], way = share * (target - u_[i]), u = u_[i] + way;
+      Vector const target = load_[i], from = this->displacement(i), way = share * (target - from), u = from + way;
       bool const is_pushed = target != Vector::Zero();
       load_[i].setZero();
-      if (is_pushed || !(u.norm() < relaxed * mean_edge_)) {
-        set(i, u, h > 0 ? Vector(way / h) : Vector(Vector::Zero()));
+      if (is_pushed || !(u.norm() < relaxed * this->mean_edge())) {
+        this->displace(i, u, h > 0 ? Vector(way / h) : Vector(Vector::Zero()));
         away_[kept++] = i;
       } else {
-        set(i, Vector::Zero(), Vector::Zero());
+        this->displace(i, Vector::Zero(), Vector::Zero());
         is_away_[at(i)] = 0;
       }
     }
@@ -286,32 +198,15 @@ class VertexRings {
     return {false, static_cast<int>(kept), -1};
   }
 
-  /// Fits the boxes of the triangles at what has moved; of several corners that have, the lowest asks for it.
-  void fit_tree() noexcept {
-    auto const x = x_.view();
-    for (int const i : unfitted_)
-      for (int const t : skin_.surface_.triangles_at(i)) {
-        auto const corners = skin_.surface_.corners(t);
-        if (std::none_of(corners.begin(), corners.end(), [&](int c) { return c < i && is_unfitted_[at(c)] != 0; })) tree_.refit(x, std::span(&t, 1));
-      }
-    for (int const i : unfitted_) is_unfitted_[at(i)] = 0;
-    unfitted_.clear();
-  }
-
   static constexpr Scalar relaxed = Scalar(1e-7);   // of a mean edge: nearer than that is home
 
   Options options_;
   VertexNeighbours neighbours_;
-  SurfaceTree<Scalar> tree_;
-  Skin skin_;
-  Columns<Scalar, 3> rest_, normal_, x_, u_, v_;   // m, 1, m, m, m/s
-  Columns<Scalar, 3> load_;                        // m, where the forces for the next step push to
-  std::vector<int> away_, unfitted_;               // of the tree: moved since it was fitted
-  std::vector<char> is_away_, is_unfitted_;
-  std::vector<std::uint64_t> last_ring_;           // which count reached each vertex last
+  Columns<Scalar, 3> load_;                // m, where the forces for the next step push to
+  std::vector<int> away_;
+  std::vector<char> is_away_;
+  std::vector<std::uint64_t> last_ring_;   // which count reached each vertex last
   std::uint64_t ring_count_ = 0;
-  Scalar mean_edge_ = 0, diagonal_ = 0;            // m
-  std::size_t restorations_ = 0;
 };
 
 template <RealScalar Scalar>
