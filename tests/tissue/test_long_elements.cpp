@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Yardsticks: closed forms (a bar that keeps its volume, hydrostatics, Pascal's law, a membrane on springs, a relaxing spring), Maxwell and Betti's reciprocity,
-// the volume that the skin encloses, lines through spheres and tori, what a run without interruption does.
+// Yardsticks: closed forms (a bar that keeps its volume, hydrostatics, Pascal's law, a membrane on springs, a relaxing spring), Maxwell and Betti's
+// reciprocity, the volume that the skin encloses, lines through spheres and tori, what a run without interruption does.
 #include "allocation_trap.hpp"
 #include "catch.hpp"
 #include "device/message.hpp"
@@ -68,7 +68,8 @@ double extent(LongElements<S> const& body, int axis) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("long elements: a block that is pressed has Young's modulus E, keeps its volume and widens", "[tissue][long_elements]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("long elements: a block that is pressed has Young's modulus E, keeps its volume and widens", "[tissue][long_elements]",
+                   PALPATE_TEST_SCALARS) {
   using S = TestType;
   S const spacing = GENERATE(S(0.005), S(0.012));   // m, as long as the mesh's edges, and more
   double const exact = std::is_same_v<S, float> ? 2e-5 : 1e-9;
@@ -156,7 +157,8 @@ TEST_CASE("long elements: fluid that is pumped in lifts a skin as a membrane on 
   double lifted = 0, middle = 0;
   std::vector<std::pair<double, double>> profile;
   for (std::size_t k = 0; k < along_z.columns.size(); ++k) {
-    double const x = 0.00125 + 0.0025 * (along_z.columns[k].line % along_z.cells[0]), y = 0.00125 + 0.0025 * (along_z.columns[k].line / along_z.cells[0]) - 0.025;
+    int const line = along_z.columns[k].line;
+    double const x = 0.00125 + 0.0025 * (line % along_z.cells[0]), y = 0.00125 + 0.0025 * (line / along_z.cells[0]) - 0.025;
     double const w = body.elongation(columns_before + int(k));
     if (std::abs(x - 0.05125) < 1e-6) profile.emplace_back(y, w);
     if (std::abs(x - 0.05125) < 1e-6 && std::abs(y) < 0.0013) middle = w;
@@ -168,7 +170,7 @@ TEST_CASE("long elements: fluid that is pumped in lifts a skin as a membrane on 
   for (auto const& [y, w] : profile) CHECK(w / middle == Approx((1 - std::cosh(kappa * y) / std::cosh(kappa * half)) / shape_middle).margin(0.02));
 }
 
-TEMPLATE_TEST_CASE("long elements: what a force does elsewhere is the same the other way round, and a step goes h / (h + τ) of the way", "[tissue][long_elements]",
+TEMPLATE_TEST_CASE("long elements: what a force does elsewhere it does the other way round, and a step goes h/(h + τ) of the way", "[tissue][long_elements]",
                    PALPATE_TEST_SCALARS) {
   using S = TestType;
   LongElements body(make_organ<S>({.vertices = 500}), {.spacing = S(0.015), .young = S(5000), .surface_tension = S(1), .return_time = S(0.02)});
@@ -182,7 +184,8 @@ TEMPLATE_TEST_CASE("long elements: what a force does elsewhere is the same the o
   S const small = std::is_same_v<S, float> ? S(3e-2) : S(1e-5);   // N
   for (auto const& [i, j] : {std::pair(3, 200), std::pair(100, 101), std::pair(400, 30)}) {
     Vector3<S> const one(S(0.6), S(-0.5), S(0.7)), two(S(-0.2), S(0.9), S(0.3));
-    double const there = double(moved(i, small * one, j).dot(two)), back = double(moved(j, small * two, i).dot(one)), scale = double(moved(i, small * one, i).norm());
+    double const there = double(moved(i, small * one, j).dot(two)), back = double(moved(j, small * two, i).dot(one));
+    double const scale = double(moved(i, small * one, i).norm());
     CHECK(std::abs(there - back) < rounding * scale);
   }
   Vector3<S> const far = moved(7, Vector3<S>(small, 0, small), 7);
@@ -190,7 +193,7 @@ TEMPLATE_TEST_CASE("long elements: what a force does elsewhere is the same the o
   for (int k = 0; k < 20; ++k) {
     CHECK(body.step(S(5e-3)));
     left *= 0.02 / (0.02 + 5e-3);   // implicit Euler of K e + τ K ė = 0
-    CHECK(double(body.displacement(7).norm()) == Approx(left).epsilon(std::is_same_v<S, float> ? 0.05 : 5e-3));   // float: 1 % of strain, which is not quite linear
+    CHECK(double(body.displacement(7).norm()) == Approx(left).epsilon(std::is_same_v<S, float> ? 0.05 : 5e-3));   // float: 1 % of strain is not quite linear
   }
   for (int k = 0; k < 400; ++k) {
     body.apply_force(7, {small, 0, small});
@@ -307,8 +310,8 @@ TEST_CASE("long elements: a finger at 1 kHz feels what the statics say, and a ro
   for (int i = 0; i < slab.size(); ++i)
     if (skin.points(2, i) < 1e-6) slab.nail(i);
   Vector3<double> const above(0.031, 0.0293, 0.046), in(0.031, 0.0293, 0.036);
-  Simulator simulator(ScriptedDevice<double>({{0.0, above}, {0.4, in}, {2.0, in}}), std::move(slab), BluntTool<double>(make_probe_shape<double>({.radius = 0.003})),
-                      TissueReaction{});
+  ScriptedDevice<double> const hand({{0.0, above}, {0.4, in}, {2.0, in}});
+  Simulator simulator(hand, std::move(slab), BluntTool<double>(make_probe_shape<double>({.radius = 0.003})), TissueReaction{});
   double most = 0, least = 1e9;
   simulator.run(1.0, [&](Tick const& tick) {
     if (tick.time > 0.8) most = std::max(most, tick.force[2]), least = std::min(least, tick.force[2]);

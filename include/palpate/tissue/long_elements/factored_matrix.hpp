@@ -24,7 +24,8 @@ class FactoredMatrix {
     factor_ = made.matrixL().nestedExpression();
     diagonal_ = made.vectorD();
     place_.resize(static_cast<std::size_t>(lower.rows()));
-    for (std::size_t i = 0; i < place_.size(); ++i) place_[i] = made.permutationP().size() > 0 ? made.permutationP().indices()[static_cast<int>(i)] : static_cast<int>(i);
+    auto const& moved = made.permutationP();   // empty where nothing is
+    for (int i = 0; i < static_cast<int>(place_.size()); ++i) place_[static_cast<std::size_t>(i)] = moved.size() > 0 ? moved.indices()[i] : i;
     work_.resize(lower.rows());
     return true;
   }

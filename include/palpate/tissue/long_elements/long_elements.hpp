@@ -43,19 +43,20 @@ struct LongElementsOptions {
 ///   body.apply_force(body.nearest_vertex(tip), force);   // N, for the next step
 ///   body.step(1e-3);                                     // s
 ///
-/// Columns    lines along x, y and z through the skin, one in each cell of a grid; a column of length L becomes e longer. Both ends move by e/2, or one by all of
-///            e where the other end is nailed. What is beside a column moves as its place between the two ends says, weighted over the four columns
-///            around: so each vertex follows columns of all three directions, u = W e.
+/// Columns    lines along x, y and z through the skin, one in each cell of a grid; a column of length L becomes e longer. Both ends move by e/2, or one
+///            by all of e where the other end is nailed. What is beside a column moves as its place between the two ends says, weighted over the
+///            four columns around: so each vertex follows columns of all three directions, u = W e.
 /// Model      Σ a_i (2/3 E) L_i ln²(1 + e_i/L_i)/2 + σ/2 Σ (w_i − w_j)² is least under pressure, gravity and applied forces: w is how far the ends of two
 ///            columns next to each other have moved, a_i = ∂V/∂e_i the area that a column carries. The volume V inside the skin is kept: the
 ///            multiplier is the pressure. On the skin acts p + ρ g·x, exactly over each triangle, where it is now. 2/3: a block that is pressed along one
 ///            axis and widens along the two others has Young's modulus E.
-/// Solution   bordered by one row for the pressure: K Δe − a p = r, a·Δe = V₀ − V, with a sparse factorisation K = L D Lᵀ by Eigen. step() keeps that of the rest
-///            shape, made when nails change, and divides by what columns have become stiffer; solve_statics() makes it anew until nothing changes.
+/// Solution   bordered by one row for the pressure: K Δe − a p = r, a·Δe = V₀ − V, with a sparse factorisation K = L D Lᵀ by Eigen. step() keeps that of
+///            the rest shape, made when nails change, and divides by what columns have become stiffer; solve_statics() makes it anew until nothing
+///            changes.
 /// Units      m, N, Pa, kg/m³, s. Pressures are above the atmosphere's.
 /// Errors     InvalidArgument for options, InvalidMesh for a skin that is open, or turned inside out; OutOfRange for an index; the body stays as it was. A
 ///            step after which something is not finite is not taken: it reports that it diverged.
-/// Source     \cite balaniuk2001: P = P_atm + stress + ρ g h, equal over elements; volume; surface tension; one linear system. Ours: the factor 2/3, areas
+/// Source     \cite costa2001: P = P_atm + stress + ρ g h, equal over elements; volume; surface tension; one linear system. Ours: the factor 2/3, areas
 ///            from the skin, logarithmic strain (a column never vanishes), the time law K e + τ K ė of a step.
 /// Cost       a step O(triangles + numbers of the factor), three solutions. Only making the factorisation allocates: the constructor, and the first step
 ///            after nails.
@@ -110,14 +111,16 @@ class LongElements : public SkinBody<ScalarType> {
   Scalar kept_volume() const noexcept { return static_cast<Scalar>(volume_); }
   /// Pumps fluid in or out, over the next steps.
   void set_kept_volume(Scalar volume) {
-    if (!(volume > 0) || !std::isfinite(volume)) throw InvalidArgument(detail::message("a volume of ", volume, " m³ to keep; give one that is finite and positive"));
+    if (!(volume > 0) || !std::isfinite(volume))
+      throw InvalidArgument(detail::message("a volume of ", volume, " m³ to keep; give one that is finite and positive"));
     volume_ = static_cast<double>(volume), is_measured_ = false;
   }
   /// Of the fluid at a place, above the atmosphere's [Pa].
   Scalar pressure_at(Vector const& place) const noexcept { return pressure_ + options_.density * gravity_.dot(place - centre_); }
   Vector const& gravity() const noexcept { return gravity_; }
   void set_gravity(Vector const& gravity) {
-    if (!is_finite(gravity)) throw InvalidArgument(detail::message("gravity is (", gravity[0], ", ", gravity[1], ", ", gravity[2], ") m/s²; it must be finite"));
+    if (!is_finite(gravity))
+      throw InvalidArgument(detail::message("gravity is (", gravity[0], ", ", gravity[1], ", ", gravity[2], ") m/s²; it must be finite"));
     gravity_ = gravity, is_measured_ = false;
   }
   /// Of columns and surface tension [J].
@@ -185,10 +188,7 @@ class LongElements : public SkinBody<ScalarType> {
     if (!(h > 0) || !is_prepared_) return 0;
     look();
     Numbers const& moved = response_to(i);
-    Scalar sum = 0;
-    for (int c = 0; c < 3; ++c)
-      for (int k = weights_.outerIndexPtr()[3 * j + c]; k < weights_.outerIndexPtr()[3 * j + c + 1]; ++k) sum += weights_.valuePtr()[k] * moved[weights_.innerIndexPtr()[k]];
-    return share_of(h) * sum / (h * h);
+    return share_of(h) / (h * h) * (row_product(3 * j, moved) + row_product(3 * j + 1, moved) + row_product(3 * j + 2, moved));
   }
 
   /// Everything that makes the body's future.
@@ -315,10 +315,14 @@ class LongElements : public SkinBody<ScalarType> {
     return farthest;
   }
 
-  template <class X>
-  Scalar row_product(int row, X const& x) const noexcept {
+  /// visit(column, weight) for a row of W.
+  template <class Visit>
+  void for_row(int row, Visit const& visit) const noexcept {
+    for (int k = weights_.outerIndexPtr()[row]; k < weights_.outerIndexPtr()[row + 1]; ++k) visit(weights_.innerIndexPtr()[k], weights_.valuePtr()[k]);
+  }
+  Scalar row_product(int row, Numbers const& x) const noexcept {
     Scalar sum = 0;
-    for (int k = weights_.outerIndexPtr()[row]; k < weights_.outerIndexPtr()[row + 1]; ++k) sum += weights_.valuePtr()[k] * x[weights_.innerIndexPtr()[k]];
+    for_row(row, [&](int column, Scalar weight) { sum += weight * x[column]; });
     return sum;
   }
   /// How the columns give way to a force of 1 N in all three directions on a vertex; the last ones are remembered.
@@ -328,8 +332,7 @@ class LongElements : public SkinBody<ScalarType> {
     std::size_t const k = next_response_++ % responses_.size();
     response_of_[k] = i;
     responses_[k].setZero();
-    for (int c = 0; c < 3; ++c)
-      for (int w = weights_.outerIndexPtr()[3 * i + c]; w < weights_.outerIndexPtr()[3 * i + c + 1]; ++w) responses_[k][weights_.innerIndexPtr()[w]] += weights_.valuePtr()[w];
+    for (int c = 0; c < 3; ++c) for_row(3 * i + c, [&](int column, Scalar weight) { responses_[k][column] += weight; });
     factor_.solve(responses_[k]);
     return responses_[k];
   }
@@ -339,7 +342,9 @@ class LongElements : public SkinBody<ScalarType> {
     auto const corners = this->tissue().surface().corners(end.triangle);
     return std::all_of(corners.begin(), corners.end(), [this](int c) { return this->tissue().nailed(c); });
   }
-  static double distance(detail::SurfaceColumn const& column, double place) noexcept { return std::max({column.low.place - place, place - column.high.place, 0.0}); }
+  static double distance(detail::SurfaceColumn const& column, double place) noexcept {
+    return std::max({column.low.place - place, place - column.high.place, 0.0});
+  }
 
   /// Of the columns of a line the nearest to a place on it, −1 where none is within `reach`.
   static int nearest_column(detail::SurfaceColumns const& grid, int line, double place, double reach) {
@@ -415,7 +420,8 @@ class LongElements : public SkinBody<ScalarType> {
     find_areas();
     find_tension();
     stiffness_ = stiffness_at(Numbers::Zero(n));
-    if (!factorise(stiffness_)) throw InvalidArgument("LongElements: the stiffness of the columns is not positive definite; give a larger spacing or Young's modulus");
+    if (!factorise(stiffness_))
+      throw InvalidArgument("LongElements: the stiffness of the columns is not positive definite; give a larger spacing or Young's modulus");
     is_prepared_ = true, is_measured_ = false;
   }
   /// What of the skin at rest each column carries.
@@ -507,12 +513,11 @@ LongElements(TriangleMesh<Scalar> const&, LongElementsOptions<Scalar> const&) ->
 
 template <RealScalar Scalar>
 void LongElementsOptions<Scalar>::validate() const {
-  auto const positive = [](char const* what, Scalar value, char const* unit) {
-    if (!(value > 0) || !std::isfinite(value)) throw InvalidArgument(detail::message("LongElements: ", what, " is ", value, " ", unit, "; give a positive, finite number"));
+  auto const check = [](bool is_good, char const* what, Scalar value, char const* unit, char const* wanted) {
+    if (!is_good || !std::isfinite(value)) throw InvalidArgument(detail::message("LongElements: ", what, " is ", value, " ", unit, "; give ", wanted, ", finite"));
   };
-  auto const not_negative = [](char const* what, Scalar value, char const* unit) {
-    if (!(value >= 0) || !std::isfinite(value)) throw InvalidArgument(detail::message("LongElements: ", what, " is ", value, " ", unit, "; give 0 or a positive, finite number"));
-  };
+  auto const positive = [&](char const* what, Scalar value, char const* unit) { check(value > 0, what, value, unit, "a positive number"); };
+  auto const not_negative = [&](char const* what, Scalar value, char const* unit) { check(value >= 0, what, value, unit, "0 or a positive number"); };
   positive("spacing", spacing, "m"), positive("young", young, "Pa"), not_negative("surface_tension", surface_tension, "N/m");
   not_negative("density", density, "kg/m³"), not_negative("return_time", return_time, "s");
   if (iterations < 1) throw InvalidArgument(detail::message("LongElements: iterations is ", iterations, "; a step takes one at least"));
