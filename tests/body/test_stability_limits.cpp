@@ -97,7 +97,7 @@ constexpr double undamped_limit = [] {
   if constexpr (is_one_of<I, ExplicitEuler, ExplicitMidpoint>) return 0.0;
   if constexpr (is_one_of<I, SymplecticEuler, StoermerVerlet, LeapfrogVerlet, VelocityVerlet>) return 2.0;
   if constexpr (is_one_of<I, RungeKutta4>) return 2 * std::numbers::sqrt2;
-  if constexpr (is_one_of<I, BackwardEuler, CrankNicolson, ThetaScheme, DormandPrince>) return std::numeric_limits<double>::infinity();
+  if constexpr (is_one_of<I, BackwardEuler, CrankNicolson, ThetaScheme, NodeSteps, DormandPrince>) return std::numeric_limits<double>::infinity();
 }();
 
 constexpr double far_beyond = 20.0;   // hω, ten times leapfrog's limit: where there is none

@@ -166,6 +166,25 @@ class BodySystem {
     hand_out(out);
   }
 
+  /// The same of some columns alone, at their cost, for an integrator that does not move all of them at once; d is zero in the others, whose out stays.
+  void acceleration_of(std::span<int const> some, PaddedView<Scalar> const& x, PaddedView<Scalar> const& v, PaddedView<Scalar> out)
+    requires HasForcesOfSome<Tissue>
+  {
+    PaddedView<Scalar> const at = with_border(x, border_x_), speed = with_border(v, border_v_);
+    assembly_.accelerate_some(some, at.data(), speed.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), out.data(), flushed());
+  }
+  void multiply_tangent_of(std::span<int const> some, Scalar mass, Scalar damping, Scalar stiffness, PaddedView<Scalar> const& d, PaddedView<Scalar> out)
+    requires HasForcesOfSome<Tissue>
+  {
+    assembly_.multiply_some(some, mass, damping, stiffness, d.data(), out.data(), flushed());
+  }
+  void tangent_diagonal_of(std::span<int const> some, Scalar mass, Scalar damping, Scalar stiffness, PaddedView<Scalar> out)
+    requires HasForcesOfSome<Tissue>
+  {
+    assembly_.diagonal_of_some(some, mass, damping, stiffness, out.data());
+  }
+  std::vector<int>& list() noexcept { return list_; }
+
   /// The energy of the elements that act on the moving particles at x, less the work of gravity and applied forces.
   template <class X>
   Scalar potential(Eigen::MatrixBase<X> const& x)
@@ -246,6 +265,7 @@ class BodySystem {
     inverse_mass_.reserve(static_cast<std::size_t>(particles));
     for (auto& columns : scratch_) columns.reserve(particles);
     place_.reserve(static_cast<std::size_t>(particles)), pushes_.reserve(2 * static_cast<std::size_t>(particles)), diverged_.reserve(16);
+    list_.reserve(static_cast<std::size_t>(particles));
     if constexpr (ReservesMemory<Tissue>) assembly_.reserve(tissue, particles, triangles);
     if constexpr (HasFusedForces<Tissue>) force_.reserve(Tissue::Assembly::max_force_columns(particles));
   }
@@ -364,17 +384,20 @@ class BodySystem {
     is_gathered_ = true;
   }
 
+  auto flushed() const noexcept {
+    return [this](int n, auto const& walk) {
+      run_(n, [&walk](int k) {
+        FlushDenormals const flush;   // in whichever thread
+        walk(k);
+      });
+    };
+  }
   template <std::size_t Count, class Before, class AfterOf>
   void accelerate(PaddedView<Scalar> const& x, PaddedView<Scalar> const& v, std::array<Scalar const*, Count> const& columns, Before const& before,
                   AfterOf const& after_of) {
     if constexpr (HasFusedForces<Tissue>) {
-      auto const run = [this](int n, auto const& walk) {
-        run_(n, [&walk](int k) {
-          FlushDenormals const flush;   // in whichever thread
-          walk(k);
-        });
-      };
-      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), force_.padded_view().data(), run, columns, before, after_of);
+      assembly_.accelerate(x.data(), v.data(), gravity_, std::span<ColumnForce<Scalar> const>(pushes_), force_.padded_view().data(), flushed(), columns, before,
+                           after_of);
     } else {
       before(0, moving_);
       auto force = force_.view();
@@ -434,6 +457,7 @@ class BodySystem {
   std::array<PaddedColumns<Scalar>, 12> scratch_;
   std::vector<Scalar> inverse_mass_;      // 1/kg, moving set
   std::vector<int> place_;                // particle of the body → column, −1 outside the moving set
+  std::vector<int> list_;                 // an integrator's
   std::vector<ColumnForce<Scalar>> pushes_;      // in the order of their columns
   std::vector<Divergence<Scalar>> diverged_;   // the first of each block, its column
   Divergence<Scalar> diverged_one_;

@@ -17,17 +17,18 @@ struct SolveReport {
   bool converged = true;           ///< false: the budget was spent before the tolerance
   int halvings = 0;                ///< of steps that would have raised the incremental potential
   int negative_curvatures = 0;     ///< directions that ended a solve: rounding, or a system that is not positive definite
+  long long node_steps = 0;        ///< solves times nodes, of an integrator with a step per node
 };
 
 /// What became of all steps so far.
 template <RealScalar Scalar>
 struct SolveStatistics {
-  long long steps = 0, iterations = 0, unconverged = 0, halved = 0, negative_curvatures = 0;
+  long long steps = 0, iterations = 0, unconverged = 0, halved = 0, negative_curvatures = 0, node_steps = 0;
   Scalar worst_residual = 0;
 
   void add(SolveReport<Scalar> const& one) noexcept {
     ++steps, iterations += one.iterations, unconverged += one.converged ? 0 : 1, halved += one.halvings > 0 ? 1 : 0;
-    negative_curvatures += one.negative_curvatures;
+    negative_curvatures += one.negative_curvatures, node_steps += one.node_steps;
     worst_residual = std::max(worst_residual, one.residual);
   }
 };

@@ -258,6 +258,18 @@ concept HasDefaultIntegrator = requires { typename T::DefaultIntegrator; };
 template <class T>
 concept HasFastTangent = HasTangentOperator<T> && requires { requires T::Assembly::fast_tangent; };
 
+/// Refinement: its Assembly computes some of the chosen particles alone, at their cost: their accelerations, as accelerate(), and after linearise() their
+/// part of a product and of the diagonal. d is zero in the others, whose `out` stays; `run` is as in accelerate().
+template <class T>
+concept HasForcesOfSome =
+    HasTangentOperator<T> &&
+    requires(typename T::Assembly const& assembly, std::span<int const> some, typename T::Scalar const* in, typename T::Scalar* out,
+             Vector3<typename T::Scalar> const& gravity, std::span<ColumnForce<typename T::Scalar> const> pushes, typename T::Scalar factor) {
+      assembly.accelerate_some(some, in, in, gravity, pushes, out, detail::EachBlock{});
+      assembly.multiply_some(some, factor, factor, factor, in, out, detail::EachBlock{});
+      assembly.diagonal_of_some(some, factor, factor, factor, out);
+    };
+
 /// Refinement: remembers: remember(x, h) after a step of h seconds that ended at x, forget() as the body is reset; then its Assembly takes what is
 /// remembered. All of it belongs to what a copy of the tissue copies.
 template <class T>

@@ -54,6 +54,35 @@ class TensorAssembly : public AssembledParticles<Scalar> {
     this->accelerate_by(Padded(force, 4, this->force_columns()), gravity, pushes, run, after_of);
   }
 
+  /// That of some of them alone, and below their part of a product and of the diagonal.
+  template <class Run>
+  void accelerate_some(std::span<int const> some, Scalar const* x, Scalar const* v, Vector3<Scalar> const& gravity, std::span<ColumnForce<Scalar> const> pushes,
+                       Scalar* out, Run const& run) const {
+    each_of(some, run, [&](int i) {
+      Scalar* const own = out + 4 * static_cast<std::ptrdiff_t>(i);
+      std::fill_n(own, 4, Scalar(0));
+      add_force(i, columns_of(x), columns_of(v), own);
+      auto push = std::lower_bound(pushes.begin(), pushes.end(), i, [](ColumnForce<Scalar> const& p, int column) { return p.column < column; });
+      for (; push != pushes.end() && push->column == i; ++push)
+        for (int c = 0; c < 3; ++c) own[c] += push->force[c];
+      for (int c = 0; c < 3; ++c) own[c] = inverse_mass(i) * own[c] + gravity[c];
+    });
+  }
+  template <class Run>
+  void multiply_some(std::span<int const> some, Scalar mass, Scalar damping, Scalar stiffness, Scalar const* d, Scalar* out, Run const& run) const {
+    Scalar const inertia = mass + damping * damping_.alpha, factor = stiffness + damping * damping_.beta;
+    each_of(some, run, [&](int i) {
+      Column const own = (inertia / inverse_mass(i)) * columns_of(d)(i) + factor * rows_.product(i, moving(), columns_of(d));
+      Scalar* const to = out + 4 * static_cast<std::ptrdiff_t>(i);
+      simd::store(to, own), to[3] = 0;
+    });
+  }
+  void diagonal_of_some(std::span<int const> some, Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
+    Scalar const inertia = mass + damping * damping_.alpha, factor = stiffness + damping * damping_.beta;
+    for (int const i : some)
+      for (int c = 0; c < 3; ++c) out[4 * static_cast<std::ptrdiff_t>(i) + c] = inertia / inverse_mass(i) + factor * rows_.values(i)[4 * c];
+  }
+
   /// Nothing to do: the tangent is the same everywhere.
   template <class X>
   void linearise(X const& /*x*/, Scalar const* /*inverse_mass*/) noexcept {}
@@ -124,6 +153,14 @@ class TensorAssembly : public AssembledParticles<Scalar> {
 
  private:
   static constexpr int any = std::numeric_limits<int>::max();
+  static constexpr int min_share = 256;   // of rows that are walked at once
+  template <class Run, class Walk>
+  static void each_of(std::span<int const> some, Run const& run, Walk const& walk) {
+    int const count = static_cast<int>(some.size()), shares = std::clamp(count / min_share, 1, Base::max_blocks);
+    run(shares, [&](int s) {
+      for (int k = count * s / shares, end = count * (s + 1) / shares; k < end; ++k) walk(some[at(k)]);
+    });
+  }
   static auto columns_of(Scalar const* all) noexcept {
     return [all](int j) {
       Column one;
