@@ -209,9 +209,10 @@ std::string cut_and_check(SolidCase const& all, Body& body, Before const& before
 
 /// Strokes of any kind, three through each solid of which make(mesh, seed) makes a body; a solid is restored in mid-cut. Reports the first three that fail, made as
 /// short as they still fail, and returns how many tetrahedra were made.
+/// `linear`: turned pieces are strained, so that they are turned by displacements that a linear body does not feel.
 /// PALPATE_SOLID_STROKES sets how many strokes, PALPATE_SEED with which seed they begin.
 template <class S, class Make>
-int cut_at_random(std::uint64_t otherwise, Make const& make) {
+int cut_at_random(std::uint64_t otherwise, Make const& make, bool linear = false) {
   using namespace palpate;
   std::uint64_t const strokes = from_environment("PALPATE_SOLID_STROKES", otherwise), first = from_environment("PALPATE_SEED", 1);
   int made = 0, failures = 0;
@@ -219,8 +220,8 @@ int cut_at_random(std::uint64_t otherwise, Make const& make) {
     TetrahedralMesh<double> const mesh = solid_of(seed);
     TetrahedralMesh<S> const solid{mesh.points.cast<S>(), mesh.tetrahedra};
     if (!validate(solid).empty()) continue;
-    auto const invariants = [seed](auto const& body) {
-      return testing::SolidCutInvariants(body, {.least_height = 0.0199 * static_cast<double>(body.mean_edge()), .seed = Seed{seed}});
+    auto const invariants = [seed, linear](auto const& body) {
+      return testing::SolidCutInvariants(body, {.least_height = 0.0199 * static_cast<double>(body.mean_edge()), .seed = Seed{seed}, .linear = linear});
     };
     auto body = make(solid, seed);
     int const particles = body.size();

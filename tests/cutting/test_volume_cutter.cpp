@@ -14,6 +14,7 @@
 #include <palpate/material/viscoelastic.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/measures.hpp>
+#include <palpate/models.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
 #include <palpate/tissue/finite_elements.hpp>
@@ -25,6 +26,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -35,19 +37,36 @@ namespace {
 
 using Vector = Vector3<double>;
 
-template <class S>
-auto solid_body(TetrahedralMesh<S> const& mesh, SolidOptions<S, StableNeoHookean<S>> options = {}) {
-  options.density = 1000, options.material = {.young = S(1e4), .poisson = S(0.4)};
-  return SoftBody(FiniteElements<S, StableNeoHookean<S>>(mesh, options), BackwardEuler{});
+// What a solid is made of.
+struct Elements {
+  template <class S>
+  static auto tissue(TetrahedralMesh<S> const& mesh, S prestrain) {
+    return FiniteElements<S, StableNeoHookean<S>>(mesh, {.density = 1000, .material = {.young = S(1e4), .poisson = S(0.4)}, .prestrain = prestrain});
+  }
+};
+struct Tensors {
+  template <class S>
+  static auto tissue(TetrahedralMesh<S> const& mesh, S prestrain) {
+    return TensorMass<S>(mesh, {.density = 1000, .material = {.young = S(1e4), .poisson = S(0.4)}, .prestrain = prestrain});
+  }
+};
+using Solids = std::tuple<Elements, Tensors>;
+
+template <class Of, class S>
+auto solid_body(TetrahedralMesh<S> const& mesh) {
+  return SoftBody(Of::tissue(mesh, S(0)), BackwardEuler{});
 }
-auto block_body(int n, BlockPattern pattern = BlockPattern::alternating) { return solid_body(make_block<double>(n, n, n, 0.005, pattern)); }
+template <class Of>
+auto block_body(int n, BlockPattern pattern = BlockPattern::alternating) {
+  return solid_body<Of>(make_block<double>(n, n, n, 0.005, pattern));
+}
 
 }  // namespace
 
-TEST_CASE("a plane through one tetrahedron makes the parts that are counted by hand", "[volume_cutter]") {
+TEMPLATE_LIST_TEST_CASE("a plane through one tetrahedron makes the parts that are counted by hand", "[volume_cutter]", Solids) {
   for (PlaneCase const& c : plane_cases()) {
     INFO(c.name);
-    auto body = solid_body(one_tetrahedron());
+    auto body = solid_body<TestType>(one_tetrahedron());
     testing::SolidCutInvariants before(body);
     VolumeCutter<double> knife;
     c.cut(knife, body);
@@ -60,14 +79,14 @@ TEST_CASE("a plane through one tetrahedron makes the parts that are counted by h
   }
 }
 
-TEST_CASE("a plane along the face between two tetrahedra opens it, and a blade that goes half way through an edge opens nothing", "[volume_cutter]") {
+TEMPLATE_LIST_TEST_CASE("a plane along the face between two tetrahedra opens it, and a blade that goes half way through an edge opens nothing", "[volume_cutter]", Solids) {
   TetrahedralMesh<double> mesh{Matrix3X<double>(3, 5), Matrix<int, 4, Dynamic>(4, 2)};
   mesh.points << 0, 0, 0, 0.01, -0.01, 0, 0.01, 0, 0, 0, 0, 0, 0.01, 0, 0;
   mesh.tetrahedra << 0, 0, 1, 2, 2, 1, 3, 4;
   if ((mesh.points.col(1) - mesh.points.col(0)).cross(mesh.points.col(2) - mesh.points.col(0)).dot(mesh.points.col(3) - mesh.points.col(0)) < 0)
     mesh.tetrahedra.row(1).swap(mesh.tetrahedra.row(2));
   SECTION("Z: three vertices") {
-    auto body = solid_body(mesh);
+    auto body = solid_body<TestType>(mesh);
     VolumeCutter<double> knife;
     stroke(knife, body, Vector(0, -0.02, -0.0203), Vector(0, 0.03, -0.0203), Vector(0, 0, 0.05), 30);
     CHECK(body.tissue().tetrahedra() == 2);
@@ -77,7 +96,7 @@ TEST_CASE("a plane along the face between two tetrahedra opens it, and a blade t
     CHECK(knife.report().lip_area == Approx(1e-4).epsilon(1e-12));
   }
   SECTION("one edge so far") {
-    auto body = solid_body(mesh);
+    auto body = solid_body<TestType>(mesh);
     VolumeCutter<double> knife;
     // The edge from vertex 0 to vertex 3 alone, at 0.4.
     stroke(knife, body, Vector(0.004, -0.001, -0.002), Vector(0.004, 0.001, -0.002), Vector(0, 0, 0.003), 10);
@@ -90,11 +109,11 @@ TEST_CASE("a plane along the face between two tetrahedra opens it, and a blade t
   }
 }
 
-TEST_CASE("a plane through a block has the area that it must, where it snaps to nothing, to a plane of vertices and along faces", "[volume_cutter]") {
+TEMPLATE_LIST_TEST_CASE("a plane through a block has the area that it must, where it snaps to nothing, to a plane of vertices and along faces", "[volume_cutter]", Solids) {
   for (auto const pattern : {BlockPattern::alternating, BlockPattern::kuhn})
     for (double const x : {0.0213, 0.0203, 0.020, 0.0199}) {
       INFO("x = " << x);
-      auto body = block_body(9, pattern);
+      auto body = block_body<TestType>(9, pattern);
       int const tetrahedra = body.tissue().tetrahedra();
       testing::SolidCutInvariants before(body);
       VolumeCutter<double> knife;
@@ -110,11 +129,11 @@ TEST_CASE("a plane through a block has the area that it must, where it snaps to 
     }
 }
 
-TEST_CASE("a cut is the same however finely its way is divided into ticks", "[volume_cutter]") {
+TEMPLATE_LIST_TEST_CASE("a cut is the same however finely its way is divided into ticks", "[volume_cutter]", Solids) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     INFO("seed " << seed);
     auto const cut = [&](int ticks) {
-      auto body = block_body(4);
+      auto body = block_body<TestType>(4);
       VolumeCutter<double> knife;
       Drawn(seed).cut(knife, body, ticks);
       knife.lift(body);
@@ -131,10 +150,10 @@ TEST_CASE("a cut is the same however finely its way is divided into ticks", "[vo
   }
 }
 
-TEST_CASE("the same stroke again, and to and fro, adds nothing", "[volume_cutter]") {
+TEMPLATE_LIST_TEST_CASE("the same stroke again, and to and fro, adds nothing", "[volume_cutter]", Solids) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     INFO("seed " << seed);
-    auto body = block_body(4);
+    auto body = block_body<TestType>(4);
     VolumeCutter<double> knife;
     Drawn const drawn(seed);
     drawn.cut(knife, body, 50);
@@ -153,10 +172,10 @@ TEST_CASE("the same stroke again, and to and fro, adds nothing", "[volume_cutter
   }
 }
 
-TEST_CASE("one stroke through the material cuts the same tetrahedra of a body at rest, swung and stretched, number by number", "[volume_cutter]") {
+TEMPLATE_LIST_TEST_CASE("one stroke through the material cuts the same tetrahedra of a body at rest, swung and stretched, number by number", "[volume_cutter]", Solids) {
   Vector const middle(0.0075, 0.0072, 0.0078), blade = Vector(0.3, 0.2, 1).normalized(), way(1, 0.25, 0.1);
   auto const cut = [&](auto const& motion) {
-    auto body = block_body(4);
+    auto body = block_body<TestType>(4);
     VolumeCutter<double> knife;
     for (int i = 0; i < body.size(); ++i) body.hold(i);
     for (int tick = 0; tick <= 100; ++tick) {
@@ -186,24 +205,26 @@ TEST_CASE("one stroke through the material cuts the same tetrahedra of a body at
 
 TEMPLATE_TEST_CASE("whatever is cut, nothing is lost and all follows", "[volume_cutter][random]", PALPATE_TEST_SCALARS) {
   using S = TestType;
-  cut_at_random<S>(90, [](TetrahedralMesh<S> const& mesh, std::uint64_t seed) {
-    SolidOptions<S, StableNeoHookean<S>> options;
-    if (seed % 7 == 4) options.prestrain = S(0.05);
-    auto tissue = solid_body(mesh, options).tissue();
-    for (int i = 0; i < tissue.size(); ++i)
-      if (tissue.rest_position(i)[2] < S(1e-6)) tissue.nail(i);
-    return SoftBody(std::move(tissue), BackwardEuler{});
-  });
+  auto const make = [](auto of) {
+    return [of](TetrahedralMesh<S> const& mesh, std::uint64_t seed) {
+      auto tissue = of.tissue(mesh, seed % 7 == 4 ? S(0.05) : S(0));
+      for (int i = 0; i < tissue.size(); ++i)
+        if (tissue.rest_position(i)[2] < S(1e-6)) tissue.nail(i);
+      return SoftBody(std::move(tissue), BackwardEuler{});
+    };
+  };
+  cut_at_random<S>(90, make(Elements{}));
+  cut_at_random<S>(30, make(Tensors{}), true);
 }
 
-TEST_CASE("a cut body moves as its tetrahedra do, by leapfrog written out", "[volume_cutter]") {
-  auto whole = block_body(4);
+TEMPLATE_LIST_TEST_CASE("a cut body moves as its tetrahedra do, by leapfrog written out", "[volume_cutter]", Solids) {
+  auto whole = block_body<TestType>(4);
   VolumeCutter<double> knife;
   stroke(knife, whole, Vector(0.0061, -0.003, 0.0052), Vector(0.0083, -0.003, 0.03), Vector(0, 0.013, 0), 60);
   knife.lift(whole);
   REQUIRE(knife.report().lip_area > 1e-5);
   using Tissue = std::remove_cvref_t<decltype(whole.tissue())>;
-  using Element = Tissue::Element;
+  using Element = typename Tissue::Element;
   SoftBody body(Tissue(whole.tissue()), LeapfrogVerlet{});
   auto const mesh = body.rest_solid();
   Matrix3X<double> x = mesh.points, v = Matrix3X<double>::Zero(3, x.cols()), force(3, x.cols());
@@ -242,8 +263,8 @@ TEST_CASE("a cut body moves as its tetrahedra do, by leapfrog written out", "[vo
   CHECK((body.positions() - x).cwiseAbs().maxCoeff() < 1e-9 * 0.015);
 }
 
-TEST_CASE("a host's copy of the border follows a solid's cut by the record of changes", "[volume_cutter]") {
-  auto body = block_body(4);
+TEMPLATE_LIST_TEST_CASE("a host's copy of the border follows a solid's cut by the record of changes", "[volume_cutter]", Solids) {
+  auto body = block_body<TestType>(4);
   Matrix<int, 3, Dynamic> copy = body.triangles();
   body.forget_changes();
   VolumeCutter<double> knife;
@@ -327,7 +348,7 @@ TEST_CASE("materials, nodal pressure, viscoelasticity, a zone, several blades an
     cut_and_move(body);
   }
   SECTION("a piece of its own") {
-    auto body = block_body(4);
+    auto body = block_body<Elements>(4);
     VolumeCutter<double> knife;
     stroke(knife, body, Vector(0.0071, -0.003, -0.01), Vector(0.0083, -0.003, 0.03), Vector(0, 0.022, 0), 40);
     auto const parts = pieces_of(body);
@@ -345,9 +366,9 @@ TEST_CASE("materials, nodal pressure, viscoelasticity, a zone, several blades an
   }
 }
 
-TEST_CASE("edges of several pieces, a depth to puncture, a bound on what a tick makes", "[volume_cutter]") {
+TEMPLATE_LIST_TEST_CASE("edges of several pieces, a depth to puncture, a bound on what a tick makes", "[volume_cutter]", Solids) {
   SECTION("an edge of three pieces cuts like one, where it is straight") {
-    auto one = block_body(5), three = block_body(5);
+    auto one = block_body<TestType>(5), three = block_body<TestType>(5);
     VolumeCutter<double> knife, other;
     for (int tick = 0; tick <= 50; ++tick) {
       Vector const a(0.0093, -0.002 + 0.024 * tick / 50, -0.005), b(0.0093, a[1], 0.025);
@@ -359,7 +380,7 @@ TEST_CASE("edges of several pieces, a depth to puncture, a bound on what a tick 
     CHECK(pieces(three) == 2);
   }
   SECTION("it cuts no sooner than it has punctured") {
-    auto body = block_body(5);
+    auto body = block_body<TestType>(5);
     VolumeCutter<double> knife({.puncture_depth = 0.003});
     auto const down = [&](double z) { knife.advance(body, {{0.0093, 0.0101, z}, {0.0093, 0.0101, z + 0.03}}); };
     for (double z = 0.022; z > 0.0172; z -= 0.0002) down(z);
@@ -371,7 +392,7 @@ TEST_CASE("edges of several pieces, a depth to puncture, a bound on what a tick 
     CHECK(knife.report().area > 0);
   }
   SECTION("what a tick does not make follows in the next ones") {
-    auto at_once = block_body(5), later = block_body(5);
+    auto at_once = block_body<TestType>(5), later = block_body<TestType>(5);
     VolumeCutter<double> fast, slow({.most_tetrahedra = 20});
     auto const to = [](double y) { return BladeSegment<double>{{0.0087, y, -0.005}, {0.0087, y, 0.025}}; };
     fast.advance(at_once, to(-0.002)), slow.advance(later, to(-0.002));
@@ -389,7 +410,7 @@ TEST_CASE("edges of several pieces, a depth to puncture, a bound on what a tick 
 }
 
 TEST_CASE("what can not be cut with is refused in a sentence, and leaves the body as it was", "[volume_cutter]") {
-  auto body = block_body(3);
+  auto body = block_body<Elements>(3);
   VolumeCutter<double> knife;
   CHECK_THROWS_WITH(knife.advance(body, {Vector(0, 0, std::nan("")), Vector(0, 0, 1)}), Catch::Contains("not finite"));
   CHECK_THROWS_WITH(knife.advance(body, {Vector(0, 0, -500), Vector(0, 0, 500)}), Catch::Contains("is it in m?"));

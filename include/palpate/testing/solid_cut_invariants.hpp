@@ -30,6 +30,7 @@ struct SolidCutChecks {
   int queries = 3;           ///< how many random points the search tree is asked for, against a search of all triangles
   int most = 20;             ///< stop after so many violations
   Seed seed{1};
+  bool linear = false;       ///< small strain: a turned body is strained, so pieces are moved by u = ω × X instead
 };
 
 /// Tissue whose elements are its tetrahedra, as those of FiniteElements are.
@@ -109,8 +110,12 @@ class SolidCutInvariants {
     auto const any = [&] { return Vector3<double>(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
     for (auto const& piece : connected_components(body.rest_solid())) {
       Matrix<double, 3, 3> const turn = Eigen::AngleAxisd(random.uniform(0.5, 2.5), any().normalized()).toRotationMatrix();
-      Vector3<double> const way = size_ * any();
-      for (int const i : piece) x.col(i) = (turn * x.col(i).template cast<double>() + way).template cast<Scalar>();
+      Matrix<double, 3, 3> const spin = 0.1 * (turn - turn.transpose());
+      Vector3<double> const way = (checks_.linear ? 0.1 : 1.0) * size_ * any();
+      for (int const i : piece) {
+        Vector3<double> const at = x.col(i).template cast<double>(), rest = body.tissue().rest_position(i).template cast<double>();
+        x.col(i) = ((checks_.linear ? Vector3<double>(at + spin * rest) : Vector3<double>(turn * at)) + way).template cast<Scalar>();
+      }
     }
     double const turned = static_cast<double>(body.tissue().potential_energy(x));
     if (!(std::abs(turned - energy) <= digits * energy)) report(found, "pieces that are turned and moved hold ", turned, " J instead of ", energy, " J");
