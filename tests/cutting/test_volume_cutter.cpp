@@ -50,6 +50,12 @@ struct Tensors {
     return TensorMass<S>(mesh, {.density = 1000, .material = {.young = S(1e4), .poisson = S(0.4)}, .prestrain = prestrain});
   }
 };
+struct Turned {
+  template <class S>
+  static auto tissue(TetrahedralMesh<S> const& mesh, S prestrain) {
+    return CorotatedTensorMass<S>(mesh, {.density = 1000, .material = {.young = S(1e4), .poisson = S(0.4)}, .prestrain = prestrain});
+  }
+};
 using Solids = std::tuple<Elements, Tensors>;
 
 template <class Of, class S>
@@ -215,6 +221,7 @@ TEMPLATE_TEST_CASE("whatever is cut, nothing is lost and all follows", "[volume_
   };
   cut_at_random<S>(90, make(Elements{}));
   cut_at_random<S>(30, make(Tensors{}), true);
+  cut_at_random<S>(15, make(Turned{}));
 }
 
 TEMPLATE_LIST_TEST_CASE("a cut body moves as its tetrahedra do, by leapfrog written out", "[volume_cutter]", Solids) {

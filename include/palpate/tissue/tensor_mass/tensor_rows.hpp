@@ -25,6 +25,7 @@ class TensorRows {
   std::span<int const> columns(int i) const noexcept { return std::span(column_).subspan(place(i).first, place(i).count); }
   /// Their tensors, nine numbers each, column after column.
   Scalar const* values(int i) const noexcept { return values_.data() + 9 * place(i).first; }
+  Scalar* values(int i) noexcept { return values_.data() + 9 * place(i).first; }
   Matrix<Scalar, 3, 3> tensor(int i, std::size_t k) const { return Eigen::Map<Matrix<Scalar, 3, 3> const>(values(i) + 9 * k); }
 
   /// Row i, one that there is or the next, becomes these.
