@@ -3,6 +3,8 @@
 //   cantilever      w = P L³/(3 E I) + P L/(5/6 G A)                  (Timoshenko)
 //   cantilever      f = 1.8751² √(E I/(ρ A L⁴))/(2 π)                 (Euler and Bernoulli, slender)
 //   pulled bar      P = (E/2)(λ³ − λ), St. Venant-Kirchhoff
+//   elastica        w = 0.30172 L at P L²/(E I) = 1, which tensor mass can follow that turns, and linear tensor mass can not
+//   a kicked bar    with a time step per node: momentum, and how many steps of nodes it takes
 // and one sagging beam, balanced in every way there is.
 #include <palpate/body/modal_view.hpp>
 #include <palpate/body/soft_body.hpp>
@@ -11,17 +13,20 @@
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/vertices_where.hpp>
+#include <palpate/models.hpp>
 #include <palpate/statics/direct_factorisation.hpp>
 #include <palpate/statics/dynamic_relaxation.hpp>
 #include <palpate/statics/newton_raphson.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -76,6 +81,34 @@ double bent(int through, double poisson, Pressure pressure) {
   return -(body.positions().col(tip) - body.tissue().rest_position(tip)).z() / theory;
 }
 
+/// How far the tip of a beam of 20 x 1 x 1 goes down, and how far it is drawn in, at P L²/(E I) = 1; shares of the length.
+template <class Tissue>
+std::array<double, 2> elastica() {
+  double const young = 1e5, height = 0.01, length = 20 * height;
+  auto const mesh = make_block<double>(81, 5, 5, height / 4, BlockPattern::alternating);
+  Tissue tissue(mesh, {.density = 1000, .material = {.young = young, .poisson = 0}});
+  tissue.nail(vertices_where(mesh, [](auto const& p) { return p.x() < 1e-9; }));
+  SoftBody body(std::move(tissue), BackwardEuler{});
+  int const tip = body.nearest_vertex({length, height / 2, height / 2});
+  pull(body, {0, 0, -young * std::pow(height, 4) / 12 / (length * length)});
+  body.solve_statics(NewtonRaphson<DirectFactorisation>{.load_steps = 4}, 1e-11);
+  Vector3<double> const moved = body.positions().col(tip) - body.tissue().rest_position(tip);
+  return {-moved.z() / length, -moved.x() / length};
+}
+
+/// A free bar of tensor mass, pushed at one corner for 20 ms; its momentum over the impulse, and the solves of its nodes over those of the smallest step.
+std::array<double, 2> kicked() {
+  NodeSteps const rule{.theta = 0.5, .speed_bound = 0.1, .max_halvings = 4};
+  TensorMass<double> tissue(make_block<double>(41, 5, 5, 0.005, BlockPattern::alternating), {.density = 1000, .material = {.young = 1e4, .poisson = 0.3}});
+  SoftBody body(std::move(tissue), rule);
+  Vector3<double> const force(0.1, 0, 0.3);
+  for (int step = 0; step < 20; ++step) {
+    body.apply_force(body.size() - 1, force);
+    body.step(1e-3);
+  }
+  return {body.momentum().norm() / (0.02 * force.norm()), static_cast<double>(body.solve_statistics().node_steps) / (20.0 * 16 * body.size())};
+}
+
 template <class Solver>
 void balance(char const* name, Solver const& solver, Pressure pressure) {
   auto body = held_bar<StableNeoHookean<double>>(20, 4, 0.0025, {.density = 1060, .material = {2e5, 0.45}, .pressure = pressure});
@@ -111,6 +144,15 @@ int main() {
   pull(pulled, {stress * 0.01 * 0.01, 0, 0});
   pulled.solve_statics(NewtonRaphson<DirectFactorisation>{.load_steps = 4});
   row("pulled bar, stretch", pulled.positions().row(0).maxCoeff() / 0.02, stretch, 0.9999, 1.0001);
+
+  auto const turns = elastica<CorotatedTensorMass<double>>(), linear = elastica<TensorMass<double>>();
+  row("elastica, tensor mass that turns: down", turns[0], 0.30172, 0.85, 0.95);   // as much too stiff as tetrahedra are, 4 through
+  row("  drawn in", turns[1], 0.05643, 0.75, 0.9);
+  row("  tensor mass: down", linear[0], 1.0 / 3, 0.85, 0.95);
+  row("  drawn in: not at all", 1 + linear[1], 1, 0.999, 1.001);
+  auto const [momentum, solves] = kicked();
+  row("kicked bar, a time step per node: momentum over impulse", momentum, 1, 0.98, 1.02);
+  row("  solves over those of the smallest step", solves, 1, 0.05, 0.5);
 
   std::printf("\n%-34s %8s %10s %10s %10s\n", "a sagging beam of 1,600 tetrahedra", "solver's", "inner", "ms", "sag [mm]");
   for (Pressure const pressure : {Pressure::element, Pressure::nodal}) {

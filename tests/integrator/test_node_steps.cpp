@@ -165,7 +165,7 @@ TEST_CASE("a step is halved while its node is too fast, doubled again when it ha
 
 TEST_CASE("with steps of their own the nodes keep the order of the scheme", "[integrator][node_steps]") {
   int const n = 24;
-  auto const run = [n](double theta, double bound, int steps, long long& solves) {
+  auto const run = [](double theta, double bound, int steps, long long& solves) {
     Chain chain(n, 100.0);
     for (int i = 0; i < n; ++i) chain.velocities()(0, i) = std::exp(-0.5 * (i - 12) * (i - 12));
     Eigen::VectorXd const exact = chain.exact(chain.velocities().row(0), 0.4);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Tensors that turn. Yardsticks: TensorMass for small strains; rotation of the whole; the sum Σ R_e K_e R_eᵀ with Eigen's polar decomposition; corotational finite
-// elements, in motion; an assembly made anew after cuts.
+// Tensors that turn. Yardsticks: TensorMass for small strains; rotation of the whole; the sum Σ R_e K_e R_eᵀ with Eigen's polar decomposition; corotational
+// finite elements, in motion; an assembly made anew after cuts.
 #include "allocation_trap.hpp"
 #include "catch.hpp"
 #include "cutting/solid_strokes.hpp"
@@ -65,7 +65,8 @@ Matrix3X<double> bent(Matrix3X<double> const& rest) {
   Matrix3X<double> x = rest;
   for (Eigen::Index i = 0; i < x.cols(); ++i) {
     double const angle = 60 * rest(0, i);
-    x.col(i) = Vector3<double>(0.01 * std::sin(angle), 1.1 * rest(1, i), 0.01 * std::cos(angle)) + rest(2, i) * Vector3<double>(std::sin(angle), 0.1, std::cos(angle));
+    Vector3<double> const middle(0.01 * std::sin(angle), 1.1 * rest(1, i), 0.01 * std::cos(angle));
+    x.col(i) = middle + rest(2, i) * Vector3<double>(std::sin(angle), 0.1, std::cos(angle));
   }
   return x;
 }
@@ -97,7 +98,8 @@ TEMPLATE_TEST_CASE("tensors that turn: none of it is felt, and small strains are
 }
 
 TEST_CASE("tensors that turn keep the laws of tissues", "[tissue][tensor_mass]") {
-  CorotatedTensorMass<double> const tissue(distorted<double>(3, 0.01), {.density = 1000, .material = {.young = 3000, .poisson = 0.4}, .damping = {.beta = 1e-3}});
+  CorotatedTensorMass<double> const tissue(distorted<double>(3, 0.01),
+                                           {.density = 1000, .material = {.young = 3000, .poisson = 0.4}, .damping = {.beta = 1e-3}});
   CHECK(testing::to_text(testing::check_tissue(tissue, {.displacement = 0.05})) == "");
 }
 
@@ -131,7 +133,8 @@ TEST_CASE("the rows of tensors are the sum of the turned ones, also after cuts",
     auto const own = element.stiffness(rest);
     for (int a = 0; a < 4; ++a)
       for (int b = 0; b < 4; ++b)
-        sum.block<3, 3>(3 * nodes[static_cast<std::size_t>(a)], 3 * nodes[static_cast<std::size_t>(b)]) += turn * own.block<3, 3>(3 * a, 3 * b) * turn.transpose();
+        sum.block<3, 3>(3 * nodes[static_cast<std::size_t>(a)], 3 * nodes[static_cast<std::size_t>(b)]) +=
+            turn * own.block<3, 3>(3 * a, 3 * b) * turn.transpose();
   }
   CHECK((sum - k).norm() < 1e-12 * k.norm());
   CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() > -1e-12 * k.norm());

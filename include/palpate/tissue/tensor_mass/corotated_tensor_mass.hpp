@@ -91,7 +91,8 @@ class TurnedTensorAssembly : public FiniteElements<Scalar, Corotational<Scalar>>
   void reserve(Tissue const& tissue, int count, int triangles) {
     Base::reserve(tissue, count, triangles);
     std::size_t const more = at(std::max(0, count - tissue.size())), elements = at(tissue.tetrahedra()) + 6 * more;
-    elements_.reserve(elements), turned_.reserve(16 * elements), changed_.reserve(100 * more), columns_.reserve(256), zeros_.reserve(9 * 256), entries_.reserve(600);
+    elements_.reserve(elements), turned_.reserve(16 * elements), changed_.reserve(100 * more);
+    columns_.reserve(256), sums_.reserve(12 * 256), entries_.reserve(600);
     rows_.reserve(at(count), 20 * at(tissue.size()) + 60 * more);
   }
 
@@ -117,8 +118,10 @@ class TurnedTensorAssembly : public FiniteElements<Scalar, Corotational<Scalar>>
   }
   /// V (λ g_a g_bᵀ + μ g_b g_aᵀ + μ (g_a · g_b) 1) of each tetrahedron at i.
   void add_up(int i) noexcept {
-    Scalar* const row = rows_.values(i);
-    std::fill_n(row, 9 * rows_.columns(i).size(), Scalar(0));
+    constexpr Scalar o = 0, l = 1;
+    std::array<Column, 3> const axes{Column{l, o, o, o}, Column{o, l, o, o}, Column{o, o, l, o}};
+    std::size_t const count = rows_.columns(i).size();
+    std::fill_n(sums_.data(), 12 * count, Scalar(0));
     auto const all = entries_of_[i];
     for (std::size_t k = 0; k < all.size(); k += entry) {
       Element const& element = elements_[at(all[k])];
@@ -129,15 +132,16 @@ class TurnedTensorAssembly : public FiniteElements<Scalar, Corotational<Scalar>>
         simd::load(g, turned + 4 * b);
         Column const lambda = element.lambda * g, mu = element.mu * own;
         Scalar const both = mu[0] * g[0] + mu[1] * g[1] + mu[2] * g[2];
-        Scalar* tensor = row + 9 * all[k + 2 + b];
-        for (int c = 0; c < 3; ++c, tensor += 3) {
-          Column sum;   // its fourth number is the next column's first: that gets 0
+        Scalar* tensor = sums_.data() + 12 * all[k + 2 + b];
+        for (std::size_t c = 0; c < 3; ++c, tensor += 4) {
+          Column sum;
           simd::load(sum, tensor);
-          simd::store(tensor, Column(sum + own * lambda[c] + g * mu[c]));
-          tensor[c] += both;
+          simd::store(tensor, Column(sum + own * lambda[c] + g * mu[c] + both * axes[c]));
         }
       }
     }
+    Scalar* const row = rows_.values(i);
+    for (std::size_t c = 0; c < 3 * count; ++c) std::copy_n(sums_.data() + 4 * c, 3, row + 3 * c);
   }
 
   void resize(std::size_t count) { elements_.resize(count), turned_.resize(16 * count); }
@@ -173,8 +177,8 @@ class TurnedTensorAssembly : public FiniteElements<Scalar, Corotational<Scalar>>
       for (int const j : nodes)
         entries_.push_back(j == i ? 0 : static_cast<int>(std::lower_bound(columns_.begin() + 1, columns_.end(), j) - columns_.begin()));
     }
-    zeros_.assign(9 * columns_.size(), Scalar(0));
-    rows_.set(i, columns_, zeros_.data());
+    sums_.resize(std::max(sums_.size(), 12 * columns_.size()));
+    rows_.set(i, columns_, sums_.data());   // linearise() writes the tensors
     entries_of_.set(i, entries_);
   }
 
@@ -185,7 +189,7 @@ class TurnedTensorAssembly : public FiniteElements<Scalar, Corotational<Scalar>>
   RayleighDamping<Scalar> damping_;
   std::size_t seen_ = 0;   // of the tissue's edits
   std::vector<int> changed_, columns_, entries_;   // while rows are taken
-  std::vector<Scalar> zeros_;
+  std::vector<Scalar> sums_;   // of a row, each column with a zero behind
 };
 
 /// TensorMass that may turn: the tensors of each tetrahedron are turned by its rotation R_e, that of F = R S, and added up at vertices and edges.
