@@ -7,3 +7,4 @@
 #include <palpate/tissue/tensor_mass/corotated_tensor_mass.hpp>
 #include <palpate/tissue/tensor_mass/tensor_mass.hpp>
 #include <palpate/tissue/vertex_rings/vertex_rings.hpp>
+#include <palpate/tissue/young_springs.hpp>
