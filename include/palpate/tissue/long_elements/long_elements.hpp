@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/body/skin_body.hpp>
 #include <palpate/core/columns.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/tissue/long_elements/columns_through.hpp>
 #include <palpate/tissue/long_elements/factored_matrix.hpp>
+#include <palpate/tissue/skin_body.hpp>
 
 #include <Eigen/Geometry>
 #include <Eigen/SparseCore>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/body/skin_body.hpp>
 #include <palpate/core/columns.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/rings.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/tissue/skin_body.hpp>
 
 #include <algorithm>
 #include <array>
