@@ -514,7 +514,8 @@ LongElements(TriangleMesh<Scalar> const&, LongElementsOptions<Scalar> const&) ->
 template <RealScalar Scalar>
 void LongElementsOptions<Scalar>::validate() const {
   auto const check = [](bool is_good, char const* what, Scalar value, char const* unit, char const* wanted) {
-    if (!is_good || !std::isfinite(value)) throw InvalidArgument(detail::message("LongElements: ", what, " is ", value, " ", unit, "; give ", wanted, ", finite"));
+    if (!is_good || !std::isfinite(value))
+      throw InvalidArgument(detail::message("LongElements: ", what, " is ", value, " ", unit, "; give ", wanted, ", finite"));
   };
   auto const positive = [&](char const* what, Scalar value, char const* unit) { check(value > 0, what, value, unit, "a positive number"); };
   auto const not_negative = [&](char const* what, Scalar value, char const* unit) { check(value >= 0, what, value, unit, "0 or a positive number"); };
