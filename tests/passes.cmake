@@ -35,7 +35,7 @@ set(optimised_tests
   "^json/test_network_file[.]"
   "^mesh/test_(generators|tetrahedral_edits)[.]"
   "^simulator/test_(many_tools|realtime)[.]"
-  "^tissue/test_(element|element_tissue|finite_elements|nodal_pressure|stiffness_rows|tensor_mass|vertex_rings|viscoelastic)[.]")
+  "^tissue/test_(cubes|element|element_tissue|finite_elements|nodal_pressure|stiffness_rows|tensor_mass|vertex_rings|viscoelastic)[.]")
 
 function(palpate_select_tests variable pass)
   set(plain ${${variable}})
