@@ -363,3 +363,200 @@ TEMPLATE_TEST_CASE("cubes go on the same to the byte after a restore, split, cut
     CHECK(are_same(body, first));
   }
 }
+
+TEMPLATE_TEST_CASE("a blade opens cubes across its plane alone, where the source opens them along it too", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto body = block<S>(4, 4, 4), as_source = body;
+  int const vertex = vertex_at(body, Vector3<S>(S(0.02), S(0.01), S(0.03)));
+  // In the middle of the block in x, through a quarter of its section: y < 20 mm, z > 20 mm.
+  CHECK(body.cut({S(0.0201), -1, S(0.02)}, {S(0.0201), -1, 1}, {S(0.0201), S(0.02), S(0.02)}, {S(0.0201), S(0.02), 1}) == 4);
+  CHECK(body.opened_faces() == 4);
+  CHECK(body.size() == 125 + 4);   // of 3 × 3 vertices the wound's front, 5, is shared
+  CHECK(places(body) == 125);
+  CHECK(body.triangles().cols() == 6 * 16 * 2 + 4 * 2 * 2);
+  CHECK(open_edges(body) == 0);
+  CHECK(body.cut({S(0.0201), -1, S(0.02)}, {S(0.0201), -1, 1}, {S(0.0201), S(0.02), S(0.02)}, {S(0.0201), S(0.02), 1}) == 0);
+  // All copies around one vertex: eight, and of twelve faces eight lie along the blade.
+  CHECK(as_source.detach(vertex) == 12);
+  int beside = 0;
+  for (int i = 0; i < as_source.size(); ++i) beside += (as_source.reference_position(i) - as_source.reference_position(vertex)).norm() < S(1e-4);
+  CHECK(beside == 8);
+  beside = 0;
+  for (int i = 0; i < body.size(); ++i) beside += (body.reference_position(i) - body.reference_position(vertex)).norm() < S(1e-4);
+  CHECK(beside == 2);
+}
+
+TEMPLATE_TEST_CASE("a cut in many strokes is that of one, through split cubes too, and leaves two pieces", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto once = block<S>(5, 4, 3, {.levels = 1}), often = once;
+  once.split(11), once.split(37), often.split(11), often.split(37);
+  Vector3<S> const along = Vector3<S>(S(0.3), 1, 0), up(S(0.1), 0, 1), start(S(0.017), S(-0.011), S(-0.013));
+  auto const at = [&](S s, S t) { return Vector3<S>(start + S(0.07) * (s * along + t * up)); };
+  int const faces = once.cut(at(0, 0), at(0, 1), at(1, 0), at(1, 1));
+  int sum = 0;
+  for (int k = 0; k < 17; ++k) sum += often.cut(at(S(k) / 17, 0), at(S(k) / 17, 1), at(S(k + 1) / 17, 0), at(S(k + 1) / 17, 1));
+  CHECK(sum == faces);
+  CHECK(are_same(once, often));
+  CHECK(open_edges(once) == 0);
+  CHECK(volume(once.mesh()) == Approx(60 * edge * edge * edge).epsilon(1e-4));
+  // Which sides cubes are on, by the middle of each; linked cubes of two sides would share a vertex.
+  Vector3<S> const normal = along.cross(up);
+  std::vector<int> side(std::size_t(once.size()), 0);
+  int mixed = 0;
+  for (int c = 0; c < once.cubes(); ++c) {
+    Vector3<S> const middle(S(edge) * (S(c % 5) + S(0.5)), S(edge) * (S(c / 5 % 4) + S(0.5)), S(edge) * (S(c / 20) + S(0.5)));
+    int const here = (middle - start).dot(normal) > 0 ? 1 : 2;
+    for (int const v : once.corners(c)) side[std::size_t(v)] |= here;
+  }
+  for (int const both : side) mixed += both == 3;
+  CHECK(mixed == 0);
+}
+
+TEMPLATE_TEST_CASE("a cut gapes by the pre-tension, and springs stay in balance", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  bool const is_float = std::is_same_v<S, float>;
+  double const tension = 0.1;
+  auto body = block<S>(6, 2, 2, {.pretension = S(tension)});
+  // One vertex is held at each end, both on one line: each half shrinks towards its own.
+  int const left = vertex_at(body, Vector3<S>(0, S(0.01), S(0.01))), right = vertex_at(body, Vector3<S>(S(0.06), S(0.01), S(0.01)));
+  body.nail(left), body.nail(right);
+  CHECK(body.solve_statics(is_float ? S(1e-6) : S(1e-9), 3000));
+  CHECK(body.cut({S(0.0301), -1, -1}, {S(0.0301), -1, 1}, {S(0.0301), 1, -1}, {S(0.0301), 1, 1}) == 4);
+  CHECK(body.size() == 7 * 9 + 9);
+  body.solve_statics(is_float ? S(1e-7) : S(1e-11), 20000);
+  std::vector<double> middle;
+  for (int i = 0; i < body.size(); ++i)
+    if ((body.reference_position(i) - Vector3<S>(S(0.03), S(0.01), S(0.01))).norm() < S(1e-4)) middle.push_back(double(body.positions()(0, i)));
+  REQUIRE(middle.size() == 2);
+  CHECK(std::abs(middle[0] - middle[1]) == Approx(tension * 0.06).epsilon(is_float ? 0.01 : 1e-4));
+  CHECK(double(body.elastic_energy()) < 1e-7);
+}
+
+TEMPLATE_TEST_CASE("depth first through the octree and the box tree find the same point of the skin", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  std::srand(21);
+  Cubes<S> body(make_sphere<S>(S(0.05), 10), {.edge = S(0.01), .young = S(young), .levels = 1, .sweeps = 2});
+  int wrong = 0;
+  for (int round = 0; round < 10; ++round) {
+    for (int k = 0; k < 5; ++k) body.apply_force(std::rand() % body.size(), S(0.1) * Vector3<S>::Random());
+    for (int const c : {7 * round, 40 * round % body.cubes()}) round % 3 == 2 ? body.join(c) : body.split(c);
+    if (round == 5) body.cut({S(0.001), -1, 0}, {S(0.001), -1, 1}, {S(0.001), 1, 0}, {S(0.001), 1, 1});
+    body.step(S(1e-3));
+    for (int k = 0; k < 1000; ++k) {
+      Vector3<S> const p = S(0.07) * Vector3<S>::Random();
+      auto const by_boxes = body.nearest_point(p), by_octree = body.nearest_point_in_octree(p);
+      S exact = std::numeric_limits<S>::infinity();
+      if (k % 10 == 0)
+        for (int t = 0; t < body.triangles().cols(); ++t) {
+          auto const c = body.tissue().surface().corners(t);
+          auto const x = body.positions();
+          exact = std::min(exact, std::sqrt(closest_point_on_triangle<S>(p, x.col(c[0]), x.col(c[1]), x.col(c[2])).squared_distance));
+        }
+      wrong += std::abs(by_boxes.distance - by_octree.distance) > S(0.1) * 10 * std::numeric_limits<S>::epsilon();
+      wrong += k % 10 == 0 && std::abs(by_octree.distance - exact) > S(0.1) * 10 * std::numeric_limits<S>::epsilon();
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK_FALSE(body.nearest_point_in_octree(Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN())).found());
+}
+
+TEMPLATE_TEST_CASE("a tool splits the cube it touches, and it is joined when it is left; nothing is allocated", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  REQUIRE(trap_works());
+  for (int const levels : {0, 1, 2}) {
+    auto body = block<S>(6, 4, 3, {.levels = levels, .join_after = 30, .sweeps = 3});
+    for (int i = 0; i < body.size(); ++i)
+      if (body.reference_position(i)[2] < S(1e-4)) body.nail(i);
+    BodyLoop loop(std::move(body), NoCutter<S>(), ContactCoupling{}, 100);
+    S const top = S(0.03), deep = S(1e-3);
+    int k = 0, most = 0;
+    S least = 1e9, largest = 0;
+    auto const slide = [&](int until) {   // comes down in 20 ticks, then along x at 20 mm/s
+      for (; k < until; ++k) {
+        S const z = k < 1600 ? top - deep * std::min(S(1), S(k - 10) / 20) : top + deep;
+        S const force = loop.tick({Vector3<S>(S(0.013) + S(2e-5) * S(std::clamp(k - 30, 0, 1570)), S(0.018), z)}, S(1e-3)).tissue_force.norm();
+        if (k > 200 && k < 1600) least = std::min(least, force), largest = std::max(largest, force);
+        int split = 0;
+        for (int c = 0; c < loop.body().cubes(); ++c) split += loop.body().is_split(c);
+        most = std::max(most, split);
+      }
+    };
+    slide(120);
+    AllocationCount const allocations;
+    slide(1500);
+    long const count = allocations.count();
+    CHECK(count == 0);
+    CHECK(loop.counts().diverged == 0);
+    CHECK(most >= (levels > 0 ? 1 : 0));
+    CHECK(most <= (levels > 0 ? 2 : 0));   // the touched one, and for 30 ms the one before
+    CHECK(least > S(0.01));
+    CHECK(largest < S(0.5));
+    slide(1800);
+    CHECK(loop.body().leaves() == loop.body().cubes());
+  }
+}
+
+TEMPLATE_TEST_CASE("a tool that stays feels cubes at rest: a steady force, that of the coupling and of the springs", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  for (double const stiffness : {500.0, 2000.0, 50000.0})
+    for (int const sweeps : {1, 6})
+      for (int const levels : {0, 1}) {
+        auto body = block<S>(4, 4, 3, {.levels = levels, .sweeps = sweeps});
+        for (int i = 0; i < body.size(); ++i)
+          if (body.reference_position(i)[2] < S(1e-4)) body.nail(i);
+        BodyLoop loop(std::move(body), NoCutter<S>(), ContactCoupling{.stiffness = stiffness}, 100);
+        S const top = S(0.03);
+        S least = 1e9, most = 0;
+        Vector3<S> tip;
+        for (int k = 0; k < 700; ++k) {
+          tip = {S(0.0175), S(0.0181), top - S(2e-3) * std::min(S(1), S(k - 10) / 100)};
+          S const force = loop.tick({tip}, S(1e-3)).tissue_force.norm();
+          if (k >= 600) least = std::min(least, force), most = std::max(most, force);
+        }
+        INFO(stiffness << " N/m, " << sweeps << " sweeps, levels " << levels << ": " << least << " to " << most << " N");
+        CHECK(most - least < S(2e-3) * most);
+        auto const& contact = loop.cutter().contact();
+        CHECK(most == Approx(S(stiffness) * (contact.point - tip).dot(contact.normal)).epsilon(0.02));
+        // The same force on the body alone, solved: the touched point goes as deep.
+        auto alone = loop.body();
+        auto const corners = alone.tissue().surface().corners(contact.triangle);
+        for (int k = 0; k < 3; ++k) alone.apply_force(corners[std::size_t(k)], -contact.barycentric[k] * most * contact.normal);
+        alone.solve_statics(std::is_same_v<S, float> ? S(1e-6) : S(1e-10));
+        Vector3<S> point = Vector3<S>::Zero();
+        for (int k = 0; k < 3; ++k) point += contact.barycentric[k] * alone.positions().col(corners[std::size_t(k)]);
+        CHECK((point - contact.point).norm() < S(2e-5));
+      }
+}
+
+TEMPLATE_TEST_CASE("a force on four corners is that on the point itself, on the nearest vertex it turns the body", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  std::srand(5);
+  for (int const levels : {0, 1}) {
+    auto body = block<S>(3, 3, 2, {.levels = levels});
+    if (levels > 0) body.split(13), body.split(9);
+    S most_off = 0;
+    for (int k = 0; k < 200; ++k) {
+      Vector3<S> const p(S(0.03) * S(std::rand()) / S(RAND_MAX), S(0.03) * S(std::rand()) / S(RAND_MAX), S(0.021)), force(0, 0, -1);
+      auto const touched = body.nearest_point(p);
+      for (auto const spread : {TouchSpread::face_corners, TouchSpread::nearest_vertex}) {
+        body.apply_force_at(touched, force, spread);
+        Vector3<S> sum = Vector3<S>::Zero(), moment = Vector3<S>::Zero();
+        for (int i = 0; i < body.size(); ++i) {
+          Vector3<S> const f = body.net_force(i);
+          sum += f, moment += (body.positions().col(i) - touched.point).cross(f);
+        }
+        CHECK((sum - force).norm() < S(1e-5));
+        if (spread == TouchSpread::face_corners)
+          CHECK(moment.norm() < S(1e-6));
+        else
+          most_off = std::max(most_off, moment.norm());
+        body.restore(body.save());
+        auto clean = body.save();
+        clean.load.setZero(), clean.loaded.clear();
+        body.restore(clean);
+      }
+    }
+    CHECK(most_off > S(0.005));   // N m per N: half a diagonal of a face is 7 mm
+    CHECK(most_off < S(0.0072));
+  }
+}

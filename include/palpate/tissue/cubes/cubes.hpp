@@ -116,10 +116,13 @@ class Cubes {
       : options_(options), grid_(mesh, checked(options)), parts_(1 << options.levels), random_(options.seed) {
     for (std::size_t level = 0; level < 2; ++level) {
       Scalar const s = edges_[level] = level == 0 ? options.edge : options.edge / Scalar(parts_);
-      for (std::size_t m = 1; m < 4; ++m) {
-        stiffness_[level][m] = (m == 1 ? Scalar(0.14) : Scalar(0.12)) * options.young * s;
-        rest_squared_[level][m] = Scalar(m) * s * s * (1 - options.pretension) * (1 - options.pretension);
-      }
+      for (int from = 0; from < 8; ++from)
+        for (int r = 1; r < 8; ++r) {
+          Vector const way = s * direction(from, from ^ r);
+          Scalar const length = (1 - options.pretension) * way.norm();
+          springs_[level][at(from)][at(r - 1)] = {
+              way, (std::has_single_bit(unsigned(r)) ? Scalar(0.14) : Scalar(0.12)) * options.young * s, length, way.squaredNorm() - length * length, from ^ r};
+        }
     }
     auto const [low, high] = low_and_high(mesh.points);
     diagonal_ = Vector(high - low).norm();
@@ -222,7 +225,7 @@ class Cubes {
   /// h ≥ 0.
   Report step(Scalar h) {
     if (!(h >= 0) || !std::isfinite(h)) throw InvalidArgument(detail::message("a step of ", h, " s; it must be finite and not negative"));
-    Report const report = relax(options_.sweeps, options_.seconds, h > 0 ? 1 / h : Scalar(0), quiet);
+    Report const report = relax(options_.sweeps, options_.seconds, h > 0 ? 1 / h : Scalar(0), quiet, false);
     if (options_.levels > 0) split_and_join();
     return report;
   }
@@ -230,7 +233,7 @@ class Cubes {
   /// sweep as a share of an edge.
   Report solve_statics(Scalar tolerance = std::max(Scalar(1e-12), 4 * std::numeric_limits<Scalar>::epsilon()), int most = 100000) {
     is_quiet_ = false;
-    return relax(most, std::numeric_limits<double>::infinity(), 0, tolerance);
+    return relax(most, std::numeric_limits<double>::infinity(), 0, tolerance, true);
   }
 
   /// Any step is stable.
@@ -315,6 +318,11 @@ class Cubes {
 
   struct Face {
     int cube, side;
+  };
+  struct Spring {
+    Vector along;                                // m, in the rest shape
+    Scalar stiffness, length, longer_squared;    // N/m, m, m²: along² − length²
+    int to;                                      // corner
   };
   struct Leaf {
     std::array<int, 8> corner;
@@ -411,6 +419,7 @@ class Cubes {
     int const c = cubes();
     int const fine = options_.levels > 0 ? std::min(options_.touched_cubes, c) : 0, most = base_ + fine * points();
     for (Columns<Scalar, 3>* columns : {&rest_, &x_, &u_, &v_, &load_, &pushed_, &before_}) columns->resize(0), columns->reserve(most);
+    last_u_.reserve(most), last_v_.reserve(most);
     around_.clear(), mass_.clear(), k_.clear(), hang_.clear(), seen_.clear(), is_loaded_.clear(), is_unfitted_.clear(), skin_.nailed_.clear();
     around_.reserve(at(most)), mass_.reserve(at(most)), k_.reserve(at(most)), hang_.reserve(at(most)), seen_.reserve(at(most));
     is_loaded_.reserve(at(most)), is_unfitted_.reserve(at(most)), skin_.nailed_.reserve(at(most));
@@ -487,10 +496,8 @@ class Cubes {
     Eigen::Matrix<Scalar, 3, 3> sum = Eigen::Matrix<Scalar, 3, 3>::Zero();
     for (int o = 0; o < 8; ++o)
       if (int const leaf = around_[at(i)][at(o)]; leaf >= 0)
-        for (int r = 1; r < 8; ++r) {
-          Vector const way = direction(7 ^ o, 7 ^ o ^ r);
-          sum += stiffness_[at(leaves_[at(leaf)].level)][at(std::popcount(unsigned(r)))] / way.squaredNorm() * way * way.transpose();
-        }
+        for (Spring const& spring : springs_[at(leaves_[at(leaf)].level)][at(7 ^ o)])
+          sum += spring.stiffness / spring.along.squaredNorm() * spring.along * spring.along.transpose();
     return sum;
   }
   static Vector direction(int from, int to) noexcept {
@@ -736,13 +743,13 @@ class Cubes {
     wanted_.clear();
     bool changes = false;
     for (int const c : fine_.cubes)
-      if (touches_[at(c)] >= 3 || ++idle_[at(c)] <= options_.join_after)
+      if (touches_[at(c)] > 0 || ++idle_[at(c)] <= options_.join_after)
         wanted_.push_back(c);
       else
         changes = true;
     for (int const c : hit_) {
+      idle_[at(c)] = 0;
       if (touches_[at(c)] >= 3) {
-        idle_[at(c)] = 0;
         if (slot_[at(c)] < 0) wanted_.insert(std::lower_bound(wanted_.begin(), wanted_.end(), c), c), changes = true;
       }
       touches_[at(c)] = 0;
@@ -766,14 +773,11 @@ class Cubes {
       int const l = around_[at(i)][at(o)];
       if (l < 0) continue;
       Leaf const& leaf = leaves_[at(l)];
-      Scalar const s = edges_[at(leaf.level)];
-      for (int r = 1; r < 8; ++r) {
-        auto const m = at(std::popcount(unsigned(r)));
-        Vector const along = s * direction(7 ^ o, 7 ^ o ^ r), moved = u_[leaf.corner[at(7 ^ o ^ r)]] - here, d = along + moved;
-        Scalar const length = d.norm(), rest = rest_squared_[at(leaf.level)][m];
-        // |d| − L, without loss of digits where both are nearly the same
-        Scalar const longer = (Scalar(m) * s * s - rest + (along + d).dot(moved)) / (length + std::sqrt(rest));
-        if (length > 0) force += stiffness_[at(leaf.level)][m] * longer / length * d;
+      for (Spring const& spring : springs_[at(leaf.level)][at(7 ^ o)]) {
+        Vector const moved = u_[leaf.corner[at(spring.to)]] - here, d = spring.along + moved;
+        Scalar const length = d.norm();
+        // k (|d| − L)/|d|, without loss of digits where both are nearly the same
+        if (length > 0) force += spring.stiffness * (spring.longer_squared + (spring.along + d).dot(moved)) / (length * (length + spring.length)) * d;
       }
     }
     return force;
@@ -814,7 +818,7 @@ class Cubes {
     }
   };
 
-  Report relax(int sweeps, double seconds, Scalar per_second, Scalar tolerance) {
+  Report relax(int sweeps, double seconds, Scalar per_second, Scalar tolerance, bool wants_rest) {
     bool const is_limited = std::isfinite(seconds);
     Budget budget{is_limited ? options_.clock() + seconds : 0, is_limited};
     Report report;
@@ -826,14 +830,16 @@ class Cubes {
       return report;
     }
     was_loaded_ = is_loaded;
+    wants_rest = wants_rest || !is_loaded;   // under a tool that stays, what is near it is looked at, and the rest now and then
     before_ = u_;
     visits_ = 0, is_quiet_ = false;
     for (; report.sweeps < sweeps && !is_quiet_ && !budget.is_spent; ++report.sweeps) {
-      bool const to_the_end = options_.order != VisitOrder::breadth_first || sweep_ % 8 == 7 || !(largest_ > tolerance);
+      bool const to_the_end = options_.order != VisitOrder::breadth_first || sweep_ % 8 == 7 || (wants_rest && !(largest_ > tolerance));
       moving_ = 0, ++sweep_;
       largest_ = options_.order == VisitOrder::breadth_first ? sweep_rings(to_the_end, budget) : sweep_list(budget);
       if (!std::isfinite(largest_)) break;
       is_quiet_ = to_the_end && !budget.is_spent && largest_ <= tolerance;
+      if (!wants_rest && largest_ <= tolerance) break;
     }
     report.visits = visits_, report.moving = is_quiet_ ? 0 : std::max(moving_, 1), report.at_rest = is_quiet_;
     report.diverged = !(u_.view().cwiseAbs().maxCoeff() < 1000 * diagonal_);
@@ -951,7 +957,7 @@ class Cubes {
   detail::CubeGrid grid_;
   int parts_ = 1, base_ = 0;   // of a split cube along an edge; vertices of unsplit cubes
   std::array<Scalar, 2> edges_{};                                    // m, of cubes unsplit and split
-  std::array<std::array<Scalar, 4>, 2> stiffness_{}, rest_squared_{};   // N/m, m², by how many axes a spring runs along
+  std::array<std::array<std::array<Spring, 7>, 8>, 2> springs_;      // of a cube, unsplit and split, from each of its corners
   Skin skin_;
   SurfaceTree<Scalar> tree_;
   Columns<Scalar, 3> rest_, x_, u_, v_, load_, pushed_, before_, last_u_, last_v_;   // m, m, m, m/s, N for the next step and of the last one, m
@@ -1021,11 +1027,9 @@ Scalar Cubes<Scalar>::elastic_energy() const noexcept {
     if (l < at(cubes()) && slot_[l] >= 0) continue;
     Leaf const& leaf = leaves_[l];
     for (int a = 0; a < 8; ++a)
-      for (int b = a + 1; b < 8; ++b) {
-        auto const m = at(std::popcount(unsigned(a ^ b)));
-        Vector const d = edges_[at(leaf.level)] * direction(a, b) + u_[leaf.corner[at(b)]] - u_[leaf.corner[at(a)]];
-        Scalar const longer = d.norm() - std::sqrt(rest_squared_[at(leaf.level)][m]);
-        sum += stiffness_[at(leaf.level)][m] / 2 * longer * longer;
+      for (Spring const& spring : springs_[at(leaf.level)][at(a)]) {   // each is seen from both ends
+        Scalar const longer = Vector(spring.along + u_[leaf.corner[at(spring.to)]] - u_[leaf.corner[at(a)]]).norm() - spring.length;
+        sum += spring.stiffness / 4 * longer * longer;
       }
   }
   for (int i = 0; i < base_; ++i) sum += support_[at(i)] / 2 * Vector(u_[i]).squaredNorm();
