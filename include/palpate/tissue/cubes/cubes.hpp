@@ -555,8 +555,7 @@ class Cubes {
     int n = 0;
     for (int a = 0, rest = part; a < 3; ++a, rest /= 3)
       if (rest % 3 != 1) sides[at(n++)] = 2 * a + rest % 3 / 2;
-    std::sort(sides.begin(), sides.begin() + n);
-    do {
+    do {   // sides are in rising order
       int near = c;
       for (int k = 0; k < n && near >= 0; ++k) near = grid_.beside(near, sides[at(k)]);
       if (near >= 0) return near;
@@ -1042,18 +1041,12 @@ void Cubes<Scalar>::fit_octree() noexcept {
   auto const& nodes = grid_.nodes();
   for (std::size_t n = nodes.size(); n-- > 0;) {
     Eigen::AlignedBox<Scalar, 3> box;
-    int const c = nodes[n].cube;
-    if (c >= 0) {
-      if (slot_[at(c)] >= 0)
-        for (int p = 0; p < points(); ++p) box.extend(Vector(x_[fine_.vertex[at(slot_[at(c)]) * at(points()) + at(p)]]));
-      else
-        for (int const v : grid_.corners(c)) box.extend(Vector(x_[v]));
-      for (int const f : face_[at(c)])   // its edges may hold vertices of cubes beside it, off by rounding
-        if (f >= 0 && extra_[at(f)][1] != 0)
-          for_each_triangle(f, [&](int t) { for (int const v : skin_.surface_.corners(t)) box.extend(Vector(x_[v])); });
+    if (int const c = nodes[n].cube; c >= 0) {
+      for (int const f : face_[at(c)])
+        if (f >= 0) for_each_triangle(f, [&](int t) { for (int const v : skin_.surface_.corners(t)) box.extend(Vector(x_[v])); });
     } else {
-      for (int const child : nodes[n].child)
-        if (child >= 0) box.extend(Vector(boxes_[2 * child])), box.extend(Vector(boxes_[2 * child + 1]));
+      for (int const child : nodes[n].child)   // one without skin has an empty box, which no search enters
+        if (child >= 0 && boxes_[2 * child][0] <= boxes_[2 * child + 1][0]) box.extend(Vector(boxes_[2 * child])), box.extend(Vector(boxes_[2 * child + 1]));
     }
     boxes_[2 * static_cast<int>(n)] = box.min(), boxes_[2 * static_cast<int>(n) + 1] = box.max();
   }
@@ -1087,8 +1080,12 @@ SurfacePoint<Scalar> Cubes<Scalar>::nearest_point_in_octree(Vector const& point)
     std::array<std::pair<Scalar, int>, 8> near;
     int n = 0;
     for (int const one : child)
-      if (one >= 0) near[at(n++)] = {squared_distance(one), one};
-    std::sort(near.begin(), near.begin() + n);
+      if (one >= 0) {
+        std::pair<Scalar, int> const here{squared_distance(one), one};
+        int place = n++;
+        for (; place > 0 && here < near[at(place - 1)]; --place) near[at(place)] = near[at(place - 1)];
+        near[at(place)] = here;
+      }
     for (int k = 0; k < n && near[at(k)].first <= limit * slack; ++k) self(self, near[at(k)].second);
   };
   search(search, 0);
