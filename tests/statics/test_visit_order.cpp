@@ -98,8 +98,8 @@ TEST_CASE("a budget of time ends the relaxation within a sweep, with what it has
   asked_seconds = 0;
   scene.error({.sweeps = 3, .clock = ticking});
   CHECK(asked_seconds == 0);   // no limit, no clock
-  double const before = LocalRelaxation::steady_seconds();
-  CHECK(LocalRelaxation::steady_seconds() >= before);
+  double const before = steady_seconds();
+  CHECK(steady_seconds() >= before);
 }
 
 TEST_CASE("the same seed visits in the same order, another in another") {

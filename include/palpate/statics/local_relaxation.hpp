@@ -3,10 +3,11 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/random.hpp>
+#include <palpate/core/steady_seconds.hpp>
+#include <palpate/core/visit_order.hpp>
 #include <palpate/statics/detail/net_forces.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -14,13 +15,6 @@
 #include <vector>
 
 namespace palpate {
-
-/// In which order a relaxation visits the free particles.
-enum class VisitOrder {
-  index,           ///< as they are numbered
-  breadth_first,   ///< the touched ones, then their neighbours, then theirs: ring by ring
-  random,          ///< shuffled anew for every sweep, from the seed
-};
 
 /// Nonlinear Gauss–Seidel with over-relaxation: moves one particle after the other towards its own balance, each seeing the last update.
 ///   x_i ← x_i + α F_i/k_i,   F_i the springs, nails and forces on particle i,   k_i = stiffness_bound(i)
@@ -41,9 +35,6 @@ struct LocalRelaxation {
   double seconds = std::numeric_limits<double>::infinity();   ///< at most, by `clock`
   double (*clock)() = steady_seconds;                         ///< s, since any moment; not asked where there is no limit
   Seed seed{1};
-
-  /// s, of the system's steady clock.
-  static double steady_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
   template <TissueModel Tissue, RealScalar Scalar = typename Tissue::Scalar>
   Equilibrium<Scalar> solve(StaticProblem<Tissue> const& problem, Matrix3X<Scalar>& positions) const {

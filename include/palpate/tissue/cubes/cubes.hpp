@@ -7,9 +7,10 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/random.hpp>
+#include <palpate/core/steady_seconds.hpp>
+#include <palpate/core/visit_order.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
-#include <palpate/statics/local_relaxation.hpp>
 #include <palpate/tissue/cubes/cube_grid.hpp>
 
 #include <Eigen/Geometry>
@@ -41,7 +42,7 @@ struct CubesOptions {
   Scalar relaxation = Scalar(1.2);     ///< α, above 0 and below 2
   int sweeps = 6;                      ///< of a step
   double seconds = std::numeric_limits<double>::infinity();   ///< of a step at most, by `clock`
-  double (*clock)() = LocalRelaxation::steady_seconds;        ///< s; not asked where there is no limit
+  double (*clock)() = steady_seconds;        ///< s; not asked where there is no limit
   Seed seed{1};                        ///< of the random order
   void validate() const;
 };
