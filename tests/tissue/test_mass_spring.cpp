@@ -225,10 +225,13 @@ TEST_CASE("wrong options are refused with the value and the remedy") {
   CHECK_THROWS_WITH(T(skin, {.home = {.damping = nan}}), says("home damping is nan N s/m", "finite"));
   CHECK_THROWS_WITH(T(skin, {.link_prestrain = 1.0}), says("link_prestrain is 1", "below 1"));
   CHECK_THROWS_WITH(T(skin, {.link_prestrain = -0.1}), says("link_prestrain is -0.1", "below 1"));
-  CHECK_THROWS_AS((MassSpring<double, SaturatingSpring<double>>(skin, {.link = {.stiffness = 1.0, .largest_tension = 0.0}})), InvalidArgument);
+  CHECK_THROWS_WITH((MassSpring<double, SaturatingSpring<double>>(skin, {.link = {.stiffness = 1.0, .largest_tension = 0.0}})),
+                    says("SaturatingSpring: .largest_tension is 0 N", "finite number above zero"));
   CHECK_THROWS_WITH((MassSpring<double, CubicSpring<double>>(skin, {.link = {.stiffness = 1.0, .quadratic = 2.0}})), says("link of 1 m", "from -1 m on", "coefficients"));
-  CHECK_THROWS_AS((MassSpring<double, LockingSpring<double>>(skin, {.link = {.guard = 1.0}})), InvalidArgument);
-  CHECK_THROWS_AS((MassSpring<double, SaturatingSpring<double>>(skin, {.link = {.largest_tension = -1.0}})), InvalidArgument);
+  CHECK_THROWS_WITH((MassSpring<double, LockingSpring<double>>(skin, {.link = {.guard = 1.0}})), says("LockingSpring: .guard is 1", "0 to below 1"));
+  CHECK_THROWS_WITH((MassSpring<double, LockingSpring<double>>(skin, {.link = {.largest_tension = -1.0}})), says("LockingSpring: .largest_tension is -1 N"));
+  double const infinity = std::numeric_limits<double>::infinity();   // LinearSpring is that
+  CHECK_THROWS_WITH((MassSpring<double, LockingSpring<double>>(skin, {.link = {.largest_tension = infinity}})), says("LockingSpring: .largest_tension is inf N"));
 
   T tissue(skin, {});
   std::size_t const revision = tissue.revision();

@@ -11,6 +11,7 @@
 ///   Scalar tangent_stiffness(Scalar elongation, Scalar rest_length) const   dT/dδ [N/m]                           StatesStiffness
 ///   Scalar energy(Scalar elongation, Scalar rest_length) const              ∫T dδ from 0 [J]                      StatesEnergy
 ///   bool monotone(Scalar rest_length) const                                 T grows with δ from −L on             StatesMonotony
+///   void validate() const                                                   throws InvalidArgument, says which coefficient    Validatable
 ///   Scalar stiffness                                                        a data member that a fit looks for    HasStiffness
 /// Battery
 ///   testing::to_text(testing::check_spring_law(MyLaw{...}, 0.01)) == ""     0.01 m: the rest length; its type is the scalar

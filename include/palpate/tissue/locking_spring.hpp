@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/error.hpp>
 #include <palpate/tissue/spring_law.hpp>
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace palpate {
 /// guard g is the share of the way to the pole where the formula ends. Its slope is at most k/(1 − g)²: 4 k at the default ½.
 /// Units      k [N/m], T_max [N], c [N·s/m], g without unit.
 /// Source     \cite deformable_survey, the law as printed. Erratum: the source does not say what holds at the pole; the guard, C¹, is ours.
-/// Invariant  k > 0, T_max > 0, 0 ≤ g < 1, checked by MassSpring. g = 0: linear in compression.
+/// Invariant  k > 0, T_max > 0, 0 ≤ g < 1, all finite, checked by MassSpring. g = 0: linear in compression.
 /// Limits     the stable step shrinks in compression, at the guard to (1 − g) of what it is at rest.
 template <RealScalar Scalar>
 struct LockingSpring {
@@ -43,6 +44,12 @@ struct LockingSpring {
   }
   bool monotone(Scalar /*rest_length*/) const noexcept {
     return stiffness > 0 && largest_tension > 0 && guard >= 0 && guard < 1;
+  }
+  void validate() const {
+    detail::OptionCheck const check{"LockingSpring"};
+    check.positive(".stiffness", static_cast<double>(stiffness), " N/m");
+    check.positive(".largest_tension", static_cast<double>(largest_tension), " N");
+    check(guard >= 0 && guard < 1, ".guard", static_cast<double>(guard), "give the share of the way to the pole where the formula ends, 0 to below 1");
   }
 
  private:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/core/policy.hpp>
 #include <palpate/tissue/spring_elements.hpp>
 #include <palpate/tissue/spring_law.hpp>
 
@@ -34,10 +35,11 @@ struct MassSpringOptions {
 
 namespace detail {
 
-/// Throws unless the law is usable on a link of this rest length: no tension at rest, a positive stiffness there, damping ≥ 0,
+/// Throws unless the law is usable on a link of this rest length: valid by its own validate(), if it has one, no tension at rest, a positive stiffness there, damping ≥ 0,
 /// and monotone if it says whether it is.
 template <RealScalar Scalar, SpringLaw<Scalar> Law>
 void require_valid_law(Law const& law, Scalar rest_length) {
+  if constexpr (Validatable<Law>) law.validate();
   require_non_negative("link damping", static_cast<Scalar>(law.damping), "N s/m");
   Scalar const at_rest = static_cast<Scalar>(law.tension(Scalar(0), rest_length));
   if (!(at_rest == 0))

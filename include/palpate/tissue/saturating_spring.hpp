@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/error.hpp>
 #include <palpate/tissue/spring_law.hpp>
 
 #include <cmath>
@@ -32,6 +33,11 @@ struct SaturatingSpring {
     return largest_tension * (length - reach * std::log1p(length / reach));
   }
   bool monotone(Scalar /*rest_length*/) const noexcept { return stiffness > 0 && largest_tension > 0; }
+  void validate() const {
+    detail::OptionCheck const check{"SaturatingSpring"};
+    check.positive(".stiffness", static_cast<double>(stiffness), " N/m");
+    check.positive(".largest_tension", static_cast<double>(largest_tension), " N");
+  }
 };
 
 }  // namespace palpate

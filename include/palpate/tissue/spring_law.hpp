@@ -27,6 +27,7 @@ concept HasDamping = requires(Law const& law) {
 /// Optional: `tangent_stiffness(δ, L)` = dT/dδ [N/m] and `energy(δ, L)` = ∫T dδ [J]; without them they are found numerically.
 /// Optional: `monotone(L)`, whether T grows with δ wherever a link of rest length L can be, from δ = −L on. MassSpring refuses a law
 /// that says no: where the tension falls a link has no stable length.
+/// Optional: `validate()`, which throws InvalidArgument for coefficients that make no law, and says which.
 template <class Law, class Scalar>
 concept SpringLaw = RealScalar<Scalar> && std::copyable<Law> && std::default_initializable<Law> && detail::HasTension<Law, Scalar> && detail::HasDamping<Law, Scalar>;
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/core/policy.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/tissue/linear_spring.hpp>
 #include <palpate/tissue/locking_spring.hpp>
@@ -48,13 +49,18 @@ class LayerSpring {
         return true;
     });
   }
+  void validate() const {
+    of([]<class Law>(Law const& law) {
+      if constexpr (Validatable<Law>) law.validate();
+    });
+  }
 
  private:
   template <std::size_t layer, class Law>
   LayerSpring(std::in_place_index_t<layer> place, Law const& law) : damping(static_cast<Scalar>(law.damping)), law_(place, law) {}
 
   template <class Use>
-  auto of(Use const& use) const noexcept {
+  auto of(Use const& use) const {
     auto const* skin = std::get_if<0>(&law_);
     return skin != nullptr ? use(*skin) : use(*std::get_if<1>(&law_));
   }
