@@ -2,6 +2,7 @@
 #pragma once
 
 /// models: other ways to make a body of tissue, beside springs and finite elements. Not part of palpate.hpp.
+#include <palpate/cutting/cube_cutter.hpp>
 #include <palpate/integrator/node_steps.hpp>
 #include <palpate/mesh/thigh.hpp>
 #include <palpate/tissue/cubes/cubes.hpp>

@@ -5,11 +5,9 @@
 #include <palpate/core/phase.hpp>
 #include <palpate/core/tool_pose.hpp>
 #include <palpate/core/triple_buffer.hpp>
-#include <palpate/tissue/concept.hpp>
 
 #include <cstddef>
 #include <span>
-#include <type_traits>
 #include <vector>
 
 namespace palpate {
@@ -30,7 +28,7 @@ struct BodySnapshot {
   std::size_t topology_revision = 0;
   Matrix3X<Scalar> points;
   Matrix<int, 3, Dynamic> triangles;
-  std::vector<char> is_wound;        // of each triangle of a solid, whether a cut has made it; of a surface none
+  std::vector<char> is_wound;        // of each triangle of a solid or of cubes, whether a cut has made it; of a surface none
   Vector3<Scalar> tip = Vector3<Scalar>::Zero();
   CuttingPhase phase = CuttingPhase::no_contact;
   std::vector<ToolSnapshot<Scalar>> tools;   // of a simulator of several, in their places; tip and phase are those of the first
@@ -48,7 +46,7 @@ class SnapshotChannel {
     body.draw_columns(body.positions(), next.points);
     if (next.triangles.cols() == 0 || next.topology_revision != body.topology_revision()) {
       body.draw_triangles(next.triangles);
-      if constexpr (CuttableSolid<std::remove_cvref_t<decltype(body.tissue())>>) {
+      if constexpr (requires { body.tissue().is_wound(0); }) {
         next.is_wound.assign(static_cast<std::size_t>(next.triangles.cols()), 0);
         for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) next.is_wound[static_cast<std::size_t>(t)] = body.tissue().is_wound(t);
       }

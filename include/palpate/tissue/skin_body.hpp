@@ -12,6 +12,7 @@
 #include <palpate/mesh/validation.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -22,7 +23,7 @@
 namespace palpate {
 
 /// What a body that is known by its skin alone has in common with others: where its vertices are and were at rest, how a tool finds them, what a renderer
-/// draws. A model derives from it, and moves the vertices: see VertexRings and LongElements. Nothing is cut.
+/// draws. A model derives from it, and moves the vertices: see VertexRings and LongElements, and Cubes, whose skin grows.
 /// Shapes     positions(), velocities(): 3 × size(), one column per vertex, in the order of the mesh. A velocity is the mean of the last step.
 /// Cost       a search fits the tree first to what has moved since the last one.
 /// Threads    one thread at a time.
@@ -38,13 +39,17 @@ class SkinBody {
     SurfaceTopology const& surface() const noexcept { return surface_; }
     std::size_t revision() const noexcept { return revision_; }
     bool nailed(int i) const noexcept { return nailed_[static_cast<std::size_t>(i)] != 0; }
+    /// Whether a triangle is the wall of a wound.
+    bool is_wound(int triangle) const noexcept { return !wound_.empty() && wound_[static_cast<std::size_t>(triangle)] != 0; }
 
    private:
     friend SkinBody;
     SurfaceTopology surface_;
-    std::vector<char> nailed_;
+    std::vector<char> nailed_, wound_;   // wounds: none, or of each triangle
     std::size_t revision_ = 0;
   };
+
+  using Tissue = Skin;
 
   Skin const& tissue() const noexcept { return skin_; }
   int size() const noexcept { return x_.size(); }
@@ -76,7 +81,7 @@ class SkinBody {
     tree_.visit_in_box(low, high, visit);
   }
   int triangle_across(int a, int b) const noexcept { return skin_.surface_.triangle_with_edge(b, a); }
-  std::size_t topology_revision() const noexcept { return 0; }
+  std::size_t topology_revision() const noexcept { return topology_revision_; }
   std::size_t restorations() const noexcept { return restorations_; }
 
   /// Any step is stable.
@@ -91,17 +96,17 @@ class SkinBody {
   void draw_triangles(Matrix<int, 3, Dynamic>& to) const { to = triangles(); }
 
  protected:
-  SkinBody(TriangleMesh<Scalar> const& mesh, MeshRequirements const& wanted) : tree_(sound(mesh, wanted)) {
-    int const n = static_cast<int>(mesh.points.cols());
-    skin_.surface_ = SurfaceTopology(n, mesh.triangles);
-    skin_.nailed_.assign(at(n), 0);
-    for (Columns<Scalar, 3>* columns : {&rest_, &x_}) *columns = Columns<Scalar, 3>(mesh.points);
-    for (Columns<Scalar, 3>* columns : {&u_, &v_}) columns->resize(n);
+  SkinBody() = default;   // of a skin that set_skin gives
+  SkinBody(TriangleMesh<Scalar> const& mesh, MeshRequirements const& wanted) {
+    require_valid(mesh, wanted);
+    set_skin(mesh.points, mesh.triangles);
     normal_ = Columns<Scalar, 3>(vertex_normals(mesh));
     mean_edge_ = mean_edge_length(mesh);
-    auto const [low, high] = low_and_high(mesh.points);
-    diagonal_ = Vector(high - low).norm();
-    is_unfitted_.assign(at(n), 0), unfitted_.reserve(at(n));
+    diagonal_ = diagonal_of(mesh.points);
+  }
+  static Scalar diagonal_of(Matrix3X<Scalar> const& points) {
+    auto const [low, high] = low_and_high(points);
+    return Vector(high - low).norm();
   }
 
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
@@ -116,13 +121,58 @@ class SkinBody {
 
   auto rest_positions() const noexcept { return rest_.view(); }
   /// Moves a vertex by u [m] from where it rests.
-  template <class U, class V>
-  void displace(int i, U const& u, V const& v) noexcept {
-    u_[i] = u, v_[i] = v;
+  template <class U>
+  void displace(int i, U const& u) noexcept {
+    u_[i] = u;
     x_[i] = rest_[i] + u_[i];
     if (!std::exchange(is_unfitted_[at(i)], char{1})) unfitted_.push_back(i);
   }
+  template <class U, class V>
+  void displace(int i, U const& u, V const& v) noexcept {
+    v_[i] = v;
+    displace(i, u);
+  }
   void mark_nailed(int i) noexcept { skin_.nailed_[at(i)] = 1, ++skin_.revision_; }
+
+  // --- a skin that grows; vertices inside may be in no triangle -------------------------------------------------------
+  /// All anew: at rest, and nothing is nailed. `wound`: of each triangle, or none.
+  void set_skin(Matrix3X<Scalar> const& rest, Matrix<int, 3, Dynamic> const& triangles, std::vector<char> wound = {}) {
+    auto const n = static_cast<int>(rest.cols());
+    tree_ = SurfaceTree<Scalar>(rest, triangles);
+    skin_.surface_ = SurfaceTopology(n, triangles);
+    skin_.nailed_.assign(at(n), 0), skin_.wound_ = std::move(wound);
+    for (Columns<Scalar, 3>* columns : {&rest_, &x_}) columns->resize(n), columns->view() = rest;
+    for (Columns<Scalar, 3>* columns : {&u_, &v_}) columns->resize(n), columns->view().setZero();
+    is_unfitted_.assign(at(n), 0), unfitted_.clear();
+    unfitted_.reserve(at(n));
+  }
+  void reserve_skin(int vertices, int triangles) {
+    skin_.surface_.reserve(vertices, triangles), tree_.reserve(triangles), skin_.wound_.reserve(at(triangles));
+    for (Columns<Scalar, 3>* columns : {&rest_, &x_, &u_, &v_}) columns->reserve(vertices);
+    skin_.nailed_.reserve(at(vertices)), is_unfitted_.reserve(at(vertices)), unfitted_.reserve(at(vertices));
+  }
+  void add_vertex(Vector const& rest, Vector const& u, Vector const& v) {
+    rest_.push_back(rest), u_.push_back(u), v_.push_back(v), x_.push_back(Vector(rest + u));
+    skin_.nailed_.push_back(0), is_unfitted_.push_back(0);
+    skin_.surface_.add_vertex();
+  }
+  void pop_vertex() noexcept {   // of no triangle
+    if (is_unfitted_.back() != 0) std::erase(unfitted_, size() - 1);
+    for (Columns<Scalar, 3>* columns : {&rest_, &x_, &u_, &v_}) columns->pop_back();
+    skin_.nailed_.pop_back(), is_unfitted_.pop_back();
+    skin_.surface_.pop_vertex();
+  }
+  /// `near`: a triangle beside it, for the tree; it is a wound where that is.
+  void add_triangle(std::array<int, 3> const& corners, int near) {
+    skin_.surface_.add_triangle(corners), tree_.add(x_.view(), corners, near), skin_.wound_.push_back(skin_.is_wound(near));
+  }
+  void set_triangle(int t, std::array<int, 3> const& corners) { skin_.surface_.set_triangle(t, corners), tree_.replace(x_.view(), t, corners); }
+  void pop_triangle() {
+    int const last = skin_.surface_.triangle_count() - 1;
+    skin_.surface_.pop_triangle(), tree_.remove(x_.view(), last), skin_.wound_.pop_back();
+  }
+  /// Triangles have changed.
+  void count_revision() noexcept { ++skin_.revision_, ++topology_revision_; }
 
   /// The nails, and them back.
   struct SkinState {
@@ -135,11 +185,10 @@ class SkinBody {
     ++restorations_;
   }
 
+  Columns<Scalar, 3> rest_, x_, u_, v_;   // m, m, m, m/s
+  Scalar mean_edge_ = 0, diagonal_ = 0;   // m
+
  private:
-  static TriangleMesh<Scalar> const& sound(TriangleMesh<Scalar> const& mesh, MeshRequirements const& wanted) {
-    require_valid(mesh, wanted);
-    return mesh;
-  }
   /// Fits the boxes of the triangles at what has moved; of several corners that have, the lowest asks for it.
   void fit_tree() noexcept {
     auto const x = x_.view();
@@ -158,11 +207,10 @@ class SkinBody {
 
   SurfaceTree<Scalar> tree_;
   Skin skin_;
-  Columns<Scalar, 3> rest_, normal_, x_, u_, v_;   // m, 1, m, m, m/s
-  std::vector<int> unfitted_;                      // of the tree: moved since it was fitted
+  Columns<Scalar, 3> normal_;
+  std::vector<int> unfitted_;   // of the tree: moved since it was fitted
   std::vector<char> is_unfitted_;
-  Scalar mean_edge_ = 0, diagonal_ = 0;            // m
-  std::size_t restorations_ = 0;
+  std::size_t topology_revision_ = 0, restorations_ = 0;
 };
 
 }  // namespace palpate
