@@ -2,6 +2,7 @@
 // Cuts through solids. Yardsticks: cases of a plane through a tetrahedron, counted by hand; areas and volumes in closed form; what no cut may change
 // (testing/solid_cut_invariants.hpp), over random strokes; the same stroke on a body at rest; leapfrog written out here, on the cut tetrahedra.
 #include "solid_strokes.hpp"
+#include "solid_tissues.hpp"
 
 #include "catch.hpp"
 
@@ -10,14 +11,11 @@
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
-#include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/material/viscoelastic.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/measures.hpp>
-#include <palpate/models.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
-#include <palpate/tissue/finite_elements.hpp>
 
 #include <Eigen/Geometry>
 
@@ -26,7 +24,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -36,27 +33,6 @@ using namespace palpate_test;
 namespace {
 
 using Vector = Vector3<double>;
-
-// What a solid is made of.
-struct Elements {
-  template <class S>
-  static auto tissue(TetrahedralMesh<S> const& mesh, S prestrain) {
-    return FiniteElements<S, StableNeoHookean<S>>(mesh, {.density = 1000, .material = {.young = S(1e4), .poisson = S(0.4)}, .prestrain = prestrain});
-  }
-};
-struct Tensors {
-  template <class S>
-  static auto tissue(TetrahedralMesh<S> const& mesh, S prestrain) {
-    return TensorMass<S>(mesh, {.density = 1000, .material = {.young = S(1e4), .poisson = S(0.4)}, .prestrain = prestrain});
-  }
-};
-struct Turned {
-  template <class S>
-  static auto tissue(TetrahedralMesh<S> const& mesh, S prestrain) {
-    return CorotatedTensorMass<S>(mesh, {.density = 1000, .material = {.young = S(1e4), .poisson = S(0.4)}, .prestrain = prestrain});
-  }
-};
-using Solids = std::tuple<Elements, Tensors>;
 
 template <class Of, class S>
 auto solid_body(TetrahedralMesh<S> const& mesh) {

@@ -3,17 +3,16 @@
 // tetrahedra that a parallelogram meets, counted here. PALPATE_CROSSINGS sets how many pairs of planes (60 if not set).
 #include "catch.hpp"
 #include "solid_strokes.hpp"
+#include "solid_tissues.hpp"
 
 #include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/core/random.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
-#include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/components.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
-#include <palpate/tissue/finite_elements.hpp>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -34,9 +33,9 @@ namespace {
 
 constexpr double edge = 0.005;   // m, of the blocks
 
+template <class Solid = Elements>
 auto make_body(int nx, int ny, int nz, BlockPattern pattern, double prestrain = 0.0, double tolerance = 1e-3) {
-  FiniteElements<double, StableNeoHookean<double>> tissue(make_block<double>(nx, ny, nz, edge, pattern),
-                                                          {.density = 1000, .material = {.young = 1e4, .poisson = 0.4}, .damping = {.alpha = 30}, .prestrain = prestrain});
+  auto tissue = Solid::tissue(make_block<double>(nx, ny, nz, edge, pattern), prestrain, 30.0);
   for (int i = 0; i < tissue.size(); ++i)
     if (prestrain > 0 && tissue.rest_position(i)[2] < 1e-6) tissue.nail(i);
   return SoftBody(std::move(tissue), BackwardEuler{.tolerance = tolerance});
@@ -82,12 +81,12 @@ struct AnyPlane {
 
 }  // namespace
 
-TEST_CASE("two planes that cross leave four pieces, whatever their directions", "[volume_cutter][scenes]") {
+TEMPLATE_LIST_TEST_CASE("two planes that cross leave four pieces, whatever their directions", "[volume_cutter][scenes]", Solids) {
   std::uint64_t const pairs = from_environment("PALPATE_CROSSINGS", 60);
   int wrong = 0;
   for (std::uint64_t seed = 0; seed < pairs && wrong < 3; ++seed) {
     Random random(Seed{seed});
-    auto body = make_body(4, 4, 4, seed % 2 == 0 ? BlockPattern::kuhn : BlockPattern::alternating);
+    auto body = make_body<TestType>(4, 4, 4, seed % 2 == 0 ? BlockPattern::kuhn : BlockPattern::alternating);
     auto const before = invariants_of(body);
     AnyPlane const first(random, 3 * edge);
     AnyPlane second(random, 3 * edge);
@@ -100,11 +99,11 @@ TEST_CASE("two planes that cross leave four pieces, whatever their directions", 
   }
 }
 
-TEST_CASE("cuts that cross in tissue that gapes and moves leave no more than a crumb in a few dozen", "[volume_cutter][scenes]") {
+TEMPLATE_LIST_TEST_CASE("cuts that cross in tissue that gapes and moves leave no more than a crumb in a few dozen", "[volume_cutter][scenes]", Solids) {
   int others = 0;
   for (std::uint64_t seed = 100; seed < 124; ++seed) {
     Random random(Seed{seed});
-    auto body = make_body(5, 5, 4, BlockPattern::alternating, 0.08);
+    auto body = make_body<TestType>(5, 5, 4, BlockPattern::alternating, 0.08);
     auto const before = invariants_of(body);
     auto const upright = [&](double turn) {
       AnyPlane plane(random, 4 * edge);
@@ -121,9 +120,9 @@ TEST_CASE("cuts that cross in tissue that gapes and moves leave no more than a c
   CHECK(others <= 1);
 }
 
-TEST_CASE("a blade under the skin undermines it, and a cut down to it peels a layer off", "[volume_cutter][scenes]") {
+TEMPLATE_LIST_TEST_CASE("a blade under the skin undermines it, and a cut down to it peels a layer off", "[volume_cutter][scenes]", Solids) {
   // Yardstick: the area that was swept, and the volume of the layer.
-  auto body = make_body(9, 7, 4, BlockPattern::alternating);
+  auto body = make_body<TestType>(9, 7, 4, BlockPattern::alternating);
   auto const before = invariants_of(body);
   double const top = 3 * edge, under = top - 0.0031, width = 6 * edge;
   VolumeCutter<double> knife;
@@ -139,9 +138,9 @@ TEST_CASE("a blade under the skin undermines it, and a cut down to it peels a la
   CHECK(parts[1] == Approx(0.0157 * width * 0.0031).epsilon(0.2));
 }
 
-TEST_CASE("two cuts that meet in the depth take out a wedge, and a closed one takes out a core", "[volume_cutter][scenes]") {
+TEMPLATE_LIST_TEST_CASE("two cuts that meet in the depth take out a wedge, and a closed one takes out a core", "[volume_cutter][scenes]", Solids) {
   SECTION("wedge: a prism with a triangle of 17 mm by 13 mm") {
-    auto body = make_body(9, 7, 5, BlockPattern::alternating);
+    auto body = make_body<TestType>(9, 7, 5, BlockPattern::alternating);
     auto const before = invariants_of(body);
     double const top = 4 * edge, length = 6 * edge, low = top - 0.013;
     for (double const side : {-1.0, 1.0}) {
@@ -156,7 +155,7 @@ TEST_CASE("two cuts that meet in the depth take out a wedge, and a closed one ta
     CHECK(parts[1] == Approx(0.017 * 0.013 / 2 * length).epsilon(0.15));
   }
   SECTION("core: a cylinder of 10 mm radius") {
-    auto body = make_body(9, 9, 4, BlockPattern::alternating);
+    auto body = make_body<TestType>(9, 9, 4, BlockPattern::alternating);
     auto const before = invariants_of(body);
     VolumeCutter<double> knife;
     double const radius = 0.0101;
@@ -173,9 +172,9 @@ TEST_CASE("two cuts that meet in the depth take out a wedge, and a closed one ta
   }
 }
 
-TEST_CASE("a slice of most of an edge comes off; a thinner one than twice the snap stays, and the report says so", "[volume_cutter][scenes]") {
+TEMPLATE_LIST_TEST_CASE("a slice of most of an edge comes off; a thinner one than twice the snap stays, and the report says so", "[volume_cutter][scenes]", Solids) {
   for (double const thickness : {0.0042, 0.0008}) {
-    auto body = make_body(6, 5, 5, BlockPattern::alternating);
+    auto body = make_body<TestType>(6, 5, 5, BlockPattern::alternating);
     auto const before = invariants_of(body);
     double const side = 4 * edge;
     VolumeCutReport report;
@@ -198,13 +197,13 @@ TEST_CASE("a slice of most of an edge comes off; a thinner one than twice the sn
   }
 }
 
-TEST_CASE("a stroke makes at most six tetrahedra of each that it goes through, and steps stay as easy to solve", "[volume_cutter][scenes]") {
+TEMPLATE_LIST_TEST_CASE("a stroke makes at most six tetrahedra of each that it goes through, and steps stay as easy to solve", "[volume_cutter][scenes]", Solids) {
   // Yardsticks: tetrahedra with an edge through the parallelogram that the blade sweeps, counted one by one; iterations of a block of as many tetrahedra.
   std::int64_t made = 0, crossed = 0;
   double cut_iterations = 0, whole_iterations = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     Random random(Seed{seed});
-    auto body = make_body(9, 9, 7, BlockPattern::alternating, 0.0, 1e-8);
+    auto body = make_body<TestType>(9, 9, 7, BlockPattern::alternating, 0.0, 1e-8);
     double const top = 6 * edge, length = edge * random.uniform(3.0, 8.0), depth = edge * random.uniform(1.0, 3.0), turn = random.uniform(0.0, 6.28);
     Place const way(std::cos(turn), std::sin(turn), 0), tilt = 0.3 * Place(-way[1], way[0], 0) * random.uniform(-1.0, 1.0);
     Place const low = Place(4 * edge, 4 * edge, top - depth) - length / 2 * way, high = low + (depth + 0.01) * (Place::UnitZ() + tilt);
@@ -234,7 +233,7 @@ TEST_CASE("a stroke makes at most six tetrahedra of each that it goes through, a
       return static_cast<double>(of.solve_statistics().iterations) / 10;
     };
     if (seed > 3) continue;
-    auto whole = make_body(10, 9, 7, BlockPattern::alternating, 0.0, 1e-8);
+    auto whole = make_body<TestType>(10, 9, 7, BlockPattern::alternating, 0.0, 1e-8);
     CHECK(std::abs(whole.tissue().tetrahedra() - body.tissue().tetrahedra()) < 0.2 * body.tissue().tetrahedra());
     cut_iterations += iterations(body), whole_iterations += iterations(whole);
   }
@@ -321,9 +320,9 @@ TEST_CASE("a tool that goes through a block from side to side cuts it in two at 
       }
 }
 
-TEST_CASE("each piece that a cut has made has six modes without a force, and no more", "[volume_cutter][scenes]") {
+TEMPLATE_LIST_TEST_CASE("each piece that a cut has made has six modes without a force, and no more", "[volume_cutter][scenes]", Solids) {
   // Yardstick: the eigenvalues of the stiffness at rest, forces differenced.
-  auto body = make_body(4, 4, 3, BlockPattern::alternating);
+  auto body = make_body<TestType>(4, 4, 3, BlockPattern::alternating);
   VolumeCutter<double> knife;
   stroke(knife, body, Place(0.0081, -0.01, -0.01), Place(0.0068, -0.01, 0.02), Place(0, 0.035, 0), 40);
   knife.lift(body);
