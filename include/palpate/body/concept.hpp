@@ -56,11 +56,21 @@ concept SearchableBody = TouchableBody<B> && requires(B& body, typename B::Vecto
 template <class B>
 concept CountsRenumberings = TouchableBody<B> && requires(B const& seen) { { seen.renumberings() } -> std::same_as<std::size_t>; };
 
-/// Refinement: a body that states what a force on particle j adds to predicted_acceleration(i, h) by the newton: mobility(i, j, h) [1/kg], symmetric.
+/// Refinement: a body that states what a force on particle j adds to predicted_acceleration(i, h) by the newton, at most: mobility(i, j, h) [1/kg], symmetric.
 /// Of others a force accelerates its own particle alone, by 1/mass, and tissue().mass(i) [kg] is asked for.
 template <class B>
 concept StatesMobility = SimulatedBody<B> && requires(B const& seen, int i, typename B::Scalar h) {
   { seen.mobility(i, i, h) } -> std::same_as<typename B::Scalar>;
+};
+
+/// Refinement: a body of cubes that a blade's edge parts.
+///   cut(a, b, c, d, moved)        the edge went from a–b to c–d [m], while each cube's middle came by moved(cube) [m]; how many faces between two cubes it opened
+///   cubes(), middle(cube)         how many, and where [m]
+template <class B>
+concept CuttableCubes = TouchableBody<B> && requires(B& body, B const& seen, typename B::Vector const& x, typename B::Vector (*moved)(int), int i) {
+  { body.cut(x, x, x, x, moved) } -> std::same_as<int>;
+  { seen.cubes() } -> std::same_as<int>;
+  { seen.middle(i) } -> std::convertible_to<typename B::Vector>;
 };
 
 namespace detail {

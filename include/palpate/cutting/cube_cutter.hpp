@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/body/touch.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
@@ -60,10 +61,9 @@ class CubeCutter {
 
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool) {
-    constexpr bool is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
-    constexpr bool is_of_cubes = requires(Vector const& x) { body.cut(x, x, x, x), body.middle(0), body.cubes(); };
+    constexpr bool is_of_scalar = std::same_as<Scalar, typename Body::Scalar>, is_of_cubes = CuttableCubes<Body>;
     static_assert(is_of_scalar, "CubeCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
-    static_assert(!is_of_scalar || is_of_cubes, "CubeCutter: this body is not made of cubes; Cubes is. VolumeCutter cuts tetrahedra, ProgressiveCutter surfaces.");
+    static_assert(is_of_cubes, "CubeCutter: this body is not made of cubes; Cubes is. VolumeCutter cuts tetrahedra, ProgressiveCutter surfaces.");
     if constexpr (is_of_scalar && is_of_cubes) use(body, tool);
   }
   /// The same for the tip [m] of a tool that is not turned.

@@ -5,9 +5,11 @@
 #include <palpate/core/phase.hpp>
 #include <palpate/core/tool_pose.hpp>
 #include <palpate/core/triple_buffer.hpp>
+#include <palpate/tissue/concept.hpp>
 
 #include <cstddef>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace palpate {
@@ -46,7 +48,7 @@ class SnapshotChannel {
     body.draw_columns(body.positions(), next.points);
     if (next.triangles.cols() == 0 || next.topology_revision != body.topology_revision()) {
       body.draw_triangles(next.triangles);
-      if constexpr (requires { body.tissue().is_wound(0); }) {
+      if constexpr (TellsWounds<std::remove_cvref_t<decltype(body.tissue())>>) {
         next.is_wound.assign(static_cast<std::size_t>(next.triangles.cols()), 0);
         for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) next.is_wound[static_cast<std::size_t>(t)] = body.tissue().is_wound(t);
       }

@@ -313,15 +313,18 @@ concept CuttableTissue = TissueModel<T> && requires(T& tissue, T const& seen, in
   tissue.balance_copies(i, i);
 };
 
+/// Refinement: a tissue that tells of each triangle of its surface whether it is the wall of a wound.
+template <class T>
+concept TellsWounds = requires(T const& seen, int i) { { seen.is_wound(i) } -> std::same_as<bool>; };
+
 /// Refinement: a solid whose tetrahedra are divided and parted; see FiniteElements and CutSolid. finish_edits() follows the edits of a tick.
 ///   topology()                   a TetrahedralAdjacency
 ///   for_each_joined(i, visit)    the particles that an edge joins to i, after each edit
 ///   is_wound(triangle), is_cut(tetrahedron, face)
 template <class T>
-concept CuttableSolid = TissueModel<T> && requires(T& tissue, T const& seen, int i, typename T::Scalar s, std::span<int const> tetrahedra) {
+concept CuttableSolid = TissueModel<T> && TellsWounds<T> && requires(T& tissue, T const& seen, int i, typename T::Scalar s, std::span<int const> tetrahedra) {
   seen.topology();
   seen.for_each_joined(i, [](int) {});
-  { seen.is_wound(i) } -> std::same_as<bool>;
   { seen.is_cut(i, i) } -> std::same_as<bool>;
   tissue.divide_edge(i, i, s).vertex;
   tissue.split_vertex(i, tetrahedra).vertex;

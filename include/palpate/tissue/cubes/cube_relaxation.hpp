@@ -82,13 +82,17 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
     return relax(most, std::numeric_limits<double>::infinity(), 0, tolerance, true);
   }
 
-  /// The change of velocity over h [m/s²] to the mean of the next step of h seconds, without the forces applied so far.
+  /// The change of velocity over h [m/s²] to the mean of the next step of h seconds, with the forces applied so far.
   Vector predicted_acceleration(int i, Scalar h) const {
     this->check(i);
     if (!(h > 0) || this->tissue().nailed(i)) return Vector::Zero();
-    Vector back = Vector::Zero();
-    for_each_leader(i, [&](int m, Scalar w) { back += w * give(m) * pushed_[m]; });
-    return (-back / h - v_[i]) / h;
+    Vector moved = Vector::Zero();   // by what forces are more than in the last step
+    for_each_leader(i, [&](int m, Scalar w) {
+      Vector more = Vector(load_[m]) - Vector(pushed_[m]);
+      for_each_follower(m, [&](int k, Scalar share) { more += share * load_[k]; });
+      moved += w * give(m) * more;
+    });
+    return (moved / h - v_[i]) / h;
   }
   /// What a force on vertex j adds to that of i by the newton: 1/kg. See StatesMobility.
   Scalar mobility(int i, int j, Scalar h) const noexcept {
