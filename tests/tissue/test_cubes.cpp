@@ -14,6 +14,7 @@
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/models.hpp>
 #include <palpate/simulator/body_loop.hpp>
+#include <palpate/testing/body.hpp>
 
 #include <Eigen/Geometry>
 
@@ -558,5 +559,18 @@ TEMPLATE_TEST_CASE("a force on four corners is that on the point itself, on the 
     }
     CHECK(most_off > S(0.005));   // N m per N: half a diagonal of a face is 7 mm
     CHECK(most_off < S(0.0072));
+  }
+}
+
+TEMPLATE_TEST_CASE("cubes keep the laws of bodies", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  for (int const levels : {0, 1}) {
+    Cubes<S> body(make_sphere<S>(S(0.05), 8), {.edge = S(0.015), .young = S(young), .levels = levels});
+    for (int i = 0; i < body.size(); ++i)
+      if (body.reference_position(i)[2] < S(-0.03)) body.nail(i);
+    CAPTURE(levels);
+    CHECK(testing::to_text(testing::check_body(body)) == "");
+    body.cut({S(0.001), -1, 0}, {S(0.001), -1, 1}, {S(0.001), 1, 0}, {S(0.001), 1, 1});
+    CHECK(testing::to_text(testing::check_body(body)) == "");
   }
 }

@@ -16,6 +16,7 @@
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/models.hpp>
 #include <palpate/simulator/simulator.hpp>
+#include <palpate/testing/body.hpp>
 #include <palpate/tool.hpp>
 
 #include <algorithm>
@@ -384,4 +385,12 @@ TEST_CASE("long elements: what they refuse", "[tissue][long_elements]") {
   CHECK(is_finite(body.positions()));
   CHECK(body.solve_statics().at_rest);
   CHECK(body.displacement(3).norm() < 1e-9);
+}
+
+TEMPLATE_TEST_CASE("long elements keep the laws of bodies", "[tissue][long_elements]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  LongElements<S> body(make_sphere<S>(S(0.05), 8), {.spacing = S(0.015), .young = S(5000)});
+  for (int const i : {3, 30, 40}) body.nail(i);
+  body.step(S(1e-3));   // nails are known from the next step on
+  CHECK(testing::to_text(testing::check_body(body)) == "");
 }

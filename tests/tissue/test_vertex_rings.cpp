@@ -14,6 +14,7 @@
 #include <palpate/models.hpp>
 #include <palpate/simulator/body_loop.hpp>
 #include <palpate/simulator/simulator.hpp>
+#include <palpate/testing/body.hpp>
 #include <palpate/tool/blunt_tool.hpp>
 #include <palpate/tool/built_in_shapes.hpp>
 
@@ -391,4 +392,11 @@ TEST_CASE("vertex rings say what is wrong with slopes, forces, steps and meshes"
   CHECK(are_same(body, before));
   CHECK(body.step(1e-3));
   CHECK(body.displacement(9).norm() < 1);
+}
+
+TEMPLATE_TEST_CASE("vertex rings keep the laws of bodies", "[tissue][rings]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  VertexRings<S> body(make_sphere<S>(S(0.05), 8), {.slopes = {S(-5e-3), S(-2.5e-3), S(-1e-3)}});
+  body.nail(3);
+  CHECK(testing::to_text(testing::check_body(body)) == "");
 }

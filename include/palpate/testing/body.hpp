@@ -88,7 +88,8 @@ class BodyBattery {
       for (std::size_t k = 0; k < 3; ++k) {
         int const a = c[k], b = c[(k + 1) % 3];
         if (a < 0 || a >= n) return tell("triangle ", t, " has the corner ", a, ", outside 0 … ", n - 1);
-        if (!(std::abs(body_.reference_normal(a).norm() - 1) < Scalar(1e-3))) return tell("reference_normal(", a, ") has the length ", body_.reference_normal(a).norm());
+        Scalar const length = body_.reference_normal(a).norm();   // 0 where triangles cancel, as at the end of a wound
+        if (length != 0 && !(std::abs(length - 1) < Scalar(1e-3))) return tell("reference_normal(", a, ") has the length ", length);
         int const beyond = body_.triangle_across(a, b);
         if (beyond < 0) continue;
         auto const other = surface.corners(beyond);
