@@ -62,7 +62,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
   /// A spring from a vertex of unsplit cubes to where it rests (anchor spring, the source's nail) [N/m].
   void support(int i, Scalar stiffness) {
     check_own(i, "supported");
-    detail::require_non_negative("the stiffness of a home spring", stiffness, "N/m");
+    require_non_negative("the stiffness of a home spring", stiffness, "N/m");
     support_[at(i)] = stiffness;
     refresh(i), is_quiet_ = false;
   }
@@ -143,11 +143,11 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
   void check_own(int i, char const* what) const {
     this->check(i);
     if (i < base_) return;
-    throw InvalidArgument(detail::message("vertex ", i, " goes when its cube is joined; only the first ", base_, " vertices can be ", what));
+    throw InvalidArgument(message("vertex ", i, " goes when its cube is joined; only the first ", base_, " vertices can be ", what));
   }
   static void check_finite(char const* what, Vector const& value, char const* unit) {
     if (is_finite(value)) return;
-    throw InvalidArgument(detail::message(what, " is (", value[0], ", ", value[1], ", ", value[2], ") ", unit, "; it must be finite"));
+    throw InvalidArgument(message(what, " is (", value[0], ", ", value[1], ", ", value[2], ") ", unit, "; it must be finite"));
   }
 
   /// After build(): nothing pulls, and nothing has been touched.
