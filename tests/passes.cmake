@@ -36,7 +36,7 @@ set(optimised_tests
   "^mesh/test_(generators|tetrahedral_edits)[.]"
   "^simulator/test_(many_tools|realtime)[.]"
   "^tissue/test_(corotated_tensor_mass|cubes|element|element_tissue|finite_elements|long_elements|nodal_pressure|stiffness_rows|tensor_mass)[.]"
-  "^tissue/test_(two_layers|vertex_rings|viscoelastic|young_springs)[.]")
+  "^tissue/test_(models_touched|two_layers|vertex_rings|viscoelastic|young_springs)[.]")
 
 function(palpate_select_tests variable pass)
   set(plain ${${variable}})
