@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Models of the same solid beside each other: a leapfrog step [ns a tetrahedron], a backward-Euler step of 1 ms with 25 iterations [ms], the largest stable
-// step [ms], and what each tetrahedron costs that a blade makes, without a step between [us]. Then a time step per node, where it is wanted or everywhere [ms].
+// step [ms], and what each tetrahedron costs that a blade makes, without a step between [us]. Then a time step per node, where it is wanted or everywhere [ms],
+// and a leapfrog step of springs of one law and in two layers [ns a link].
 //   bench_models
 #include <palpate/body/soft_body.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
@@ -11,6 +12,7 @@
 #include <palpate/mesh/block.hpp>
 #include <palpate/models.hpp>
 #include <palpate/tissue/finite_elements.hpp>
+#include <palpate/volume/fill.hpp>
 
 #include "thread_time.hpp"
 
@@ -18,6 +20,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -98,5 +101,33 @@ void node_steps(benchmark::State& state) {
 }
 BENCHMARK(node_steps)->Name("a step per node")->Args({9, 0})->Args({9, 1})->Args({16, 0})->Args({16, 1})
     ->ArgNames({"cubes", "everywhere"})->Unit(benchmark::kMillisecond);
+
+/// A thigh of springs, all of one law or in two layers: a leapfrog step [ns a link].
+template <bool in_layers>
+void thigh(benchmark::State& state) {
+  auto const mesh = fill(make_thigh<double>(), {.edge = 0.02}).mesh;
+  auto const make = [&] {
+    if constexpr (in_layers)
+      return two_layers(mesh, LinearSpring<double>{.stiffness = 200.0}, LockingSpring<double>{.stiffness = 80.0, .largest_tension = 1.6},
+                        {.mass = {.total = 4.0}});
+    else
+      return MassSpring<double>(mesh, {.mass = {.total = 4.0}, .link = {.stiffness = 100.0}});
+  };
+  auto tissue = make();
+  tissue.nail(thigh_bone(mesh));
+  SoftBody body(std::move(tissue), LeapfrogVerlet{});
+  body.set_gravity({0, -9.81, 0});
+  double const h = 0.2 * body.stable_step();
+  double best = 1e9;
+  for (auto _ : state) {
+    double const start = benchmarks::thread_time();
+    for (int k = 0; k < 100; ++k) body.step(h);
+    best = std::min(best, (benchmarks::thread_time() - start) / 100);
+  }
+  state.counters["links"] = body.tissue().links().size();
+  state.counters["explicit_ns"] = 1e9 * best / body.tissue().links().size();
+}
+BENCHMARK(thigh<false>)->Name("a thigh of linear springs")->Unit(benchmark::kMillisecond);
+BENCHMARK(thigh<true>)->Name("a thigh of springs in two layers")->Unit(benchmark::kMillisecond);
 
 }  // namespace

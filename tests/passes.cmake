@@ -35,7 +35,8 @@ set(optimised_tests
   "^json/test_network_file[.]"
   "^mesh/test_(generators|tetrahedral_edits)[.]"
   "^simulator/test_(many_tools|realtime)[.]"
-  "^tissue/test_(element|element_tissue|finite_elements|nodal_pressure|long_elements|stiffness_rows|tensor_mass|vertex_rings|viscoelastic)[.]")
+  "^tissue/test_(corotated_tensor_mass|cubes|element|element_tissue|finite_elements|long_elements|nodal_pressure|stiffness_rows|tensor_mass)[.]"
+  "^tissue/test_(two_layers|vertex_rings|viscoelastic|young_springs)[.]")
 
 function(palpate_select_tests variable pass)
   set(plain ${${variable}})

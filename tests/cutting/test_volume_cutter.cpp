@@ -69,7 +69,8 @@ auto block_body(int n, BlockPattern pattern = BlockPattern::alternating) {
 
 }  // namespace
 
-TEMPLATE_LIST_TEST_CASE("a plane through one tetrahedron makes the parts that are counted by hand", "[volume_cutter]", Solids) {
+TEMPLATE_LIST_TEST_CASE("a plane through one tetrahedron makes the parts that are counted by hand", "[volume_cutter]",
+                        Solids) {
   for (PlaneCase const& c : plane_cases()) {
     INFO(c.name);
     auto body = solid_body<TestType>(one_tetrahedron());
@@ -85,7 +86,8 @@ TEMPLATE_LIST_TEST_CASE("a plane through one tetrahedron makes the parts that ar
   }
 }
 
-TEMPLATE_LIST_TEST_CASE("a plane along the face between two tetrahedra opens it, and a blade that goes half way through an edge opens nothing", "[volume_cutter]", Solids) {
+TEMPLATE_LIST_TEST_CASE("a plane along the face between two tetrahedra opens it, and a blade that goes half way through an edge opens nothing", "[volume_cutter]",
+                        Solids) {
   TetrahedralMesh<double> mesh{Matrix3X<double>(3, 5), Matrix<int, 4, Dynamic>(4, 2)};
   mesh.points << 0, 0, 0, 0.01, -0.01, 0, 0.01, 0, 0, 0, 0, 0, 0.01, 0, 0;
   mesh.tetrahedra << 0, 0, 1, 2, 2, 1, 3, 4;
@@ -115,7 +117,8 @@ TEMPLATE_LIST_TEST_CASE("a plane along the face between two tetrahedra opens it,
   }
 }
 
-TEMPLATE_LIST_TEST_CASE("a plane through a block has the area that it must, where it snaps to nothing, to a plane of vertices and along faces", "[volume_cutter]", Solids) {
+TEMPLATE_LIST_TEST_CASE("a plane through a block has the area that it must, where it snaps to nothing, to a plane of vertices and along faces", "[volume_cutter]",
+                        Solids) {
   for (auto const pattern : {BlockPattern::alternating, BlockPattern::kuhn})
     for (double const x : {0.0213, 0.0203, 0.020, 0.0199}) {
       INFO("x = " << x);
@@ -135,7 +138,8 @@ TEMPLATE_LIST_TEST_CASE("a plane through a block has the area that it must, wher
     }
 }
 
-TEMPLATE_LIST_TEST_CASE("a cut is the same however finely its way is divided into ticks", "[volume_cutter]", Solids) {
+TEMPLATE_LIST_TEST_CASE("a cut is the same however finely its way is divided into ticks", "[volume_cutter]",
+                        Solids) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     INFO("seed " << seed);
     auto const cut = [&](int ticks) {
@@ -156,7 +160,8 @@ TEMPLATE_LIST_TEST_CASE("a cut is the same however finely its way is divided int
   }
 }
 
-TEMPLATE_LIST_TEST_CASE("the same stroke again, and to and fro, adds nothing", "[volume_cutter]", Solids) {
+TEMPLATE_LIST_TEST_CASE("the same stroke again, and to and fro, adds nothing", "[volume_cutter]",
+                        Solids) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     INFO("seed " << seed);
     auto body = block_body<TestType>(4);
@@ -178,7 +183,8 @@ TEMPLATE_LIST_TEST_CASE("the same stroke again, and to and fro, adds nothing", "
   }
 }
 
-TEMPLATE_LIST_TEST_CASE("one stroke through the material cuts the same tetrahedra of a body at rest, swung and stretched, number by number", "[volume_cutter]", Solids) {
+TEMPLATE_LIST_TEST_CASE("one stroke through the material cuts the same tetrahedra of a body at rest, swung and stretched, number by number", "[volume_cutter]",
+                        Solids) {
   Vector const middle(0.0075, 0.0072, 0.0078), blade = Vector(0.3, 0.2, 1).normalized(), way(1, 0.25, 0.1);
   auto const cut = [&](auto const& motion) {
     auto body = block_body<TestType>(4);
@@ -224,7 +230,8 @@ TEMPLATE_TEST_CASE("whatever is cut, nothing is lost and all follows", "[volume_
   cut_at_random<S>(15, make(Turned{}));
 }
 
-TEMPLATE_LIST_TEST_CASE("a cut body moves as its tetrahedra do, by leapfrog written out", "[volume_cutter]", Solids) {
+TEMPLATE_LIST_TEST_CASE("a cut body moves as its tetrahedra do, by leapfrog written out", "[volume_cutter]",
+                        Solids) {
   auto whole = block_body<TestType>(4);
   VolumeCutter<double> knife;
   stroke(knife, whole, Vector(0.0061, -0.003, 0.0052), Vector(0.0083, -0.003, 0.03), Vector(0, 0.013, 0), 60);
@@ -270,7 +277,8 @@ TEMPLATE_LIST_TEST_CASE("a cut body moves as its tetrahedra do, by leapfrog writ
   CHECK((body.positions() - x).cwiseAbs().maxCoeff() < 1e-9 * 0.015);
 }
 
-TEMPLATE_LIST_TEST_CASE("a host's copy of the border follows a solid's cut by the record of changes", "[volume_cutter]", Solids) {
+TEMPLATE_LIST_TEST_CASE("a host's copy of the border follows a solid's cut by the record of changes", "[volume_cutter]",
+                        Solids) {
   auto body = block_body<TestType>(4);
   Matrix<int, 3, Dynamic> copy = body.triangles();
   body.forget_changes();
@@ -373,7 +381,8 @@ TEST_CASE("materials, nodal pressure, viscoelasticity, a zone, several blades an
   }
 }
 
-TEMPLATE_LIST_TEST_CASE("edges of several pieces, a depth to puncture, a bound on what a tick makes", "[volume_cutter]", Solids) {
+TEMPLATE_LIST_TEST_CASE("edges of several pieces, a depth to puncture, a bound on what a tick makes", "[volume_cutter]",
+                        Solids) {
   SECTION("an edge of three pieces cuts like one, where it is straight") {
     auto one = block_body<TestType>(5), three = block_body<TestType>(5);
     VolumeCutter<double> knife, other;

@@ -17,8 +17,8 @@ namespace palpate {
 ///   g = (x_s − (p − r n))·n   how far the tip is below the surface,   ġ = (v_s − v_p)·n
 ///   f = max(0, (k g + (c + h k)(ġ + h a)) / (1 + h (c + h k) w)),   w = Σ b_i²/m_i,   a = Σ b_i a_i·n
 /// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them; where the body
-/// states its mobility, w = Σ b_i b_j w_ij. This is the spring's force at the end of the step, so it is stable however stiff the spring and however light the particles;
-/// at rest f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
+/// states its mobility, w = Σ b_i b_j w_ij. This is the spring's force at the end of the step, so it is stable however stiff the spring and
+/// however light the particles; at rest f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
 /// A blade that is held across its edge drags the point of the tissue at it along the surface with the same spring, to all sides, up to a slip force; so does one
 /// in a solid that resists it.
 /// Units      k [N/m], c [N·s/m], force [N].

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/body/skin_body.hpp>
 #include <palpate/core/columns.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/rings.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/tissue/skin_body.hpp>
 
 #include <algorithm>
 #include <array>
@@ -42,9 +42,9 @@ struct VertexRingsOptions {
 /// Shapes     positions(), velocities(): 3 × size(), one column per vertex, in the order of the mesh. A velocity is the mean of the last step.
 /// Errors     InvalidArgument for slopes out of order or range, InvalidMesh for a mesh that is none, OutOfRange for an index; the body stays as it was.
 ///            A step whose forces would move a vertex 1000 times the body's diagonal is not taken: it reports that it diverged.
-/// Source     \cite two_neighborhood2013 eq. 1–3. Errata: m1 > m2 > m3 is printed of negative numbers; it holds for magnitudes, |s_0| > |s_1| > |s_2|. The printed
-///            search looks into one leaf and can miss the nearest vertex; SurfaceTree does not. As printed, p ← p + s F adds up tick by tick; here it is
-///            where p comes to rest. Ours: the time law, which the source does not give, and that displacements of several forces add up.
+/// Source     \cite two_neighborhood2013 eq. 1–3. Errata: m1 > m2 > m3 is printed of negative numbers; it holds for magnitudes, |s_0| > |s_1| > |s_2|. The
+///            printed search looks into one leaf and can miss the nearest vertex; SurfaceTree does not. As printed, p ← p + s F adds up tick by tick; here
+///            it is where p comes to rest. Ours: the time law, which the source does not give, and that displacements of several forces add up.
 /// Cost       apply_force O(two rings), step O(vertices that are away from home), a search O(those · log m) more: whatever the size of the body. Nothing
 ///            is allocated. A vertex is home, to 1e-7 of an edge, after some 16 τ.
 /// Limits     no masses, so no gravity. Vertices do not pull each other: no tension, no volume is kept, and what is farther than two rings from a touch
