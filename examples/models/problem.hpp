@@ -1,25 +1,21 @@
 // SPDX-License-Identifier: MIT
-// The problem that all models get: a liver that a fingertip presses, held there, and a blade that goes across it. And what is measured.
+// The problem that all models get, and what is measured of each: a fingertip presses an organ and is held there, and a blade goes across another one.
 #pragma once
 
 #include <palpate/body/soft_body.hpp>
-#include <palpate/cutting/progressive_cutter.hpp>
+#include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
-#include <palpate/mesh/measures.hpp>
-#include <palpate/mesh/organ.hpp>
-#include <palpate/tool.hpp>
-#include <palpate/volume.hpp>
-
-#include <malloc.h>
+#include <palpate/mesh/tetrahedral_mesh.hpp>
+#include <palpate/mesh/triangle_mesh.hpp>
+#include <palpate/tool/blunt_tool.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <ctime>
-#include <filesystem>
-#include <fstream>
+#include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,167 +24,158 @@ namespace models {
 
 using namespace palpate;
 using Vector = Vector3<double>;
+using Headers = std::vector<std::string>;   // or folders, below include/palpate
 
 constexpr double young = 5000, poisson = 0.45, density = 1060;   // Pa, kg/m³
-constexpr double finger_radius = 0.008, deepest = 0.006;         // m
+constexpr double finger_radius = 0.008, deepest = 0.005;         // m
+constexpr double coarse_edge = 0.006, middle_edge = 0.0045, fine_edge = 0.0035;   // m
 
+/// A liver of 10 cm. It lies on its back, which is nailed.
 struct Problem {
-  TriangleMesh<double> skin = make_organ<double>({.vertices = 1200});
-  TetrahedralMesh<double> coarse = fill(skin, {.edge = 0.011}).mesh, fine = fill(skin, {.edge = 0.0065}).mesh;
-  double lowest = skin.points.row(2).minCoeff(), mass = density * volume(skin);
-  int touched = 0;
+  TriangleMesh<double> skin;
+  TetrahedralMesh<double> coarse;
+  double volume, mass, nailed_below;   // m³, kg, m
+  Vector top;                          // the highest vertex
 
-  Problem() {
-    for (int i = 1; i < skin.points.cols(); ++i)
-      if (skin.points(2, i) > skin.points(2, touched)) touched = i;
+  Problem();
+  bool is_nailed(Vector const& rest) const { return rest[2] < nailed_below; }
+  auto nailed(auto body) const {
+    for (int i = 0; i < body.size(); ++i)
+      if (is_nailed(body.reference_position(i))) body.nail(i);
+    return body;
   }
-  Vector top() const { return skin.points.col(touched); }
-  bool is_nailed(Vector const& rest) const { return rest[2] < lowest + 0.012; }   // it lies on its back
 };
 
 /// What is measured of a model. Times are of one core.
 struct Row {
   std::string name;
-  TriangleMesh<double> pressed;       // the skin, under the finger
-  double force = 0;                   // on the hand, at rest [N]
-  double volume_lost = 0;             // of one
-  double tick_ms = 0;                 // of a millisecond, touched, mean
-  double megabytes = 0;               // that the body, its simulator and its solver take
-  double stable_ms = 0;               // the largest stable step of leapfrog; infinite where any step is stable
-  double cut_us = 0;                  // of a tick that cuts, without its step, median; 0: nothing is cut
-  int made = 0;                       // tetrahedra or triangles more, after the cut
-  int lines = 0;                      // of code, of the model's own headers
+  TriangleMesh<double> skin;     // under the finger
+  Vector finger;                 // the middle of its ball, then [m]
+  double force = 0;              // on the hand, at rest [N]
+  double speed = 0;              // of the fastest vertex, then [m/s]
+  double volume_lost = 0;        // of one
+  double tick_ms = 0;            // of a millisecond, while the finger comes; mean
+  double megabytes = 0;          // that the body, its search and its solver take
+  double stable_ms = std::numeric_limits<double>::infinity();   // the largest step that leapfrog stands, if it is leapfrog's
+  int made = 0;                  // by the cut: tetrahedra or triangles more, or faces between cubes that opened; 0: it can not be cut
+  double cut_us = 0, each_us = 0;   // of a tick that cuts, median, without its step; of the cut, over what it made
+  int lines = 0;                 // of code, of the model's own headers
 };
 
-inline double processor_time() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }   // s
-inline double megabytes_in_use() {
-  auto const now = mallinfo2();
-  return 1e-6 * static_cast<double>(now.uordblks + now.hblkhd);
-}
+double processor_time();     // s
+double megabytes_in_use();
+int code_lines(Headers const& headers);
+TetrahedralMesh<double> filled(Problem const& problem, double edge);
 
-/// Lines of code, neither blank nor comment, of headers or folders below include/palpate.
-inline int code_lines(std::vector<std::string> const& headers) {
-  int lines = 0;
-  auto const add = [&](std::filesystem::path const& file) {
-    std::ifstream in(file);
-    for (std::string line; std::getline(in, line);) {
-      auto const first = line.find_first_not_of(" \t");
-      lines += first != std::string::npos && line.compare(first, 2, "//") != 0 ? 1 : 0;
-    }
-  };
-  for (std::string const& header : headers) {
-    std::filesystem::path const path = std::filesystem::path(PALPATE_HEADERS) / header;
-    if (std::filesystem::is_directory(path))
-      for (auto const& file : std::filesystem::directory_iterator(path)) add(file.path());
-    else
-      add(path);
-  }
-  return lines;
-}
+/// The problem's skin, carried by tetrahedra.
+class CarriedSkin {
+ public:
+  CarriedSkin(Problem const& problem, TetrahedralMesh<double> const& mesh);
+  ~CarriedSkin();
+  Matrix3X<double> at(Matrix3X<double> const& positions);
 
-/// Presses with a rod that ends in a fingertip, 500 ticks of 1 ms, and fills in the row. `skin_of(body)` is the problem's skin, where it is now.
+ private:
+  struct Surface;
+  std::unique_ptr<Surface> surface_;
+};
+
+/// How far a row's skin is from another's, over how far that one has moved: root mean squares; and the largest distance [m].
+struct Distance {
+  double relative = 0, largest = 0;
+};
+Distance distance(Problem const& problem, Row const& row, Row const& reference);
+
+/// Rows of the table, a line each. Those that are fitted get the force that the finger should feel [N].
+std::vector<Row> elements(Problem const& problem);
+std::vector<Row> tensors_and_springs(Problem const& problem);
+std::vector<Row> bodies_of_their_own(Problem const& problem);
+std::vector<Row> fitted_surfaces(Problem const& problem, double force);
+Row neo_hooke(Problem const& problem, TetrahedralMesh<double> const& mesh, std::string name, bool is_reference);
+
+/// A finger comes down at 20 mm/s from where it touches this body first, 5 mm deep, and stays for half a second: 150 ticks of 1 ms, which are timed, then of 10 ms.
+/// `skin_of(body)` is where the problem's skin is.
 template <class MakeBody, class SkinOf>
-void press(Problem const& problem, Row& row, MakeBody const& make_body, SkinOf const& skin_of) {
+Row press(Problem const& problem, std::string name, Headers const& headers, MakeBody const& make_body, SkinOf const& skin_of, bool is_timed = true) {
+  Row row{.name = std::move(name), .skin = {}, .finger = problem.top, .lines = code_lines(headers)};
   double const before = megabytes_in_use();
   auto body = make_body();
-  Vector const touching = problem.top() + Vector(0, 0, finger_radius), deep = touching - Vector(0, 0, deepest);
+  double above = problem.top[2] + 2 * finger_radius, gap = finger_radius;
+  while (gap > 1e-7) above -= gap = body.nearest_point({problem.top[0], problem.top[1], above}).distance - finger_radius;
   BluntTool<double> finger(make_probe_shape<double>({.radius = finger_radius}));
-  constexpr int ticks = 500, down = 250, counted = 100;
-  double start = 0;
-  row.force = 0;
-  for (int tick = 0; tick < ticks; ++tick) {
-    if (tick == ticks - counted) start = processor_time();
-    finger.advance(body, {deep + (1 - std::min(1.0, static_cast<double>(tick) / down)) * Vector(touching + Vector(0, 0, 0.002) - deep)});
-    Vector const on_hand = finger.press(body, 1.0, 1e-3);
-    if (tick >= ticks - counted) row.force += on_hand[2] / counted;
-    body.step(1e-3);
-  }
-  row.tick_ms = 1e3 * (processor_time() - start) / counted;
+  double depth = -0.0005;
+  auto const tick = [&](double h) {
+    depth = std::min(deepest, depth + 0.02 * h);
+    row.finger[2] = above - depth;
+    finger.advance(body, {row.finger});
+    row.force = finger.press(body, 1.0, h)[2];
+    body.step(h);
+  };
+  constexpr int timed = 150;
+  double const start = processor_time();
+  for (int k = 0; k < timed && is_timed; ++k) tick(1e-3);
+  row.tick_ms = 1e3 * (processor_time() - start) / timed;
+  while (depth < deepest) tick(0.01);
+  for (int k = 0; k < 50; ++k) tick(0.01);
   row.megabytes = megabytes_in_use() - before;
-  row.pressed = TriangleMesh<double>{skin_of(body), problem.skin.triangles};
-  row.volume_lost = 1 - volume(row.pressed) / volume(problem.skin);
+  row.speed = body.velocities().colwise().norm().maxCoeff();
+  row.skin = {skin_of(body), problem.skin.triangles};
+  return row;
 }
 
-/// Draws a blade 4 cm across the top, 12 mm deep, 1 mm a tick, with a step of 1 ms after each.
-template <class Body, class Advance, class Count>
-void cut(Problem const& problem, Row& row, Body body, Advance const& advance, Count const& count) {
+/// A blade goes 3 cm across the top, as deep as 10 mm, 1 mm a tick, with a step of 1 ms after each. `advance(body, at)` moves it, `count(body)` is what grows.
+template <class Body>
+void cut(Problem const& problem, Row& row, Body body, auto const& advance, auto const& count) {
   std::vector<double> each;
+  double all = 0;
   int const uncut = count(body);
-  for (int tick = 0; tick <= 40; ++tick) {
-    Vector const at = problem.top() + Vector(1e-3 * (tick - 20), 0.0007, 0);
+  for (int tick = 0; tick <= 30; ++tick) {
+    Vector const at = problem.top + Vector(1e-3 * (tick - 15), 0.0007, 0);
     int const had = count(body);
     body.nearest_vertex(at);   // fits the search tree
     double const start = processor_time();
     advance(body, at);
-    double const took = processor_time() - start;
-    if (count(body) > had) each.push_back(1e6 * took);
+    double const took = 1e6 * (processor_time() - start);
+    if (count(body) > had) each.push_back(took);
+    all += took;
     body.step(1e-3);
   }
   row.made = count(body) - uncut;
   if (each.empty()) return;
-  std::nth_element(each.begin(), each.begin() + static_cast<std::ptrdiff_t>(each.size() / 2), each.end());
-  row.cut_us = each[each.size() / 2];
+  auto const middle = each.begin() + static_cast<std::ptrdiff_t>(each.size() / 2);
+  std::nth_element(each.begin(), middle, each.end());
+  row.cut_us = *middle, row.each_us = all / row.made;
 }
 
-/// A tissue of tetrahedra in a soft body of implicit steps.
-template <class Tissue>
-auto solid_body(Problem const& problem, TetrahedralMesh<double> const& mesh, Tissue tissue) {
-  for (int i = 0; i < tissue.size(); ++i)
-    if (problem.is_nailed(mesh.points.col(i))) tissue.nail(i);
-  return SoftBody(std::move(tissue), BackwardEuler{});
-}
+/// The largest step that leapfrog stands [ms].
+double leapfrog_ms(auto const& body) { return 1e3 * stable_step(LeapfrogVerlet{}, body.modal_bounds()); }
 
-/// The largest step that leapfrog stands [s].
-double leapfrog_step(auto body) { return stable_step(LeapfrogVerlet{}, body.modal_bounds()); }
-
-/// All of a model of tetrahedra: `make(mesh)` makes its tissue.
+/// A model of tetrahedra, in implicit steps: `make(mesh)` makes its tissue.
 template <class Make>
-Row solid_row(Problem const& problem, TetrahedralMesh<double> const& mesh, std::string name, std::vector<std::string> const& headers, bool is_cut,
-              Make const& make) {
-  Row row{.name = std::move(name), .pressed = {}, .lines = code_lines(headers)};
-  EmbeddedSurface<double> skin(problem.skin, mesh);
-  press(problem, row, [&] { return solid_body(problem, mesh, make(mesh)); }, [&](auto const& body) {
-    skin.update(body.positions());
-    return Matrix3X<double>(skin.points());
-  });
-  row.stable_ms = 1e3 * leapfrog_step(solid_body(problem, mesh, make(mesh)));
-  if (is_cut) {
-    VolumeCutter<double> knife;
-    cut(problem, row, solid_body(problem, mesh, make(mesh)),
-        [&](auto& body, Vector const& at) { knife.advance(body, {at - Vector(0, 0, 0.012), at + Vector(0, 0, 0.01)}); },
-        [](auto const& body) { return body.tissue().topology().tetrahedron_count(); });
-  }
+Row solid(Problem const& problem, TetrahedralMesh<double> const& mesh, std::string name, Headers const& headers, Make const& make, bool is_reference = false) {
+  auto const make_body = [&] { return problem.nailed(SoftBody(make(mesh), BackwardEuler{})); };
+  CarriedSkin skin(problem, mesh);
+  Row row = press(problem, std::move(name), headers, make_body, [&](auto const& body) { return skin.at(body.positions()); }, !is_reference);
+  if (is_reference) return row;
+  row.stable_ms = leapfrog_ms(make_body());
+  VolumeCutter<double> knife;
+  cut(problem, row, make_body(), [&](auto& body, Vector const& at) { knife.advance(body, {at - Vector(0, 0, 0.01), at + Vector(0, 0, 0.01)}); },
+      [](auto const& body) { return body.tissue().topology().tetrahedron_count(); });
   return row;
 }
 
-/// Of a model of the skin alone.
+/// A model of the skin alone, whose vertices are the problem's.
 template <class MakeBody>
-Row skin_row(Problem const& problem, std::string name, std::vector<std::string> const& headers, MakeBody const& make_body) {
-  Row row{.name = std::move(name), .pressed = {}, .lines = code_lines(headers)};
-  press(problem, row, make_body, [](auto const& body) { return Matrix3X<double>(body.positions()); });
-  row.stable_ms = 1e3 * make_body().stable_step();
-  return row;
+Row surface_row(Problem const& problem, std::string name, Headers const& headers, MakeBody const& make_body) {
+  return press(problem, std::move(name), headers, make_body, [](auto const& body) { return Matrix3X<double>(body.positions()); });
 }
 
 /// The scale of a model's stiffness with which the finger feels so much [N]; `row_of(scale)` measures.
 template <class RowOf>
-Row fitted(double force, RowOf const& row_of) {
+std::pair<double, Row> fitted(double force, RowOf const& row_of) {
   double scale = 1;
   Row row = row_of(scale);
-  for (int k = 0; k < 6 && std::abs(row.force - force) > 1e-3 * force && row.force > 0; ++k) {
-    scale *= force / row.force;
-    row = row_of(scale);
-  }
-  return row;
-}
-
-/// How far the skin is from another, over how far that one has moved: root mean squares, and the largest distance [m].
-struct Distance {
-  double relative = 0, largest = 0;
-};
-inline Distance distance(Problem const& problem, Row const& row, Row const& reference) {
-  Matrix3X<double> const off = row.pressed.points - reference.pressed.points;
-  return {off.norm() / (reference.pressed.points - problem.skin.points).norm(), off.colwise().norm().maxCoeff()};
+  for (int k = 0; k < 6 && (row.force < 0.999 * force || row.force > 1.001 * force) && row.force > 0; ++k) row = row_of(scale *= force / row.force);
+  return {scale, row};
 }
 
 }  // namespace models
