@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Finite elements: the material says which.
+// Finite elements, a line each: the material says which.
 #include "problem.hpp"
 
 #include <palpate/material/corotational.hpp>
@@ -12,26 +12,25 @@ namespace models {
 namespace {
 
 template <class Material>
-Row elements_of(Problem const& problem, TetrahedralMesh<double> const& mesh, std::string name, std::string const& header, bool is_reference = false) {
-  Headers const headers{"tissue/finite_elements.hpp", "tissue/solid_assembly.hpp", "tissue/tetrahedron_packs.hpp", "material/" + header};
-  auto const make = [](auto const& of) {
-    return FiniteElements<double, Material>(of, {.density = density, .material = {.young = young, .poisson = poisson}, .damping = {.alpha = 20, .beta = 0.005}});
-  };
-  return solid(problem, mesh, std::move(name), headers, make, is_reference);
+auto elements_of(TetrahedralMesh<double> const& mesh) {
+  return FiniteElements<double, Material>(mesh, {.density = density, .material = {.young = young, .poisson = poisson}, .damping = {.alpha = drag}});
 }
 
 }  // namespace
 
-Row neo_hooke(Problem const& problem, TetrahedralMesh<double> const& mesh, std::string name, bool is_reference) {
-  return elements_of<StableNeoHookean<double>>(problem, mesh, std::move(name), "stable_neo_hookean.hpp", is_reference);
-}
-
 std::vector<Row> elements(Problem const& problem) {
+  auto const headers = [](std::string const& law) {
+    return Headers{"tissue/finite_elements.hpp", "tissue/solid_assembly.hpp", "tissue/tetrahedron_packs.hpp", "material/" + law + ".hpp"};
+  };
+  auto const neo_hooke = [](auto const& of) { return elements_of<StableNeoHookean<double>>(of); };
+  auto const st_venant_kirchhoff = [](auto const& of) { return elements_of<StVenantKirchhoff<double>>(of); };
+  auto const corotational = [](auto const& of) { return elements_of<Corotational<double>>(of); };
   std::vector<Row> rows;
-  rows.push_back(neo_hooke(problem, filled(problem, middle_edge), "stable neo-Hooke, finer", false));
-  rows.push_back(neo_hooke(problem, problem.coarse, "stable neo-Hooke", false));
-  rows.push_back(elements_of<StVenantKirchhoff<double>>(problem, problem.coarse, "St. Venant-Kirchhoff", "st_venant_kirchhoff.hpp"));
-  rows.push_back(elements_of<Corotational<double>>(problem, problem.coarse, "corotational", "corotational.hpp"));
+  rows.push_back(solid(problem, filled(problem, fine_edge), "stable neo-Hooke, fine", headers("stable_neo_hookean"), neo_hooke));
+  rows.push_back(solid(problem, filled(problem, middle_edge), "stable neo-Hooke, middle", headers("stable_neo_hookean"), neo_hooke));
+  rows.push_back(solid(problem, problem.coarse, "stable neo-Hooke", headers("stable_neo_hookean"), neo_hooke));
+  rows.push_back(solid(problem, problem.coarse, "St. Venant-Kirchhoff", headers("st_venant_kirchhoff"), st_venant_kirchhoff));
+  rows.push_back(solid(problem, problem.coarse, "corotational", headers("corotational"), corotational));
   return rows;
 }
 

@@ -18,7 +18,7 @@ Problem::Problem() : skin(make_organ<double>({.vertices = 2000, .length = 0.1}))
   Eigen::Index highest = 0;
   skin.points.row(2).maxCoeff(&highest);
   top = skin.points.col(highest);
-  nailed_below = skin.points.row(2).minCoeff() + 0.008;
+  nailed_below = skin.points.row(2).minCoeff() + 0.015;
 }
 
 double processor_time() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -63,6 +63,14 @@ Matrix3X<double> CarriedSkin::at(Matrix3X<double> const& positions) {
 Distance distance(Problem const& problem, Row const& row, Row const& reference) {
   Matrix3X<double> const off = row.skin.points - reference.skin.points;
   return {off.norm() / (reference.skin.points - problem.skin.points).norm(), off.colwise().norm().maxCoeff()};
+}
+
+Row extrapolated(Row const& coarser, double coarser_edge, Row const& finer, double finer_edge) {
+  double const share = finer_edge * finer_edge / (coarser_edge * coarser_edge - finer_edge * finer_edge);
+  Row row = finer;
+  row.skin.points += share * (finer.skin.points - coarser.skin.points);
+  row.force += share * (finer.force - coarser.force);
+  return row;
 }
 
 }  // namespace models
