@@ -58,8 +58,8 @@ std::vector<Row> bodies(Problem const& problem, double force) {
   };
   std::vector<Row> rows;
   rows.push_back(surface(problem, "long elements", {"tissue/long_elements", "tissue/skin_body.hpp"}, long_elements));
-  rows.push_back(cubes(problem, "cubes", {.edge = 0.005, .young = young, .density = density}));
-  rows.push_back(cubes(problem, "cubes, split once", {.edge = 0.005, .young = young, .density = density, .levels = 1}));
+  rows.push_back(cubes(problem, "cubes", {.edge = 0.006, .young = young, .density = density}));
+  rows.push_back(cubes(problem, "cubes, split once", {.edge = 0.006, .young = young, .density = density, .levels = 1}));
   rows.push_back(fitted(force, rings).second);
   return rows;
 }

@@ -11,14 +11,14 @@ namespace models {
 namespace {
 
 auto springs_of(TetrahedralMesh<double> const& mesh, double mass, YoungSprings formula) {
-  MassSpring<double> tissue(mesh, {.mass = {.total = mass}, .link = {.stiffness = 1, .damping = 0.02}});
+  MassSpring<double> tissue(mesh, {.mass = {.total = mass}, .link = {.stiffness = 1, .damping = 0.002}});
   set_young(tissue, young, formula);
   return tissue;
 }
 auto skin_springs(Problem const& problem, double scale) {
-  MassSpringOptions<double> const options{.mass = {.total = problem.mass},
-                                          .link = {.stiffness = 20 * scale, .damping = 0.05},
-                                          .home = {.stiffness = 2 * scale, .damping = 0.05}};
+  MassSpring<double>::Options const options{.mass = {.total = problem.mass},
+                                            .link = {.stiffness = 20 * scale, .damping = 0.01},
+                                            .home = {.stiffness = 2 * scale, .damping = 0.01}};
   return problem.nailed(SoftBody(MassSpring<double>(problem.skin, options), BackwardEuler{}));
 }
 
@@ -26,7 +26,10 @@ Row fitted_skin(Problem const& problem, double force, std::string const& name, H
   auto [scale, row] = fitted(force, [&](double s) { return surface(problem, name, headers, [&] { return skin_springs(problem, s); }); });
   row.stable_ms = leapfrog_ms(skin_springs(problem, scale));
   ProgressiveCutter<double> knife({.puncture_depth = 0.001});
-  auto const advance = [&](auto& body, Vector const& at) { knife.advance(body, Vector(at - Vector(0, 0, 0.003))); };
+  auto const advance = [&](auto& body, Vector const& at) {
+    if (knife.state() == CuttingPhase::no_contact) knife.advance(body, Vector(at + Vector(0, 0, 0.01)));   // it comes from outside
+    knife.advance(body, Vector(at - Vector(0, 0, 0.003)));
+  };
   cut(problem, row, skin_springs(problem, scale), advance, [](auto const& body) { return static_cast<int>(body.triangles().cols()); });
   return row;
 }
