@@ -53,7 +53,8 @@ std::vector<Row> bodies(Problem const& problem, double force) {
   LongElementsOptions<double> const columns{.spacing = 0.005, .young = young, .density = density, .return_time = 0.02};
   auto const long_elements = [&] { return problem.nailed(LongElements<double>(skin, columns)); };
   auto const rings = [&](double scale) {
-    auto const make = [&] { return problem.nailed(VertexRings<double>(skin, {.slopes = {-0.02 / scale, -0.012 / scale, -0.006 / scale}, .return_time = 0.02})); };
+    VertexRingsOptions<double> const slopes{.slopes = {-0.02 / scale, -0.012 / scale, -0.006 / scale}, .return_time = 0.02};
+    auto const make = [&] { return problem.nailed(VertexRings<double>(skin, slopes)); };
     return surface(problem, "vertex rings, fitted", {"tissue/vertex_rings", "tissue/skin_body.hpp"}, make);
   };
   std::vector<Row> rows;

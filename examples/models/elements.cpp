@@ -15,14 +15,16 @@ template <class Material>
 auto elements_of(TetrahedralMesh<double> const& mesh) {
   return FiniteElements<double, Material>(mesh, {.density = density, .material = {.young = young, .poisson = poisson}, .damping = {.alpha = drag}});
 }
+auto neo_hooke(TetrahedralMesh<double> const& mesh) { return elements_of<StableNeoHookean<double>>(mesh); }
 
 }  // namespace
+
+Row finest(Problem const& problem) { return solid(problem, filled(problem, finest_edge), "reference", {}, neo_hooke, true); }
 
 std::vector<Row> elements(Problem const& problem) {
   auto const headers = [](std::string const& law) {
     return Headers{"tissue/finite_elements.hpp", "tissue/solid_assembly.hpp", "tissue/tetrahedron_packs.hpp", "material/" + law + ".hpp"};
   };
-  auto const neo_hooke = [](auto const& of) { return elements_of<StableNeoHookean<double>>(of); };
   auto const st_venant_kirchhoff = [](auto const& of) { return elements_of<StVenantKirchhoff<double>>(of); };
   auto const corotational = [](auto const& of) { return elements_of<Corotational<double>>(of); };
   std::vector<Row> rows;

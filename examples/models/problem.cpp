@@ -14,7 +14,8 @@
 
 namespace models {
 
-Problem::Problem() : skin(make_organ<double>({.vertices = 2000, .length = 0.1})), coarse(filled(*this, coarse_edge)), volume(palpate::volume(skin)), mass(density * volume) {
+Problem::Problem()
+    : skin(make_organ<double>({.vertices = 2000, .length = 0.1})), coarse(filled(*this, coarse_edge)), volume(palpate::volume(skin)), mass(density * volume) {
   Eigen::Index highest = 0;
   skin.points.row(2).maxCoeff(&highest);
   top = skin.points.col(highest);
@@ -63,14 +64,6 @@ Matrix3X<double> CarriedSkin::at(Matrix3X<double> const& positions) {
 Distance distance(Problem const& problem, Row const& row, Row const& reference) {
   Matrix3X<double> const off = row.skin.points - reference.skin.points;
   return {off.norm() / (reference.skin.points - problem.skin.points).norm(), off.colwise().norm().maxCoeff()};
-}
-
-Row extrapolated(Row const& coarser, double coarser_edge, Row const& finer, double finer_edge) {
-  double const share = finer_edge * finer_edge / (coarser_edge * coarser_edge - finer_edge * finer_edge);
-  Row row = finer;
-  row.skin.points += share * (finer.skin.points - coarser.skin.points);
-  row.force += share * (finer.force - coarser.force);
-  return row;
 }
 
 }  // namespace models
