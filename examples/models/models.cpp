@@ -91,10 +91,11 @@ drawing::Album models_example() {
   for (auto const& more : {tensors(problem), springs(problem, reference.force), bodies(problem, reference.force)})
     rows.insert(rows.end(), more.begin(), more.end());
 
-  std::printf("a liver of %.0f cm3, %td tetrahedra and a skin of %td vertices\n", 1e6 * problem.volume, problem.coarse.tetrahedra.cols(), problem.skin.points.cols());
+  std::printf("a liver of %.0f cm3, %td tetrahedra and a skin of %td vertices\n", 1e6 * problem.volume, problem.coarse.tetrahedra.cols(),
+              problem.skin.points.cols());
   std::printf("reference: %.4f N, %.2f %% of the volume lost\n\n", reference.force, 100 * (1 - volume(reference.skin) / problem.volume));
-  std::printf("%-28s %7s %7s %7s %7s %6s %7s %8s %6s %9s %7s %5s %8s %6s\n", "model", "off [%]", "most mm", "force N", "off [%]", "+- [%]", "vol [%]", "tick ms", "MB",
-              "stable ms", "cut us", "made", "us each", "lines");
+  std::printf("%-28s %7s %7s %7s %7s %6s %7s %8s %6s %9s %7s %5s %8s %6s\n", "model", "off [%]", "most mm", "force N", "off [%]", "+- [%]", "vol [%]",
+              "tick ms", "MB", "stable ms", "cut us", "made", "us each", "lines");
   Album album;
   Picture skin("models_skin", "Displacement of the skin under a finger: error over cost", "processor time of a tick of 1 ms [ms]", "off by [%]");
   Picture force("models_force", "Force on a finger: error over cost", "processor time of a tick of 1 ms [ms]", "off by [%]");
@@ -107,9 +108,9 @@ drawing::Album models_example() {
   for (Row const& row : rows) {
     Distance const off = distance(problem, row, reference);
     double const force_off = 100 * (row.force / reference.force - 1);
-    std::printf("%-28s %7.1f %7.2f %7.3f %7.1f %6.1f %7.2f %8.3f %6.1f %9.3f %7.0f %5d %8.1f %6d\n", row.name.c_str(), 100 * off.relative, 1e3 * off.largest, row.force,
-                force_off, 100 * row.trembling, 100 * (1 - volume(row.skin) / problem.volume), row.tick_ms, row.megabytes, row.stable_ms, row.cut_us, row.made, row.each_us,
-                row.lines);
+    std::printf("%-28s %7.1f %7.2f %7.3f %7.1f %6.1f %7.2f %8.3f %6.1f %9.3f %7.0f %5d %8.1f %6d\n", row.name.c_str(), 100 * off.relative, 1e3 * off.largest,
+                row.force, force_off, 100 * row.trembling, 100 * (1 - volume(row.skin) / problem.volume), row.tick_ms, row.megabytes, row.stable_ms, row.cut_us,
+                row.made, row.each_us, row.lines);
     bool const is_neo_hooke = k < 3;   // on three meshes: a line
     for (auto const& [chart, error] : {std::pair(&skin, 100 * off.relative), std::pair(&force, std::max(1.0, std::abs(force_off)))})
       add(is_neo_hooke ? chart->line(blue, "stable neo-Hooke") : chart->dots(static_cast<Colour>(k - 2), row.name), row.tick_ms, error);
