@@ -33,8 +33,8 @@ awk '/ [0-9.-]+ +[0-9]+$/ && NF > 13 { name = $1; for (k = 2; k <= NF - 13; ++k)
     for (name in lost) if (name ~ /springs|cubes|rings/) wants(name " loses more", lost[name] > 1.5 * lost["stable neo-Hooke"])
     wants("long elements keep it", lost["long elements"] < 0.005 && lost["long elements"] > -0.005)
     # Whatever has tetrahedra, cubes or a skin of springs was cut.
-    for (name in made) wants(name " is cut or not", name ~ /rings|long/ ? made[name] == 0 : made[name] > 5)
-    for (name in stable) wants(name " any step or not", name ~ /rings|long|cubes/ ? stable[name] == "inf" : stable[name] > 0.01 && stable[name] < 5)
+    for (name in made) wants(name " is cut or not", name ~ /vertex rings|long/ ? made[name] == 0 : made[name] > 5)
+    for (name in stable) wants(name " any step or not", name ~ /vertex rings|long|cubes/ ? stable[name] == "inf" : stable[name] > 0.01 && stable[name] < 5)
     exit bad
   }' drawn.out || fail "not the numbers expected"
 finish
