@@ -73,12 +73,13 @@ TriangleMesh<double> together(TriangleMesh<double> const& a, TriangleMesh<double
   return both;
 }
 
-/// A section through skin and finger.
+/// A section through skin and finger, which is lifted by 6 mm so that the dent is seen.
 TriangleMesh<double> sectioned(Problem const& problem, Row const& row) {
   auto const half = clipped(row.skin, Vector::UnitY(), row.finger[1], &problem.nailed_below);
   auto ball = make_sphere<double>(finger_radius, 16);
-  ball.points.colwise() += row.finger;
-  auto const all = together(half, clipped(ball, Vector::UnitY(), row.finger[1], &row.finger[2]));
+  Vector const lifted = row.finger + Vector(0, 0, 0.006);
+  ball.points.colwise() += lifted;
+  auto const all = together(half, clipped(ball, Vector::UnitY(), lifted[1], &lifted[2]));
   double const reach = 0.032;
   return clipped(clipped(all, Vector::UnitX(), row.finger[0] - reach), -Vector::UnitX(), -row.finger[0] - reach);
 }
