@@ -394,7 +394,7 @@ TEST_CASE("vertex rings say what is wrong with slopes, forces, steps and meshes"
   CHECK(body.displacement(9).norm() < 1);
 }
 
-TEMPLATE_TEST_CASE("vertex rings keep the laws of bodies", "[tissue][rings]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("vertex rings keep the laws of bodies", "[tissue][vertex_rings]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   VertexRings<S> body(make_sphere<S>(S(0.05), 8), {.slopes = {S(-5e-3), S(-2.5e-3), S(-1e-3)}});
   body.nail(3);
