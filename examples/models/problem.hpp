@@ -55,7 +55,6 @@ struct Row {
   Vector finger;                 // the middle of its ball, then [m]
   double force = 0;              // on the hand, at rest: mean of the last ticks [N]
   double trembling = 0;          // its standard deviation, over it
-  double volume_lost = 0;        // of one
   double tick_ms = 0;            // of a millisecond, while the finger comes; mean
   double megabytes = 0;          // that the body, its search and its solver take
   double stable_ms = std::numeric_limits<double>::infinity();   // the largest step that leapfrog stands, if it is leapfrog's

@@ -11,13 +11,15 @@ album models_skin models_force $views
 cat drawn.out
 # Columns from the end: lines, us each, made, cut us, stable ms, MB, tick ms, volume, trembling, force off, force, most, off.
 awk '/ [0-9.-]+ +[0-9]+$/ && NF > 13 { name = $1; for (k = 2; k <= NF - 13; ++k) name = name " " $k
-    off[name] = $(NF - 12); force[name] = $(NF - 9); trembling[name] = $(NF - 8); lost[name] = $(NF - 7); stable[name] = $(NF - 4); made[name] = $(NF - 2); ++rows }
+    off[name] = $(NF - 12); force[name] = $(NF - 9); trembling[name] = $(NF - 8); lost[name] = $(NF - 7); stable[name] = $(NF - 4); made[name] = $(NF - 2)
+    ++rows }
   function wants(what, holds) { if (!holds) { print "not so: " what; bad = 1 } }
   END {
     wants("14 rows", rows == 14)
     # Finite elements come nearer with each mesh, in displacement and force.
     wants("convergence", off["stable neo-Hooke, fine"] < off["stable neo-Hooke, middle"] && off["stable neo-Hooke, middle"] < off["stable neo-Hooke"])
-    wants("convergence of the force", force["stable neo-Hooke, fine"] < force["stable neo-Hooke, middle"] && force["stable neo-Hooke, middle"] < force["stable neo-Hooke"])
+    wants("convergence of the force", force["stable neo-Hooke, fine"] < force["stable neo-Hooke, middle"] &&
+      force["stable neo-Hooke, middle"] < force["stable neo-Hooke"])
     # On the same mesh they, tensor mass too, are nearer than springs, and those nearer than surfaces.
     split("stable neo-Hooke|corotational|tensor mass|tensor mass, corotated", near, "|")
     for (k in near) wants(near[k] " below 35 %", off[near[k]] > 0 && off[near[k]] < 35)
