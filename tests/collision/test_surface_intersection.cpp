@@ -123,6 +123,31 @@ TEMPLATE_TEST_CASE("what two boxes have in common is a box, also where faces lie
   }
 }
 
+TEST_CASE("faces that are in one plane but for rounding, and a surface on itself", "[collision][intersection]") {
+  double worst = 0;
+  for (double const off : {1e-18, 4e-18, 1e-17, 3e-16, 5e-15, 1e-14, 2e-13, 5e-13, 3e-12, 1e-10, 1e-8})
+    for (int axis = 0; axis < 3; ++axis)
+      for (double const sign : {-1.0, 1.0}) {
+        auto a = block<double>(4, 0.01), b = block<double>(4, 0.01);
+        Place by(0.0113, 0.0113, 0.0113);
+        by[axis] = sign * off;
+        b.move(by);
+        SurfaceIntersection<double> both;
+        both.find(a.now(), b.now());
+        Place left = Place::Constant(0.03) - by.cwiseAbs();
+        worst = std::max(worst, std::abs(both.volume() - left.prod()) / left.prod());
+      }
+  CHECK(worst < 1e-8);
+  Body<double> organ(make_organ<double>({.vertices = 300})), twin = organ;
+  for (double const off : {0.0, 1e-17, 1e-13, 1e-9}) {
+    twin.mesh.points = organ.mesh.points;
+    twin.move({off, 0, -off});
+    SurfaceIntersection<double> both;
+    both.find(organ.now(), twin.now());
+    CHECK(both.volume() == Approx(volume(organ.mesh)).epsilon(1e-6));
+  }
+}
+
 TEST_CASE("half a ball is in a block, by its own volume", "[collision][intersection]") {
   auto a = block<double>(2, 0.1);
   Body<double> b(make_sphere<double>(0.02, 9));

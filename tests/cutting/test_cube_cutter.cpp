@@ -3,6 +3,7 @@
 #include "allocation_trap.hpp"
 #include "catch.hpp"
 
+#include <palpate/cutting/no_cutter.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/repair.hpp>
@@ -10,9 +11,11 @@
 #include <palpate/simulator/body_loop.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 #include <vector>
 
 using namespace palpate;
@@ -149,6 +152,7 @@ TEMPLATE_TEST_CASE("a blade in cubes refuses what is not finite, and allocates n
   S const nan = std::numeric_limits<S>::quiet_NaN();
   CHECK_THROWS_AS(CubeCutter<S>({.edge = {Vector3<S>::Zero()}}), InvalidArgument);
   CHECK_THROWS_AS(CubeCutter<S>({.edge = {Vector3<S>::Zero(), Vector3<S>(0, nan, 0)}}), InvalidArgument);
+  CHECK_THROWS_AS(CubeCutter<S>({.edge = {Vector3<S>::Zero(), Vector3<S>::Zero()}}), InvalidArgument);
   CHECK_THROWS_AS(CubeCutter<S>({.puncture_depth = -1}), InvalidArgument);
   CHECK_THROWS_AS(CubeCutter<S>({.tip_radius = -1}), InvalidArgument);
   auto body = block<S>();
@@ -167,4 +171,25 @@ TEMPLATE_TEST_CASE("a blade in cubes refuses what is not finite, and allocates n
   for (int k = 0; k < 100; ++k) cutter.advance(body, Vector3<S>(S(0.0202), S(0.0152) + S(1e-5) * S(k % 10), S(0.025)));
   long const count = allocations.count();
   CHECK(count == 0);
+}
+
+TEMPLATE_TEST_CASE("another tool at cubes that are cut feels nothing of it", "[cutting][cubes]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  // A ball presses 1.5 mm deep, 30 mm away from a blade that opens face after face; both in one loop.
+  using Finger = BodyTool<Cubes<S>, NoCutter<S>>;
+  using Knife = BodyTool<Cubes<S>, CubeCutter<S>>;
+  BodyLoop<Cubes<S>, NoCutter<S>, CubeCutter<S>> loop(block<S>(), std::tuple(Finger(NoCutter<S>({.tip_radius = S(0.005)}), {}), Knife(knife<S>(), {})), {0, 1}, 100);
+  S before = 0, least = 1e9, most = 0;
+  for (int k = 0; k < 900; ++k) {
+    S const down = std::min(S(1), S(k) / 100), along = std::clamp(S(k - 400) / 400, S(0), S(1));
+    ToolPose<S> const ball{.position = {S(0.012), S(0.018), S(0.037) - S(0.0035) * down}};
+    ToolPose<S> const blade{.position = {S(0.0502), S(0.0003) + S(0.045) * along, S(0.05) - S(0.0299) * std::clamp(S(k - 200) / 100, S(0), S(1))}};
+    S const force = loop.tick(std::array{PlacedTool<S>{true, ball}, PlacedTool<S>{true, blade}}, S(1e-3))[0].tissue_force.norm();
+    if (k == 390) before = force;
+    if (k > 390) least = std::min(least, force), most = std::max(most, force);
+  }
+  CHECK(loop.body().opened_faces() > 2);
+  CAPTURE(before, least, most);
+  CHECK(before > S(0.02));
+  CHECK(most - least < S(0.1) * before);
 }

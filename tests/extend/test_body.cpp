@@ -125,6 +125,27 @@ struct Careless : Bone {
   }
 };
 
+struct Boaster : Bone {   // all it says is a thousand times too much
+  using Bone::Bone;
+  Vector predicted_acceleration(int i, double h) const { return 1000 * Bone::predicted_acceleration(i, h); }
+  double mobility(int i, int j, double h) const { return 1000 * Bone::mobility(i, j, h); }
+};
+struct Restless : Bone {
+  using Bone::Bone;
+  Report step(double h) {
+    for (int i = 0; i < size(); ++i) displace(i, Vector(displacement(i) + Vector(0.001, 0, 0)));
+    return Bone::step(h);
+  }
+};
+struct Pessimist : Bone {
+  using Bone::Bone;
+  Report step(double h) { return (Bone::step(h), Report{.diverged = true}); }
+};
+struct Silent : Bone {   // does not say that it refused a step
+  using Bone::Bone;
+  Report step(double h) { return (Bone::step(h), Report{}); }
+};
+
 }  // namespace
 
 TEST_CASE("a body that is wrong is told so") {
@@ -135,4 +156,9 @@ TEST_CASE("a body that is wrong is told so") {
   CHECK_THAT(found(Blind(skin(), {})), says("nearest_point", "m away"));
   CHECK_THAT(found(Careless(skin(), {})), says("a force on particle -1 is taken"));
   CHECK_THAT(found(Bone(skin(), {.mass = -1})), says("must be positive"));
+  CHECK_THAT(found(Boaster(skin(), {})), says("in a step, and what is predicted is"));
+  CHECK_THAT(found(Restless(skin(), {})), says("at rest, without a force"));
+  CHECK_THAT(found(Pessimist(skin(), {})), says("reports that it diverged"));
+  CHECK_THAT(found(Silent(skin(), {})), says("does not report that it was refused"));
+  CHECK(found(testing::BodyArchetype<double>(skin())) == "");
 }

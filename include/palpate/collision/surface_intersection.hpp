@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -37,11 +38,12 @@ struct MovingSurface {
 ///            Those of both surfaces add up to nothing, and have no moment: their parts together bound the volume. V = 1/3 Σ x_i·∂V/∂x_i.
 /// Method     each pair of triangles that meet has a piece of the contour in common. A part of a triangle is bounded by such pieces and by what of its own edges is
 ///            inside; its integrals are sums over these, so that it may have any shape, and holes. Whether an edge crosses a triangle is asked in the
-///            same order of corners, whichever triangle asks, so that neighbours agree. The second surface is shifted by 1e-10 of where the two meet, or
-///            faces in one plane would have no answer.
+///            same order of corners, whichever triangle asks, so that neighbours agree. The second surface is shifted by 1e-11 of the first one's size,
+///            or faces in one plane would have no answer.
 /// Units      m³, and m² for gradients.
-/// Cost       O(pairs of triangles whose boxes overlap, and facets inside). Allocates until its memory has the size that is needed.
-/// Limits     both are closed and do not cross themselves. A surface that lies within the other without touching it has no contour: nothing is found.
+/// Cost       O(vertices of the first, for its box, triangles of the second in there, pairs whose boxes overlap, and facets inside). Allocates until its memory has
+///            the size that is needed.
+/// Limits     both are closed, turned outwards, and do not cross themselves: not checked; of one that is inside out it is the volume outside the other. A surface that lies within the other without touching it has no contour: nothing is found.
 /// Source     \cite deformable_survey, tissue–tissue collision, from the contour to the facets inside. Ours: exact parts and their integrals.
 template <RealScalar Scalar>
 class SurfaceIntersection {
@@ -55,8 +57,19 @@ class SurfaceIntersection {
 
   void find(MovingSurface<Scalar> const& first, MovingSurface<Scalar> const& second) {
     begin(sides_[0], first), begin(sides_[1], second);
-    pairs_ = visited_ = 0, volume_ = 0, has_reference_ = false;
-    first.tree.visit_overlaps(first.points, second.tree, second.points, [&](int a, int b) { meet(first, second, a, b); });
+    pairs_ = visited_ = 0, volume_ = 0;
+    if (first.tree.empty() || second.tree.empty()) return;
+    Vector3<Scalar> const low = first.points.rowwise().minCoeff(), high = first.points.rowwise().maxCoeff();
+    reference_ = ((low + high) / 2).template cast<double>();
+    shift_ = 1e-11 * static_cast<double>((high - low).norm()) * Place(0.5437, 0.3121, -0.7791);
+    // Boxes are those of the surface that is not shifted: they are widened by more than that.
+    Vector3<Scalar> const margin =
+        Vector3<Scalar>::Constant(static_cast<Scalar>(2 * shift_.norm()) + 4 * std::numeric_limits<Scalar>::epsilon() * low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff());
+    second.tree.visit_in_box(low - margin, high + margin, [&](int b) {
+      auto const c = second.topology.corners(b);
+      Vector3<Scalar> const p = second.points.col(c[0]), q = second.points.col(c[1]), r = second.points.col(c[2]);
+      first.tree.visit_in_box(p.cwiseMin(q).cwiseMin(r) - margin, p.cwiseMax(q).cwiseMax(r) + margin, [&](int a) { meet(first, second, a, b); });
+    });
     if (pairs_ == 0) return;
     close(sides_[0], first, Place::Zero()), close(sides_[1], second, shift_);
   }
@@ -155,12 +168,6 @@ class SurfaceIntersection {
   void meet(MovingSurface<Scalar> const& first, MovingSurface<Scalar> const& second, int a, int b) {
     ++visited_;
     auto const ca = first.topology.corners(a), cb = second.topology.corners(b);
-    if (!has_reference_) {
-      reference_ = Vector3<Scalar>(first.points.col(ca[0])).template cast<double>();
-      Place const size = Vector3<Scalar>(first.points.col(ca[1])).template cast<double>() - reference_;
-      shift_ = 1e-10 * size.norm() * Place(0.5437, 0.3121, -0.7791);
-      has_reference_ = true;
-    }
     Corners x, y;
     for (std::size_t k = 0; k < 3; ++k) x[k] = place(first, ca[k], Place::Zero()), y[k] = place(second, cb[k], shift_);
     std::array<double, 3> over_b, over_a;
@@ -263,7 +270,6 @@ class SurfaceIntersection {
   std::array<Side, 2> sides_;
   std::vector<Part> parts_;
   Place reference_ = Place::Zero(), shift_ = Place::Zero();   // m; the second surface is shifted
-  bool has_reference_ = false;
   int pairs_ = 0, visited_ = 0;
   double volume_ = 0;   // m³
 };

@@ -27,8 +27,10 @@ struct CubeCutOptions {
 
   void validate() const {
     if (edge.size() < 2) throw InvalidArgument(detail::message("CubeCutter: an edge of ", edge.size(), " points; it takes at least two"));
-    for (auto const& point : edge)
-      if (!is_finite(point)) throw InvalidArgument("CubeCutter: the edge is not finite; its points are in m, in the tool's frame");
+    Scalar length = 0;
+    for (std::size_t k = 0; k < edge.size(); ++k) length += (edge[k] - edge[k > 0 ? k - 1 : 0]).norm();
+    if (!(length > 0) || !std::isfinite(length))
+      throw InvalidArgument(detail::message("CubeCutter: the edge is ", length, " m long; give points that are finite and apart, in m, in the tool's frame"));
     if (!(puncture_depth >= 0) || !std::isfinite(puncture_depth))
       throw InvalidArgument(detail::message("CubeCutter: the puncture depth is ", puncture_depth, " m; it must be finite and not negative"));
   }
@@ -47,7 +49,8 @@ struct CubeCutReport : CutReport {
 /// Blade      moves straight between two ticks, and so does each cube.
 /// Errors     InvalidArgument for options, and for a pose that is not finite; then nothing has changed.
 /// Cost       in contact O(cubes); a tick that opens faces as Cubes::cut().
-/// Limits     a cut is where faces of cubes are: within half a cube of the blade. A body that was restored is cut from where the blade is then.
+/// Limits     a cut is where faces of cubes are: within half a cube of the blade. After a restore the tip has to come from outside again; report() and area() go on
+///            counting. A blade that cuts is not resisted.
 /// Source     \cite haaland.
 template <RealScalar Scalar>
 class CubeCutter {

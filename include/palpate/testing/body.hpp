@@ -38,6 +38,7 @@ class BodyBattery {
   Violations run() {
     shape();
     if (!found_.empty()) return found_;
+    rest();
     searches(body_);
     pushes();
     bad_values();
@@ -59,10 +60,11 @@ class BodyBattery {
     int const t = static_cast<int>(random_.uniform(0.0, 1.0) * body.tissue().surface().triangle_count());
     return body.tissue().surface().corners(t)[static_cast<std::size_t>(random_.uniform(0.0, 2.999))];
   }
+  /// A particle of the skin that can move, or −1.
   int any_free(Body const& body) {
-    int i = any_of_skin(body);
-    for (int k = 0; k < 1000 && (body.tissue().nailed(i) || body.is_held(i)); ++k) i = any_of_skin(body);
-    return i;
+    for (int k = 0; k < 1000; ++k)
+      if (int const i = any_of_skin(body); !body.tissue().nailed(i) && !body.is_held(i)) return i;
+    return -1;
   }
   static bool same(Body const& a, Body const& b) { return size(a) == size(b) && a.positions() == b.positions() && a.velocities() == b.velocities(); }
   void push(Body& body, int steps) {
@@ -136,11 +138,22 @@ class BodyBattery {
   }
   int any_triangle(Body const& body) { return static_cast<int>(random_.uniform(0.0, 0.999) * body.tissue().surface().triangle_count()); }
 
+  void rest() {
+    Body body = body_;
+    for (Scalar const h : {Scalar(0), h_}) {
+      bool const done = static_cast<bool>(body.step(h));
+      Scalar const far = (body.positions() - body_.positions()).colwise().norm().maxCoeff();
+      if (!done) tell("a step of ", h, " s at rest reports that it diverged");
+      if (!(far <= (h > 0 ? Scalar(1e-3) : tolerance) * body.mean_edge())) return tell("at rest, without a force, a step of ", h, " s moves a particle by ", far, " m; give a body at rest");
+    }
+  }
+
   void pushes() {
     Body settled = body_;
     push(settled, checks_.steps);
     for (int k = 0; k < 10; ++k) {
       int const i = any_free(settled), j = any_free(settled);
+      if (i < 0 || j < 0) break;
       Vector const force = any(static_cast<Scalar>(checks_.force));
       Body pushed = settled;
       pushed.apply_force(i, force);
@@ -153,11 +166,20 @@ class BodyBattery {
       if constexpr (StatesMobility<Body>) {
         Scalar const there = settled.mobility(i, j, h_), back = settled.mobility(j, i, h_);
         if (!(std::abs(there - back) <= 100 * tolerance * gives)) return tell("mobility(", i, ", ", j, ") is ", there, " /kg, and back ", back, "; it must be symmetric");
+        Vector const other = Vector(pushed.predicted_acceleration(j, h_)) - Vector(settled.predicted_acceleration(j, h_));
+        if (there > gives / 2 && !(other.norm() > 0))
+          return tell("a force on particle ", i, " adds nothing to the predicted acceleration of ", j, ", and mobility(", j, ", ", i, ") is ", there, " /kg");
       } else if (!(std::abs(added - gives) <= slack)) {
         return tell("a force on particle ", i, " adds ", added, " /kg to its predicted acceleration, and 1/mass is ", gives, " /kg");
       }
       Body alone = settled;
       pushed = settled;
+      pushed.apply_force(i, force);
+      if (!pushed.step(h_) || !alone.step(h_)) return tell("a step under ", force.norm(), " N reports that it diverged; where that is true, give a smaller .force");
+      Scalar const came = (pushed.positions().col(i) - alone.positions().col(i)).dot(force) / force.squaredNorm(), said = h_ * h_ * gives;
+      if (!(came > said / 100 && came < 100 * said))
+        return tell("a newton on particle ", i, " moves it by ", came, " m in a step, and what is predicted is ", said, " m, not even a hundredth or a hundred times that");
+      alone = settled, pushed = settled;
       for (int step = 0; step < 3; ++step) pushed.apply_force(i, force), pushed.step(h_), alone.step(h_);
       if (!((pushed.positions().col(i) - alone.positions().col(i)).dot(force) > 0)) return tell("a push on particle ", i, " does not move it the way that it pushes");
     }
@@ -178,11 +200,13 @@ class BodyBattery {
         use();
         tell(what, " is taken");
       } catch (Error const&) {
+      } catch (...) {
+        tell(what, " is refused, but not by an exception that is an Error");
       }
     };
     refuses("a force on particle -1", [&] { body.apply_force(-1, any(1)); });
     refuses("a force on a particle that there is not", [&] { body.apply_force(size(body), any(1)); });
-    refuses("a force that is not finite", [&] { body.apply_force(any_free(body), Vector(0, nan, 0)); });
+    refuses("a force that is not finite", [&] { body.apply_force(any_of_skin(body), Vector(0, nan, 0)); });
     refuses("a step that is not finite", [&] { body.step(nan); });
     refuses("a step back", [&] { body.step(-h_); });
     Body untouched = body_;
@@ -219,8 +243,13 @@ class BodyBattery {
     Body body = body_;
     for (Scalar const force : {Scalar(1e6), Scalar(1e30)}) {
       for (int k = 0; k < 3; ++k) {
-        body.apply_force(any_free(body), any(force));
-        body.step(h_);
+        int const i = any_free(body);
+        if (i < 0) return;
+        Matrix3X<Scalar> const before = body.positions();
+        body.apply_force(i, any(force));
+        bool const done = static_cast<bool>(body.step(h_));
+        if (done && body.positions() == before)
+          return tell("under ", force, " N nothing moves, and the step does not report that it was refused");
         if (!is_finite(body.positions()) || !is_finite(body.velocities())) return tell("after a force of ", force, " N a position or velocity is not finite");
       }
     }
@@ -238,7 +267,9 @@ class BodyBattery {
 /// Checks a body as a Simulator uses one, besides its syntax. What has to hold:
 ///   shape      indices, normals and steps make sense
 ///   searches   nearest_point and visit_triangles_in_box find what all triangles asked one by one give
-///   forces     what a force adds to predicted_acceleration is 1/mass, or at most mobility, which is symmetric; a push moves a particle its way; nails hold
+///   rest       without a force, a body at rest stays; steps report that they were taken
+///   forces     what a force adds to predicted_acceleration is 1/mass, or at most mobility, which is symmetric; a push moves a particle its way,
+///              within a hundredth and a hundred times of what is predicted; nails hold
 ///   values     that are not finite, or out of range, are refused, and nothing changes
 ///   state      save and restore bring back all that its future is made of, forces for the next step too; a copy does the same to the bit
 ///   force      however large leaves no position that is not finite

@@ -164,12 +164,14 @@ class SkinBody {
   }
   /// `near`: a triangle beside it, for the tree; it is a wound where that is.
   void add_triangle(std::array<int, 3> const& corners, int near) {
-    skin_.surface_.add_triangle(corners), tree_.add(x_.view(), corners, near), skin_.wound_.push_back(skin_.is_wound(near));
+    skin_.surface_.add_triangle(corners), tree_.add(x_.view(), corners, near);
+    if (!skin_.wound_.empty()) skin_.wound_.push_back(skin_.is_wound(near));
   }
   void set_triangle(int t, std::array<int, 3> const& corners) { skin_.surface_.set_triangle(t, corners), tree_.replace(x_.view(), t, corners); }
   void pop_triangle() {
     int const last = skin_.surface_.triangle_count() - 1;
-    skin_.surface_.pop_triangle(), tree_.remove(x_.view(), last), skin_.wound_.pop_back();
+    skin_.surface_.pop_triangle(), tree_.remove(x_.view(), last);
+    if (!skin_.wound_.empty()) skin_.wound_.pop_back();
   }
   /// Triangles have changed.
   void count_revision() noexcept { ++skin_.revision_, ++topology_revision_; }

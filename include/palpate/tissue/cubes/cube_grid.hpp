@@ -23,7 +23,7 @@ namespace palpate::detail {
 /// Cubes of a regular grid, an octree above them, and which corners they share: those of cubes that are linked around a corner, face by face. A face between two
 /// cubes that is opened links them no more; where that leaves cubes around a corner unlinked, each part has a vertex of its own there.
 /// Numbers    corner 4 z + 2 y + x of a cube; side 2 axis + 1 looks along the axis, side 2 axis against it.
-/// Invariant  vertices of cubes without opened faces keep their numbers; those that come by opening follow them. All depends on the opened faces alone, not on
+/// Invariant  vertices of cubes without opened faces keep their numbers; those that come by opening follow them. That depends on the opened faces alone, not on
 ///            their order.
 class CubeGrid {
  public:
@@ -39,6 +39,8 @@ class CubeGrid {
     require_valid(mesh, {.closed = true});
     WindingNumber const winding(mesh);
     auto const [low, high] = low_and_high(mesh.points);
+    if (Vector3<double> const extent = (high - low).template cast<double>(); !(edge <= extent.maxCoeff() * (1 + 1e-4)))
+      throw InvalidArgument(message("Cubes: an edge of ", edge, " m is longer than the surface, which is ", extent.maxCoeff(), " m; give a shorter one, in metres"));
     double all = 1;
     Place count;
     for (int a = 0; a < 3; ++a) {
@@ -92,16 +94,20 @@ class CubeGrid {
   }
 
   /// Opens the face between two cubes; false where there is none, or it is open. share_corners() makes the vertices of it.
-  bool open(int c, int side) noexcept {
+  bool open(int c, int side) {
     int const other = linked(c, side);
     if (other < 0) return false;
     opened_[at(c)] = static_cast<std::uint8_t>(opened_[at(c)] | 1 << side);
     opened_[at(other)] = static_cast<std::uint8_t>(opened_[at(other)] | 1 << (side ^ 1));
+    order_.push_back(6 * c + side), order_.push_back(6 * other + (side ^ 1));
     return true;
   }
-  std::vector<std::uint8_t> const& opened() const noexcept { return opened_; }
-  void set_opened(std::vector<std::uint8_t> const& opened) {
-    opened_ = opened;
+  /// 6 cube + side of each opened face, from both sides, in the order in which they were opened.
+  std::vector<int> const& opened() const noexcept { return order_; }
+  void set_opened(std::vector<int> const& order) {
+    order_ = order;
+    std::fill(opened_.begin(), opened_.end(), std::uint8_t{0});
+    for (int const one : order_) opened_[at(one / 6)] = static_cast<std::uint8_t>(opened_[at(one / 6)] | 1 << one % 6);
     share_corners();
   }
 
@@ -173,6 +179,7 @@ class CubeGrid {
   std::vector<Place> places_;
   std::vector<std::array<int, 6>> beside_;
   std::vector<std::uint8_t> opened_;              // a bit for each side
+  std::vector<int> order_;
   std::vector<std::array<int, 8>> corners_, uncut_;
   std::vector<int> first_;                        // of each vertex: 8 cube + corner
   int uncut_vertices_ = 0;

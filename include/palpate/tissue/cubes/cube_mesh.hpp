@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -23,8 +22,8 @@ namespace palpate::detail {
 /// Cubes of a grid, some of them split, with the vertices that they share and their skin.
 /// Vertices   those of unsplit cubes come first and keep their numbers; those of split ones follow, and are made anew by each refine().
 /// Hanging    a vertex in the middle of an unsplit cube's edge or face follows its 2 or 4 corners, its leaders, by weights.
-/// Skin       triangles 2 f and 2 f + 1 begin the face f of an unsplit cube, whatever it is split into; the rest follows. A face beside a split cube goes through
-///            the vertices on its outline.
+/// Skin       triangles 2 f and 2 f + 1 begin the face f of an unsplit cube, whatever it is split into: first the faces of the uncut body, then those of wounds as
+///            they were opened, so that no cut gives them other numbers; the rest follows. A face beside a split cube goes through the vertices on its outline.
 /// Cost       build() O(cubes); refine() O(split cubes · parts³), without allocation up to `most_split` of them.
 template <RealScalar ScalarType>
 class CubeMesh : public SkinBody<ScalarType> {
@@ -57,11 +56,7 @@ class CubeMesh : public SkinBody<ScalarType> {
   /// Which cube a triangle of the skin belongs to.
   int cube_of(int triangle) const { return (check_index("triangle", triangle, this->tissue().surface().triangle_count()), faces_[at(face_of(triangle))].cube); }
   /// Faces between two cubes that cuts have opened.
-  int opened_faces() const noexcept {
-    int sides = 0;
-    for (auto const bits : grid_.opened()) sides += std::popcount(bits);
-    return sides / 2;
-  }
+  int opened_faces() const noexcept { return static_cast<int>(grid_.opened().size()) / 2; }
   CubeGrid const& grid() const noexcept { return grid_; }
   /// visit(triangle) for the skin of a cube.
   template <class Visit>
@@ -136,6 +131,7 @@ class CubeMesh : public SkinBody<ScalarType> {
 
   /// All of unsplit cubes, at rest; nothing is nailed.
   void build() {
+    renumberings_ += fine_.cubes.empty() ? 0 : 1;
     base_ = grid_.vertices();
     int const c = cubes(), most = most_vertices();
     Matrix3X<Scalar> rest(3, base_);
@@ -154,13 +150,11 @@ class CubeMesh : public SkinBody<ScalarType> {
 
     faces_.clear();
     face_.assign(at(c), {-1, -1, -1, -1, -1, -1});
-    for (bool const opened : {false, true})
-      for (int i = 0; i < c; ++i)
-        for (int side = 0; side < 6; ++side)
-          if (grid_.linked(i, side) < 0 && grid_.is_opened(i, side) == opened) {
-            face_[at(i)][at(side)] = static_cast<int>(faces_.size());
-            faces_.push_back({i, side});
-          }
+    auto const add_face = [&](int i, int side) { face_[at(i)][at(side)] = static_cast<int>(faces_.size()), faces_.push_back({i, side}); };
+    for (int i = 0; i < c; ++i)
+      for (int side = 0; side < 6; ++side)
+        if (grid_.beside(i, side) < 0) add_face(i, side);
+    for (int const one : grid_.opened()) add_face(one / 6, one % 6);
     auto const f = static_cast<int>(faces_.size());
     extra_.assign(at(f), {0, 0}), stamp_.assign(at(f), 0), patched_.clear(), patched_.reserve(at(f));
     int const extras = std::min(f, 9 * most_split_) * (2 * parts_ * parts_ + 4 * parts_);
@@ -174,7 +168,7 @@ class CubeMesh : public SkinBody<ScalarType> {
       }
     this->set_skin(rest, triangles, std::move(wound));
     if (most_split_ > 0) this->reserve_skin(most, 2 * f + extras);
-    this->count_revision(), ++renumberings_, octree_.forget();
+    this->count_revision(), octree_.forget();
   }
 
   /// These cubes are split, ascending, and no others. What was split before is in last_fine_.

@@ -57,14 +57,14 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
     this->displace(i, Vector::Zero());
     for_each_follower(i, [&](int h, Scalar) { follow(h); });
     this->nail_between();
-    is_quiet_ = false, this->octree_.forget();
+    is_quiet_ = pieces_are_known_ = false, this->octree_.forget();
   }
   /// A spring from a vertex of unsplit cubes to where it rests (anchor spring, the source's nail) [N/m].
   void support(int i, Scalar stiffness) {
     check_own(i, "supported");
     require_non_negative("the stiffness of a home spring", stiffness, "N/m");
     support_[at(i)] = stiffness;
-    refresh(i), is_quiet_ = false;
+    refresh(i), is_quiet_ = pieces_are_known_ = false;
   }
 
   /// Adds a force on the tissue [N]: constant over the next step, consumed by it.
@@ -160,11 +160,13 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
     support_.assign(at(base_), 0);
     resize();
     for (int v = 0; v < base_; ++v) refresh(v);
+    is_free_cube_.reserve(at(cubes())), queue_.reserve(at(cubes()));
     begin_order();
-    is_quiet_ = false, largest_ = 1;
+    is_quiet_ = pieces_are_known_ = false, largest_ = 1;
   }
   /// These cubes are split, ascending, and no others.
   void refine(std::vector<int> const& split) {
+    give_loads_to_corners();
     Base::refine(split);
     auto const is_fine = [&](int i) { return i >= base_; };
     std::erase_if(loaded_, is_fine), std::erase_if(touched_, is_fine);
@@ -175,6 +177,44 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
     for (int v = base_; v < size(); ++v) refresh(v);
     begin_order();
     is_quiet_ = false;
+  }
+
+  /// Forces on vertices of split cubes, which may go, to the corners of the cubes, by trilinear weights.
+  void give_loads_to_corners() {
+    for (std::size_t n = 0, all = loaded_.size(); n < all; ++n) {
+      int const i = loaded_[n];
+      if (i < base_) continue;
+      Vector const load = load_[i];
+      int leaf = -1;
+      for (int const one : around_[at(i)]) leaf = std::max(leaf, one);
+      auto const& corners = grid_.corners(this->cube_of_leaf(leaf));
+      for (int const corner : corners) {
+        Scalar const share = (1 - (rest_[i] - rest_[corner]).cwiseAbs().array() / options_.edge).max(Scalar(0)).prod();
+        if (share > 0) apply_force(corner, share * load);
+      }
+      load_[i].setZero(), is_loaded_[at(i)] = 0;
+    }
+    std::erase_if(loaded_, [&](int i) { return is_loaded_[at(i)] == 0; });
+  }
+  /// Which pieces nothing holds: gravity leaves them alone.
+  void find_pieces() {
+    if (pieces_are_known_) return;
+    pieces_are_known_ = true, has_free_pieces_ = false;
+    is_free_cube_.assign(at(cubes()), 1);
+    queue_.clear();
+    for (int c = 0; c < cubes(); ++c)
+      for (int const v : grid_.corners(c))
+        if (this->tissue().nailed(v) || support_[at(v)] > 0)
+          if (std::exchange(is_free_cube_[at(c)], char{0})) queue_.push_back(c);
+    for (std::size_t n = 0; n < queue_.size(); ++n)
+      for (int side = 0; side < 6; ++side)
+        if (int const next = grid_.linked(queue_[n], side); next >= 0 && std::exchange(is_free_cube_[at(next)], char{0})) queue_.push_back(next);
+    has_free_pieces_ = queue_.size() < at(cubes());
+  }
+  bool is_weightless(int i) const noexcept {
+    int leaf = -1;
+    for (int const one : around_[at(i)]) leaf = std::max(leaf, one);
+    return is_free_cube_[at(this->cube_of_leaf(leaf))] != 0;
   }
 
   /// k_i and m_i of a vertex, as cubes and followers around it are.
@@ -204,7 +244,8 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
   }
   /// Of one vertex's own springs, gravity and forces.
   Vector own_force(int i) const noexcept {
-    Vector force = load_[i] + mass_[at(i)] * gravity_;
+    Vector force = load_[i];
+    if (!has_free_pieces_ || !is_weightless(i)) force += mass_[at(i)] * gravity_;
     Vector const here = u_[i];
     if (i < base_) force -= support_[at(i)] * here;
     for (int o = 0; o < 8; ++o) {
@@ -262,6 +303,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
       report.at_rest = true;
       return report;
     }
+    find_pieces();
     was_loaded_ = is_loaded;
     wants_rest = wants_rest || !is_loaded;   // under a tool that stays, what is near it is looked at, and the rest now and then
     before_ = u_;
@@ -359,10 +401,10 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
   Vector gravity_ = Vector::Zero();           // m/s²
   Random random_;
   Scalar largest_ = 1;                        // move of the last sweep, in edges
-  bool is_quiet_ = false, was_loaded_ = false;
+  bool is_quiet_ = false, was_loaded_ = false, pieces_are_known_ = false, has_free_pieces_ = false;
 
  private:
-  static constexpr Scalar response = 3;   // of a step, in 1/k_i: what a vertex of a half-space gives, with its neighbours
+  static constexpr Scalar response = 6;   // of a step, in 1/k_i: what vertices give that are pushed together; alone one gives a fourth of that
   struct Spring {
     Vector along;                                // m, in the rest shape
     Scalar stiffness, length, longer_squared;    // N/m, m, m²: along² − length²
@@ -387,6 +429,8 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
   std::array<Scalar, 2> edges_{};                                 // m, of cubes unsplit and split
   Columns<Scalar, 3> before_;                                     // m, as a step began
   std::vector<Scalar> mass_, k_;                                  // kg, N/m
+  std::vector<char> is_free_cube_;                                // of each cube: in a piece that nothing holds
+  std::vector<int> queue_;
   std::vector<std::uint64_t> seen_;
   std::uint64_t seen_count_ = 0;
   std::vector<int> order_, ring_end_;

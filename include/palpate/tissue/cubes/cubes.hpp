@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 namespace palpate {
@@ -51,7 +50,7 @@ enum class TouchSpread {
 ///            detaching across the blade alone, joining.
 /// Cost       a visit of a vertex 56 springs. A split or join O(split cubes · 8^levels), no allocation up to touched_cubes of them; a cut that opens faces
 ///            O(cubes), and allocates.
-/// Limits     Poisson's ratio 1/4. Smooth surfaces become steps of a cube. A split cube is split all through, its faces open as one. Vertices of split cubes can not be
+/// Limits     a piece that nothing holds, nailed or supported nowhere, has no weight: it stays where it is. Poisson's ratio 1/4. Smooth surfaces become steps of a cube. A split cube is split all through, its faces open as one. Vertices of split cubes can not be
 ///            nailed by themselves: they are where all corners around them are. A load on many vertices by apply_force() touches.
 template <RealScalar ScalarType>
 class Cubes : public detail::CubeRelaxation<ScalarType> {
@@ -97,8 +96,7 @@ class Cubes : public detail::CubeRelaxation<ScalarType> {
   // --- save and restore -----------------------------------------------------------------------------------------------
   /// Everything that makes the body's future.
   struct State {
-    std::vector<std::uint8_t> opened;
-    std::vector<int> split, idle, hit, touches, touched, loaded;
+    std::vector<int> opened, split, idle, hit, touches, touched, loaded;
     Matrix3X<Scalar> u, v, load, pushed;
     typename Base::SkinState skin;
     std::vector<Scalar> support;
@@ -113,6 +111,8 @@ class Cubes : public detail::CubeRelaxation<ScalarType> {
             load_.view(),   pushed_.view(), this->save_skin(), support_, gravity_, random_,  sweep_,  is_quiet_, was_loaded_, largest_};
   }
   void restore(State const& state) {
+    if (state.idle.size() != at(cubes()))
+      throw InvalidArgument(detail::message("Cubes: a state of ", state.idle.size(), " cubes can not be restored in a body of ", cubes(), "; it is another body's"));
     grid_.set_opened(state.opened);
     begin_anew();
     this->refine(state.split);
@@ -220,6 +220,7 @@ void Cubes<Scalar>::apply_force_at(SurfacePoint<Scalar> const& touched, Vector c
 /// After faces were opened: all anew, with what moves, nails and pushes the vertices before.
 template <RealScalar Scalar>
 void Cubes<Scalar>::reopen() {
+  this->give_loads_to_corners();
   State const last = save();
   std::vector<std::array<int, 8>> corners(at(cubes()));
   for (int c = 0; c < cubes(); ++c) corners[at(c)] = grid_.corners(c);

@@ -7,6 +7,7 @@
 #include <palpate/core/steady_seconds.hpp>
 #include <palpate/core/visit_order.hpp>
 
+#include <cmath>
 #include <limits>
 
 namespace palpate {
@@ -39,6 +40,7 @@ struct CubesOptions {
     check(touched_cubes >= 0, ".touched_cubes", touched_cubes, "give a number of cubes, zero or more");
     check(relaxation > 0 && relaxation < 2, ".relaxation", static_cast<double>(relaxation), "give a factor above 0 and below 2");
     check(sweeps >= 1, ".sweeps", sweeps, "give one or more");
+    if (clock == nullptr && std::isfinite(seconds)) throw InvalidArgument("Cubes: .seconds is a limit, and .clock is null; give a clock, or none for the steady one");
     check(seconds > 0, ".seconds", seconds, " s", "give a time above zero, or none for no limit");
   }
 };
