@@ -2,13 +2,13 @@
 // Bodies of their own, a line each: made of the problem's skin, and at rest after each step.
 #include "problem.hpp"
 
+#include <palpate/cutting/cube_cutter.hpp>
 #include <palpate/tissue/cubes/cubes.hpp>
 #include <palpate/tissue/long_elements/long_elements.hpp>
 #include <palpate/tissue/vertex_rings/vertex_rings.hpp>
 
 #include <array>
 #include <cstddef>
-#include <optional>
 
 namespace models {
 
@@ -35,12 +35,11 @@ Matrix3X<double> skin_on(Cubes<double> const& body, Matrix3X<double> skin) {
 
 Row cubes(Problem const& problem, std::string name, CubesOptions<double> const& options) {
   auto const make_body = [&] { return problem.nailed(Cubes<double>(problem.skin, options)); };
-  Row row = press(problem, std::move(name), {"tissue/cubes"}, make_body, [&](auto const& body) { return skin_on(body, problem.skin.points); });
-  std::optional<Vector> last;
-  Vector const deep(0, 0, -0.01), high(0, 0, 0.01);
+  Row row = press(problem, std::move(name), {"tissue/cubes", "tissue/skin_body.hpp", "cutting/cube_cutter.hpp"}, make_body, [&](auto const& body) { return skin_on(body, problem.skin.points); });
+  CubeCutter<double> knife({.edge = {{0, 0, 0}, {0, 0, 0.02}}});
   auto const advance = [&](auto& body, Vector const& at) {
-    if (last) body.cut(*last + deep, *last + high, at + deep, at + high);
-    last = at;
+    if (knife.state() == CuttingPhase::no_contact) knife.advance(body, Vector(at + Vector(0, 0, 0.01)));   // it comes from outside
+    knife.advance(body, Vector(at - Vector(0, 0, 0.01)));
   };
   cut(problem, row, make_body(), advance, [](auto const& body) { return body.opened_faces(); });
   return row;
