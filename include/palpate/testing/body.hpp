@@ -241,7 +241,7 @@ class BodyBattery {
   /// Whatever is done to it, it says so rather than that something is no number.
   void huge() {
     Body body = body_;
-    for (Scalar const force : {Scalar(1e6), Scalar(1e30)}) {
+    for (Scalar const force : {Scalar(1e6), Scalar(1e9)}) {
       for (int k = 0; k < 3; ++k) {
         int const i = any_free(body);
         if (i < 0) return;
@@ -272,7 +272,7 @@ class BodyBattery {
 ///              within a hundredth and a hundred times of what is predicted; nails hold
 ///   values     that are not finite, or out of range, are refused, and nothing changes
 ///   state      save and restore bring back all that its future is made of, forces for the next step too; a copy does the same to the bit
-///   force      however large leaves no position that is not finite
+///   huge       a force of 10⁹ N leaves no position that is not finite, and a step that is refused says so
 /// Cost       some hundred steps, and 100 times all triangles: take a small body, at rest.
 template <SimulatedBody Body>
   requires std::copyable<Body>
