@@ -641,3 +641,20 @@ TEST_CASE("cubes say what is wrong with an edge in millimetres, a missing clock 
   CHECK_THROWS_WITH(body.restore(other.save()), says("can not be restored", "another body's"));
   CHECK(body.size() == size);
 }
+
+TEMPLATE_TEST_CASE("what cubes say that a force does in a step is more than it does to one vertex, and no more than a few times", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  // A coupling that is told too little is not stable; one that is told far too much is slow.
+  auto body = block<S>(8, 8, 4);
+  for (int i = 0; i < body.size(); ++i)
+    if (body.reference_position(i)[2] < S(1e-4)) body.nail(i);
+  int const touched = vertex_at(body, Vector3<S>(S(0.04), S(0.04), S(0.04)));
+  for (int const axis : {0, 2}) {
+    auto pushed = body;
+    pushed.apply_force(touched, S(1e-4) * Vector3<S>::Unit(axis));
+    pushed.step(S(1e-3));
+    S const share = pushed.displacement(touched)[axis] / (S(1e-4) * body.mobility(touched, touched, S(1e-3)) * S(1e-6));
+    CHECK(share > S(0.15));
+    CHECK(share < S(0.35));
+  }
+}

@@ -43,7 +43,8 @@ struct MovingSurface {
 /// Units      m³, and m² for gradients.
 /// Cost       O(vertices of the first, for its box, triangles of the second in there, pairs whose boxes overlap, and facets inside). Allocates until its memory has
 ///            the size that is needed.
-/// Limits     both are closed, turned outwards, and do not cross themselves: not checked; of one that is inside out it is the volume outside the other. A surface that lies within the other without touching it has no contour: nothing is found.
+/// Limits     both are closed, turned outwards, and do not cross themselves: not checked; of one that is inside out it is the volume outside the other. A surface
+///            that lies within the other without touching it has no contour: nothing is found.
 /// Source     \cite deformable_survey, tissue–tissue collision, from the contour to the facets inside. Ours: exact parts and their integrals.
 template <RealScalar Scalar>
 class SurfaceIntersection {
@@ -63,8 +64,8 @@ class SurfaceIntersection {
     reference_ = ((low + high) / 2).template cast<double>();
     shift_ = 1e-11 * static_cast<double>((high - low).norm()) * Place(0.5437, 0.3121, -0.7791);
     // Boxes are those of the surface that is not shifted: they are widened by more than that.
-    Vector3<Scalar> const margin =
-        Vector3<Scalar>::Constant(static_cast<Scalar>(2 * shift_.norm()) + 4 * std::numeric_limits<Scalar>::epsilon() * low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff());
+    Scalar const rounding = 4 * std::numeric_limits<Scalar>::epsilon() * low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
+    Vector3<Scalar> const margin = Vector3<Scalar>::Constant(static_cast<Scalar>(2 * shift_.norm()) + rounding);
     second.tree.visit_in_box(low - margin, high + margin, [&](int b) {
       auto const c = second.topology.corners(b);
       Vector3<Scalar> const p = second.points.col(c[0]), q = second.points.col(c[1]), r = second.points.col(c[2]);

@@ -35,8 +35,8 @@ struct MassSpringOptions {
 
 namespace detail {
 
-/// Throws unless the law is usable on a link of this rest length: valid by its own validate(), if it has one, no tension at rest, a positive stiffness there, damping ≥ 0,
-/// and monotone if it says whether it is.
+/// Throws unless the law is usable on a link of this rest length: no tension at rest, a positive stiffness there, damping ≥ 0, valid
+/// by its own validate(), if it has one, and monotone if it says whether it is.
 template <RealScalar Scalar, SpringLaw<Scalar> Law>
 void require_valid_law(Law const& law, Scalar rest_length) {
   if constexpr (Validatable<Law>) law.validate();

@@ -404,7 +404,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
   bool is_quiet_ = false, was_loaded_ = false, pieces_are_known_ = false, has_free_pieces_ = false;
 
  private:
-  static constexpr Scalar response = 6;   // of a step, in 1/k_i: what vertices give that are pushed together; alone one gives a fourth of that
+  static constexpr Scalar response = 6;   // of a step, in 1/k_i: for vertices that are pushed together; alone one gives less, see test_cubes
   struct Spring {
     Vector along;                                // m, in the rest shape
     Scalar stiffness, length, longer_squared;    // N/m, m, m²: along² − length²

@@ -40,7 +40,7 @@ enum class TouchSpread {
 /// Solution   x_i ← x_i + α F_i / k_i, one vertex after the other, F_i = Σ g_ij + f_i + m_i g − home spring, k_i a bound of ∂F_i/∂x_i in the rest shape:
 ///            converges for α < 2 there; where tissue is pulled out far, for α < 2/3 always. Breadth first begins at the touched vertices; a sweep ends where
 ///            little is left to do, every eighth goes through the body.
-/// Contact    predicted_acceleration() and mobility() are those of a body that gives 3/k_i per newton in a step and rests where last step's forces left it.
+/// Contact    predicted_acceleration() and mobility() are those of a body that gives 6/k_i per newton in a step and rests where last step's forces left it.
 /// Units      m, N, Pa, kg/m³, s.
 /// Shapes     positions(), velocities(): 3 × size(), vertices inside too. Those of unsplit cubes come first and keep their numbers; what a cut copies and a split
 ///            adds follows. Of the skin, triangles 2 f and 2 f + 1 begin the face f of an unsplit cube, whatever it is split into; the rest follows.
