@@ -230,7 +230,7 @@ TEST_CASE("the slowest mode of a larger body, a free body, a nailed one") {
 
 TEST_CASE("a bad ratio and damping of another tissue are refused in a sentence") {
   auto tissue = GridScene{}.tissue();
-  CHECK_THROWS_WITH(damping_for(tissue, -0.1), says("ratio of -0.1", "not negative"));
+  CHECK_THROWS_WITH(damping_for(tissue, -0.1), says("ratio is -0.1", "not negative"));
   auto const other = damping_for(GridScene{.nx = 3, .ny = 3}.tissue(), 0.5);
   CHECK_THROWS_WITH(set_damping(tissue, other), says("9 particles and 16 links", "20 and 43"));
 }

@@ -419,5 +419,5 @@ TEST_CASE("an aspirator refuses what it can not be, in one line", "[cutting][asp
   CHECK(unsaid(made({.debris = -1}), "debris is -1") == "");
   auto body = solid_body(make_block<double>(3, 3, 3, 0.005, BlockPattern::alternating));
   Aspirator<double> tool;
-  CHECK(unsaid(message_of([&] { tool.advance(body, {Vector(0, std::nan(""), 0)}); }), "tip is at (0, nan, 0)") == "");
+  CHECK(unsaid(message_of([&] { tool.advance(body, {Vector(0, std::nan(""), 0)}); }), "tip is (0, nan, 0)") == "");
 }

@@ -113,7 +113,7 @@ TEST_CASE("without a balance the body stays as it was and says so") {
     CHECK(body.velocities() == v);
   });
   SoftBody body(skin<double>(), LeapfrogVerlet{}, WholeBody{});
-  CHECK_THROWS_WITH(body.settle(DynamicRelaxation{}, -1.0), says("a tolerance of -1 mean edges", "not negative"));
+  CHECK_THROWS_WITH(body.settle(DynamicRelaxation{}, -1.0), says("the tolerance is -1 mean edges", "not negative"));
   CHECK_THROWS_WITH(body.settle(LocalRelaxation{.relaxation = 2.0}), says("the relaxation factor is 2", "below 2"));
   CHECK_THROWS_WITH(body.settle(NewtonRaphson<>{.damping = 0.0}), says("the damping of Newton's step is 0", "at most 1"));
   load(body);

@@ -4,6 +4,7 @@
 #include "allocation_trap.hpp"
 #include "catch.hpp"
 #include "device/message.hpp"
+#include "tissue/cube_octree.hpp"
 
 #include <palpate/body/concept.hpp>
 #include <palpate/cutting/no_cutter.hpp>
@@ -444,15 +445,17 @@ TEMPLATE_TEST_CASE("depth first through the octree and the box tree find the sam
   using S = TestType;
   std::srand(21);
   Cubes<S> body(make_sphere<S>(S(0.05), 10), {.edge = S(0.01), .young = S(young), .levels = 1, .sweeps = 2});
+  CubeOctree octree(body);
   int wrong = 0;
   for (int round = 0; round < 10; ++round) {
     for (int k = 0; k < 5; ++k) body.apply_force(std::rand() % body.size(), S(0.1) * Vector3<S>::Random());
     for (int const c : {7 * round, 40 * round % body.cubes()}) round % 3 == 2 ? body.join(c) : body.split(c);
     if (round == 5) body.cut({S(0.001), -1, 0}, {S(0.001), -1, 1}, {S(0.001), 1, 0}, {S(0.001), 1, 1});
     body.step(S(1e-3));
+    octree.fit(body);
     for (int k = 0; k < 1000; ++k) {
       Vector3<S> const p = S(0.07) * Vector3<S>::Random();
-      auto const by_boxes = body.nearest_point(p), by_octree = body.nearest_point_in_octree(p);
+      auto const by_boxes = body.nearest_point(p), by_octree = octree.nearest_point(body, p);
       S exact = std::numeric_limits<S>::infinity();
       if (k % 10 == 0)
         for (int t = 0; t < body.triangles().cols(); ++t) {
@@ -465,7 +468,7 @@ TEMPLATE_TEST_CASE("depth first through the octree and the box tree find the sam
     }
   }
   CHECK(wrong == 0);
-  CHECK_FALSE(body.nearest_point_in_octree(Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN())).found());
+  CHECK_FALSE(body.nearest_point(Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN())).found());
 }
 
 TEMPLATE_TEST_CASE("a tool splits the cube it touches, and it is joined when it is left; nothing is allocated", "[tissue][cubes]", PALPATE_TEST_SCALARS) {

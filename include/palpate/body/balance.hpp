@@ -22,8 +22,7 @@ Equilibrium<typename Tissue::Scalar> find_balance(Solver const& solver, BodyView
                                                   typename Tissue::Scalar mean_edge, typename Tissue::Scalar offset, bool with_forces,
                                                   Matrix3X<typename Tissue::Scalar>& x) {
   using Scalar = typename Tissue::Scalar;
-  if (!(tolerance >= 0) || !std::isfinite(tolerance))
-    throw InvalidArgument(detail::message("a tolerance of ", tolerance, " mean edges; it must be finite and not negative"));
+  detail::require_non_negative("the tolerance", tolerance, "mean edges");
   bool const is_given = tolerance > 0;
   std::vector<int> free, touched(body.held.begin(), body.held.end());
   for (int i = 0; i < body.size(); ++i)

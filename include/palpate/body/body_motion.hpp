@@ -65,13 +65,13 @@ class BodyMotion : public BodyShape<TissueType> {
   /// and counts in reaction().
   void apply_force(int i, Vector const& force) {
     this->check(i);
-    require_finite("the force on particle", i, force);
+    require_finite("the force on particle", i, force, "N");
     forces_.add(state_, i, force);
   }
 
   /// A uniform acceleration of every particle [m/s²]. Wakes the whole body; settle() finds the new equilibrium at once.
   void set_gravity(Vector const& gravity) {
-    require_finite("gravity", -1, gravity);
+    detail::require_finite("gravity", gravity, "m/s²");
     gravity_ = gravity;
     system_.forget();
     moving_.wake();
@@ -98,8 +98,8 @@ class BodyMotion : public BodyShape<TissueType> {
   }
   void drag(int i, Vector const& position, Vector const& velocity = Vector::Zero()) {
     this->check(i);
-    require_finite("the position for particle", i, position);
-    require_finite("the velocity for particle", i, velocity);
+    require_finite("the position for particle", i, position, "m");
+    require_finite("the velocity for particle", i, velocity, "m/s");
     hold(i);
     state_.position[i] = position;
     state_.velocity[i] = velocity;
@@ -285,10 +285,8 @@ class BodyMotion : public BodyShape<TissueType> {
       if (tissue_.link_prestrain() > 0) settle();
   }
 
-  static void require_finite(std::string_view what, int i, Vector const& value) {
-    if (!is_finite(value))
-      throw InvalidArgument(detail::message(what, i < 0 ? std::string() : detail::message(" ", i), " is (", value[0], ", ", value[1], ", ",
-                                            value[2], "); it must be finite"));
+  static void require_finite(std::string_view what, int i, Vector const& value, std::string_view unit) {
+    if (!is_finite(value)) detail::require_finite(detail::message(what, " ", i), value, unit);
   }
 
   static void require_duration(std::string_view what, Scalar h) {

@@ -40,8 +40,7 @@ struct DampingProposal {
 /// Cost       that of ModalEstimate; allocates.
 template <class Tissue, RealScalar Scalar = typename Tissue::Scalar>
 DampingProposal<Scalar> damping_for(Tissue const& tissue, std::type_identity_t<Scalar> ratio, DampingGoal goal = DampingGoal::at_most) {
-  if (!(ratio >= 0) || !std::isfinite(ratio))
-    throw InvalidArgument(detail::message("a damping ratio of ", ratio, "; it must be finite and not negative, 1 is critical"));
+  detail::require_non_negative("the damping ratio", ratio, "of the critical one");
   Matrix3X<Scalar> rest(3, tissue.size());
   Scalar slowest = std::numeric_limits<Scalar>::infinity(), stiffest = 0;   // √(k/m) of single particles on their homes
   for (int i = 0; i < tissue.size(); ++i) {

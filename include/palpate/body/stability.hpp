@@ -266,10 +266,9 @@ Scalar stable_step(I const& integrator, ModalBounds<Scalar> const& modes) {
 /// Source     \cite zheng2006 eq. 2-1
 /// Errors     InvalidArgument for what is not positive.
 inline double critical_stiffness(double total_mass, int particles, double h) {
-  if (!(total_mass > 0.0) || !std::isfinite(total_mass))
-    throw InvalidArgument(detail::message("critical_stiffness: the total mass is ", total_mass, " kg; give a finite number above zero"));
+  detail::require_positive("critical_stiffness: the total mass", total_mass, "kg");
   if (particles < 1) throw InvalidArgument(detail::message("critical_stiffness: there are ", particles, " particles; give 1 or more"));
-  if (!(h > 0.0) || !std::isfinite(h)) throw InvalidArgument(detail::message("critical_stiffness: the step is ", h, " s; give a finite time above zero"));
+  detail::require_positive("critical_stiffness: the step", h, "s");
   return total_mass / (particles * std::numbers::pi * std::numbers::pi * h * h);
 }
 

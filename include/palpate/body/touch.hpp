@@ -64,8 +64,7 @@ class Touch {
   using Vector = Vector3<Scalar>;
 
   explicit Touch(Scalar tip_radius = 0) : radius_(tip_radius) {
-    if (!(tip_radius >= 0) || !std::isfinite(tip_radius))
-      throw InvalidArgument(detail::message("the tip radius is ", tip_radius, " m; it must be finite and not negative"));
+    detail::require_non_negative("the tip radius", tip_radius, "m");
   }
 
   SurfaceContact<Scalar> const& contact() const noexcept { return contact_; }

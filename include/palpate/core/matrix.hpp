@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/error.hpp>
 #include <palpate/core/instruction_set.hpp>
 
 #include <Eigen/Core>
@@ -8,6 +9,7 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 namespace palpate {
@@ -38,6 +40,16 @@ bool is_finite(Eigen::DenseBase<Derived> const& numbers) noexcept {
       if (!std::isfinite(numbers.derived().coeff(r, c))) return false;
   return true;
 }
+namespace detail {
+
+/// Throws InvalidArgument unless the three numbers of a vector are finite.
+template <class Vector>
+void require_finite(std::string_view what, Vector const& v, std::string_view unit) {
+  if (!is_finite(v)) throw InvalidArgument(message(what, " is (", v[0], ", ", v[1], ", ", v[2], ") ", unit, "; it must be finite"));
+}
+
+}  // namespace detail
+
 /// Whether each number is zero; for isZero(0), likewise.
 template <class Derived>
 bool is_zero(Eigen::DenseBase<Derived> const& numbers) noexcept {

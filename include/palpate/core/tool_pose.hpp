@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 
 #include <Eigen/Geometry>
+
+#include <cmath>
+#include <string_view>
 
 namespace palpate {
 
@@ -19,6 +23,14 @@ struct ToolPose {
 };
 
 namespace detail {
+
+/// Throws InvalidArgument for a pose that no blade can have.
+template <RealScalar Scalar>
+void require_pose(std::string_view owner, ToolPose<Scalar> const& tool) {
+  if (!is_finite(tool.position)) require_finite(message(owner, ": the tip"), tool.position, "m");
+  if (!(std::abs(tool.orientation.norm() - 1) < Scalar(1e-3)))
+    throw InvalidArgument(message(owner, ": the tool's orientation has the length ", tool.orientation.norm(), "; it must be a unit quaternion"));
+}
 
 /// A position alone, out of any 3 × 1 expression or {x, y, z}: what a cutter takes for a tool that is not turned. A vector would do, but for gcc 12,
 /// which takes {.position = p, .orientation = q} for one as well.

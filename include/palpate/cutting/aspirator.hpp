@@ -33,8 +33,7 @@ struct AspiratorOptions {
   int debris = 0;                      ///< a piece that comes free, of fewer tetrahedra than that, goes too; 0: none does
 
   void validate() const {
-    if (!(tip_radius > 0) || !std::isfinite(tip_radius))
-      throw InvalidArgument(detail::message("Aspirator: the tip radius is ", tip_radius, " m; it must be finite and positive"));
+    detail::require_positive("Aspirator: the tip radius", tip_radius, "m");
     if (!(reach == 0 || reach >= tip_radius) || !std::isfinite(reach))
       throw InvalidArgument(detail::message("Aspirator: the reach is ", reach, " m; it must be at least the tip radius of ", tip_radius, " m, or 0"));
     if (most_tetrahedra < 1) throw InvalidArgument(detail::message("Aspirator: most_tetrahedra is ", most_tetrahedra, "; it must be at least 1"));
@@ -84,9 +83,8 @@ class Aspirator {
     static_assert(is_solid, "Aspirator: this tissue is no solid from which tetrahedra can be taken; FiniteElements is.");
     static_assert(is_of_scalar, "Aspirator: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
     if constexpr (is_solid && is_of_scalar) {
-      Vector const& tip = tool.position;
-      if (!is_finite(tip)) throw InvalidArgument(detail::message("Aspirator: the tip is at (", tip[0], ", ", tip[1], ", ", tip[2], "); it must be finite"));
-      use(detail::shape_of(body), tip);
+      detail::require_finite("Aspirator: the tip", tool.position, "m");
+      use(detail::shape_of(body), tool.position);
     }
   }
 

@@ -29,10 +29,8 @@ struct CubeCutOptions {
     if (edge.size() < 2) throw InvalidArgument(detail::message("CubeCutter: an edge of ", edge.size(), " points; it takes at least two"));
     Scalar length = 0;
     for (std::size_t k = 0; k < edge.size(); ++k) length += (edge[k] - edge[k > 0 ? k - 1 : 0]).norm();
-    if (!(length > 0) || !std::isfinite(length))
-      throw InvalidArgument(detail::message("CubeCutter: the edge is ", length, " m long; give points that are finite and apart, in m, in the tool's frame"));
-    if (!(puncture_depth >= 0) || !std::isfinite(puncture_depth))
-      throw InvalidArgument(detail::message("CubeCutter: the puncture depth is ", puncture_depth, " m; it must be finite and not negative"));
+    detail::require_positive("CubeCutter: the length of the edge", length, "m");
+    detail::require_non_negative("CubeCutter: the puncture depth", puncture_depth, "m");
   }
 };
 
@@ -94,10 +92,7 @@ class CubeCutter {
  private:
   template <class Body>
   void use(Body& body, ToolPose<Scalar> const& tool) {
-    if (!is_finite(tool.position))
-      throw InvalidArgument(detail::message("CubeCutter: the tip is at (", tool.position[0], ", ", tool.position[1], ", ", tool.position[2], "); it must be finite"));
-    if (!(std::abs(tool.orientation.norm() - 1) < Scalar(1e-3)))
-      throw InvalidArgument(detail::message("CubeCutter: the tool's orientation has the length ", tool.orientation.norm(), "; it must be a unit quaternion"));
+    detail::require_pose("CubeCutter", tool);
     if (touch_.was_restored(body)) reset(body);
     blade_.clear();
     for (Vector const& point : options_.edge) blade_.push_back(tool.position + tool.orientation * point);

@@ -56,15 +56,11 @@ struct VolumeCutOptions {
     if (edge.size() < 2) throw InvalidArgument(detail::message("VolumeCutter: an edge of ", edge.size(), " points; it takes at least two"));
     for (auto const& point : edge)
       if (!is_finite(point)) throw InvalidArgument("VolumeCutter: the edge is not finite; its points are in m, in the tool's frame");
-    if (!(puncture_depth >= 0) || !std::isfinite(puncture_depth))
-      throw InvalidArgument(detail::message("VolumeCutter: the puncture depth is ", puncture_depth, " m; it must be finite and not negative"));
+    detail::require_non_negative("VolumeCutter: the puncture depth", puncture_depth, "m");
     if (!(puncture_force > 0)) throw InvalidArgument(detail::message("VolumeCutter: the puncture force is ", puncture_force, " N; it must be positive"));
-    if (!(toughness >= 0) || !std::isfinite(toughness))
-      throw InvalidArgument(detail::message("VolumeCutter: the toughness is ", toughness, " J/m2; it must be finite and not negative"));
-    if (!(lip_friction >= 0) || !std::isfinite(lip_friction))
-      throw InvalidArgument(detail::message("VolumeCutter: the friction of the lips is ", lip_friction, " N/m; it must be finite and not negative"));
-    if (!(blade_stiffness > 0) || !std::isfinite(blade_stiffness))
-      throw InvalidArgument(detail::message("VolumeCutter: the blade stiffness is ", blade_stiffness, " N/m; it must be finite and positive"));
+    detail::require_non_negative("VolumeCutter: the toughness", toughness, "J/m2");
+    detail::require_non_negative("VolumeCutter: the friction of the lips", lip_friction, "N/m");
+    detail::require_positive("VolumeCutter: the blade stiffness", blade_stiffness, "N/m");
     if (!(snap >= 0 && snap < Scalar(0.5))) throw InvalidArgument(detail::message("VolumeCutter: snap is ", snap, "; it must be from 0 to below 0.5 of an edge"));
     if (!(least_snap >= 0 && least_snap < Scalar(0.5)))
       throw InvalidArgument(detail::message("VolumeCutter: least_snap is ", least_snap, "; it must be from 0 to below 0.5 mean edges"));
@@ -122,10 +118,7 @@ class VolumeCutter {
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
     if constexpr (can_cut<Body>()) {
-      if (!is_finite(tool.position))
-        throw InvalidArgument(detail::message("VolumeCutter: the tip is at (", tool.position[0], ", ", tool.position[1], ", ", tool.position[2], "); it must be finite"));
-      if (!(std::abs(tool.orientation.norm() - 1) < Scalar(1e-3)))
-        throw InvalidArgument(detail::message("VolumeCutter: the tool's orientation has the length ", tool.orientation.norm(), "; it must be a unit quaternion"));
+      detail::require_pose("VolumeCutter", tool);
       use(detail::shape_of(body), tool, force);
     }
   }

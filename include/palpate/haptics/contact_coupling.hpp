@@ -31,10 +31,8 @@ struct ContactCoupling {
   double damping = 2.0;        // N s/m
 
   void validate() const {
-    if (!(stiffness > 0) || !std::isfinite(stiffness))
-      throw InvalidArgument(detail::message("the contact stiffness is ", stiffness, " N/m; it must be finite and positive"));
-    if (!(damping >= 0) || !std::isfinite(damping))
-      throw InvalidArgument(detail::message("the contact damping is ", damping, " N s/m; it must be finite and not negative"));
+    detail::require_positive("the contact stiffness", stiffness, "N/m");
+    detail::require_non_negative("the contact damping", damping, "N s/m");
   }
 
   /// Applies the contact force to the body for its next step of h seconds and returns the tissue's reaction on the tool [N].

@@ -71,8 +71,7 @@ struct TickDelay {
 /// Errors     InvalidArgument for what is not positive, and for a delay below zero.
 inline double stable_wall_estimate(double damping, double period, double delay) {
   detail::require_servo("stable_wall_estimate", 1.0, damping, period);
-  if (!(delay >= 0.0) || !std::isfinite(delay))
-    throw InvalidArgument(detail::message("stable_wall_estimate: the delay is ", delay, " s; give a finite number, zero or more"));
+  detail::require_non_negative("stable_wall_estimate: the delay", delay, "s");
   return damping / (period / 2 + delay);
 }
 

@@ -10,9 +10,8 @@ namespace palpate {
 namespace detail {
 
 inline void require_servo(char const* who, double mass, double damping, double period) {
-  if (!(mass > 0.0) || !std::isfinite(mass)) throw InvalidArgument(message(who, ": the mass is ", mass, " kg; give a finite number above zero"));
-  if (!(damping >= 0.0) || !std::isfinite(damping))
-    throw InvalidArgument(message(who, ": the damping is ", damping, " N·s/m; give a finite number, zero or more"));
+  require_positive(message(who, ": the mass"), mass, "kg");
+  require_non_negative(message(who, ": the damping"), damping, "N·s/m");
   if (!(period > 0.0) || !std::isfinite(period)) throw InvalidArgument(message(who, ": the period is ", period, " s; give that of the servo, 0.001 for most"));
 }
 

@@ -30,8 +30,7 @@ TetrahedralMesh<Scalar> make_block(int nx, int ny, int nz, Scalar spacing, Block
   if (static_cast<double>(nx) * ny * nz > std::numeric_limits<int>::max() / 6)
     throw InvalidArgument(
         detail::message("a block of ", nx, " x ", ny, " x ", nz, " points is too large for int indices"));
-  if (!(spacing > Scalar(0)) || !std::isfinite(spacing))
-    throw InvalidArgument(detail::message("block spacing is ", spacing, " m; give a positive length"));
+  detail::require_positive("block spacing", spacing, "m");
   int const parts = pattern == BlockPattern::kuhn ? 6 : 5;
   TetrahedralMesh<Scalar> mesh;
   mesh.points.resize(3, static_cast<Eigen::Index>(nx) * ny * nz);

@@ -23,8 +23,7 @@ TriangleMesh<Scalar> make_grid(int nx, int ny, Scalar spacing) {
     throw InvalidArgument(detail::message("a grid of ", nx, " x ", ny, " points has no triangle; give at least 2 x 2"));
   if (static_cast<long long>(nx) * ny > std::numeric_limits<int>::max() / 2)
     throw InvalidArgument(detail::message("a grid of ", nx, " x ", ny, " points is too large for int indices"));
-  if (!(spacing > Scalar(0)) || !std::isfinite(spacing))
-    throw InvalidArgument(detail::message("grid spacing is ", spacing, " m; give a positive length"));
+  detail::require_positive("grid spacing", spacing, "m");
   TriangleMesh<Scalar> mesh;
   mesh.points.resize(3, static_cast<Eigen::Index>(nx) * ny);
   mesh.triangles.resize(3, 2 * static_cast<Eigen::Index>(nx - 1) * (ny - 1));

@@ -104,8 +104,7 @@ class LiverField {
 inline void check_organ(int vertices, double length, int fewest) {
   if (vertices < fewest || vertices > 10'000'000)
     throw InvalidArgument(message("an organ of ", vertices, " vertices; give ", fewest, " … 10000000"));
-  if (!(length > 0) || !std::isfinite(length))
-    throw InvalidArgument(message("organ length is ", length, " m; give a positive length"));
+  require_positive("organ length", length, "m");
 }
 
 /// Moves the middle of the bounding box to the origin and scales the extent along one axis to `length`.

@@ -22,8 +22,7 @@ namespace palpate {
 /// Limits     The flat triangles enclose less than the ball: volume and area converge with frequency⁻².
 template <RealScalar Scalar>
 TriangleMesh<Scalar> make_sphere(Scalar radius, int frequency) {
-  if (!(radius > Scalar(0)) || !std::isfinite(radius))
-    throw InvalidArgument(detail::message("sphere radius is ", radius, " m; give a positive length"));
+  detail::require_positive("sphere radius", radius, "m");
   if (frequency < 1 || frequency > 1000)
     throw InvalidArgument(detail::message("sphere frequency is ", frequency, "; give 1 (icosahedron) … 1000"));
   double const g = (1 + std::sqrt(5.0)) / 2;

@@ -49,7 +49,7 @@ struct WoundWalls {
 /// Errors     InvalidArgument for a depth that is not positive or rows below 1; OutOfRange for an edge of vertices that are not there.
 template <RealScalar Scalar>
 WoundWalls<Scalar> wound_walls(TriangleMesh<Scalar> const& mesh, std::vector<std::array<int, 2>> const& edges, Scalar depth, int rows = 1) {
-  if (!(depth > 0) || !std::isfinite(depth)) throw InvalidArgument(detail::message("a wall is ", depth, " m deep; it must be finite and positive"));
+  detail::require_positive("a wall", depth, "m deep");
   if (rows < 1) throw InvalidArgument(detail::message("a wall has ", rows, " rows; it must be at least 1"));
   std::vector<int> vertices;
   for (auto const& edge : edges)

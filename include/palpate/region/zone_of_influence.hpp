@@ -30,10 +30,8 @@ struct ZoneOfInfluence {
   /// Throws InvalidArgument; a body that is given a zone asks.
   void validate() const {
     if (rings < 0) throw InvalidArgument(detail::message("a zone of ", rings, " rings; give 0 or more"));
-    if (!(relaxation >= 0) || !std::isfinite(relaxation))
-      throw InvalidArgument(detail::message("a zone's relaxation is ", relaxation, " of an edge; it must be finite and not negative"));
-    if (!(tolerance >= 0) || !std::isfinite(tolerance))
-      throw InvalidArgument(detail::message("a zone's tolerance is ", tolerance, " of an edge; it must be finite and not negative, 0 for fixed rings"));
+    detail::require_non_negative("a zone's relaxation", relaxation, "of an edge");
+    detail::require_non_negative("a zone's tolerance", tolerance, "of an edge");
   }
 
   bool adapts() const noexcept { return tolerance > 0; }

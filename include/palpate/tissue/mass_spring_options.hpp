@@ -45,8 +45,7 @@ void require_valid_law(Law const& law, Scalar rest_length) {
   if (!(at_rest == 0))
     throw InvalidArgument(message("the spring law pulls with ", at_rest, " N at rest; tension(0, L) must be 0"));
   Scalar const stiffness = tangent_stiffness_of(law, Scalar(0), rest_length);
-  if (!(stiffness > 0) || !std::isfinite(stiffness))
-    throw InvalidArgument(message("the link stiffness is ", stiffness, " N/m at rest; it must be finite and positive"));
+  require_positive("the link stiffness", stiffness, "N/m at rest");
   if constexpr (StatesMonotony<Law, Scalar>)
     if (!law.monotone(rest_length))
       throw InvalidArgument(message("the spring law gives way on a link of ", rest_length, " m: its tension must grow with the "

@@ -111,12 +111,9 @@ class SkinBody {
 
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
   void check(int i) const { detail::check_index("vertex", i, size()); }
-  static void check_step(Scalar h) {
-    if (!(h >= 0) || !std::isfinite(h)) throw InvalidArgument(detail::message("a step of ", h, " s; it must be finite and not negative"));
-  }
+  static void check_step(Scalar h) { detail::require_non_negative("the step", h, "s"); }
   static void check_force(int i, Vector const& force) {
-    if (!is_finite(force))
-      throw InvalidArgument(detail::message("the force on vertex ", i, " is (", force[0], ", ", force[1], ", ", force[2], "); it must be finite"));
+    if (!is_finite(force)) detail::require_finite(detail::message("the force on vertex ", i), force, "N");
   }
 
   auto rest_positions() const noexcept { return rest_.view(); }

@@ -26,8 +26,7 @@ class GuidePath {
   static constexpr std::size_t max_pieces = 20'000;
 
   explicit GuidePath(Matrix3X<double> const& points, double spacing = 5e-4) {
-    if (!(spacing > 0.0) || !std::isfinite(spacing))
-      throw InvalidArgument(detail::message("GuidePath: the spacing is ", spacing, " m; give a positive length, for example 0.0005"));
+    detail::require_positive("GuidePath: the spacing", spacing, "m");
     for (Eigen::Index i = 0; i < points.cols(); ++i) {
       if (!is_finite(points.col(i))) throw InvalidArgument(detail::message("GuidePath: point ", i, " is not finite; leave it out"));
       Vector const point = points.col(i).template cast<S>();

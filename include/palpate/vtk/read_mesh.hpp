@@ -99,9 +99,7 @@ inline void check_faces(vtkCellArray* cells, vtkIdType points, std::string const
 template <RealScalar Scalar = double>
 TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, double metres_per_unit = 1.0) {
   std::string const name = file.string();
-  if (!(metres_per_unit > 0.0) || !std::isfinite(metres_per_unit))
-    throw InvalidArgument(detail::message("metres per unit is ", metres_per_unit, "; it must be positive"));
-
+  detail::require_positive("metres per unit", metres_per_unit, "m");
   detail::MessageTrap trap;
   vtkNew<vtkTriangleFilter> triangulated;
   try {

@@ -43,10 +43,7 @@ class Blade {
   template <class Body, class Start, class GoOn>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force, Start const& start, GoOn const& go_on) {
     Vector const& tip = tool.position;
-    if (!is_finite(tip))
-      throw InvalidArgument(message("the tip is at (", tip[0], ", ", tip[1], ", ", tip[2], "); it must be finite"));
-    if (!(std::abs(tool.orientation.norm() - 1) < Scalar(1e-3)))
-      throw InvalidArgument(message("the tool's orientation has the length ", tool.orientation.norm(), "; it must be a unit quaternion"));
+    require_pose("the blade", tool);
     if (!body.tissue().cuttable())
       throw InvalidArgument("this body is built from a volume, and this cutter cuts surfaces; VolumeCutter cuts it");
     if (touch_.was_restored(body)) reset(body);

@@ -20,7 +20,7 @@
 
 namespace palpate::detail {
 
-/// Cubes of a regular grid, an octree above them, and which corners they share: those of cubes that are linked around a corner, face by face. A face between two
+/// Cubes of a regular grid, and which corners they share: those of cubes that are linked around a corner, face by face. A face between two
 /// cubes that is opened links them no more; where that leaves cubes around a corner unlinked, each part has a vertex of its own there.
 /// Numbers    corner 4 z + 2 y + x of a cube; side 2 axis + 1 looks along the axis, side 2 axis against it.
 /// Invariant  vertices of cubes without opened faces keep their numbers; those that come by opening follow them. That depends on the opened faces alone, not on
@@ -28,10 +28,6 @@ namespace palpate::detail {
 class CubeGrid {
  public:
   using Place = std::array<int, 3>;
-  struct Node {
-    std::array<int, 8> child;   // −1: nothing there
-    int cube = -1;              // of a leaf
-  };
 
   /// The cubes of this edge [m] whose middle is inside a surface.
   template <RealScalar Scalar>
@@ -66,11 +62,6 @@ class CubeGrid {
         int& along = p[at(side / 2)] += side % 2 != 0 ? 1 : -1;
         beside_[at(c)][at(side)] = along < 0 || along >= count[at(side / 2)] ? -1 : cell(p);
       }
-    int width = 1;
-    while (width < std::max({count[0], count[1], count[2]})) width *= 2;
-    std::vector<int> inside(places_.size());
-    for (int c = 0; c < size(); ++c) inside[at(c)] = c;
-    divide({0, 0, 0}, width, std::move(inside));
     share_corners();
     uncut_ = corners_, uncut_vertices_ = vertices();
   }
@@ -78,7 +69,6 @@ class CubeGrid {
   int size() const noexcept { return static_cast<int>(places_.size()); }
   Place const& place(int c) const noexcept { return places_[at(c)]; }
   Vector3<double> const& corner() const noexcept { return corner_; }   // m, of the place (0, 0, 0)
-  std::vector<Node> const& nodes() const noexcept { return nodes_; }   // parents before children
   int beside(int c, int side) const noexcept { return beside_[at(c)][at(side)]; }
   bool is_opened(int c, int side) const noexcept { return (opened_[at(c)] >> side & 1) != 0; }
   /// The cube across a side that is linked to this one, or −1.
@@ -154,27 +144,6 @@ class CubeGrid {
       if (int const next = linked(c, 2 * axis + (k >> axis & 1)); next >= 0 && corners_[at(next)][at(k ^ 1 << axis)] < 0) give(next, k ^ 1 << axis, v);
   }
 
-  int divide(Place const& low, int width, std::vector<int> inside) {
-    if (inside.empty()) return -1;
-    int const own = static_cast<int>(nodes_.size());
-    nodes_.push_back({{-1, -1, -1, -1, -1, -1, -1, -1}, width == 1 ? inside[0] : -1});
-    if (width == 1) return own;
-    std::array<std::vector<int>, 8> parts;
-    auto const octant = [&](Place const& p) {
-      int k = 0;
-      for (int a = 0; a < 3; ++a) k += (p[at(a)] - low[at(a)] >= width / 2) << a;
-      return k;
-    };
-    for (int const c : inside) parts[at(octant(place(c)))].push_back(c);
-    for (int k = 0; k < 8; ++k) {
-      Place from = low;
-      for (int a = 0; a < 3; ++a) from[at(a)] += (k >> a & 1) * width / 2;
-      int const child = divide(from, width / 2, std::move(parts[at(k)]));
-      nodes_[at(own)].child[at(k)] = child;
-    }
-    return own;
-  }
-
   Vector3<double> corner_;
   std::vector<Place> places_;
   std::vector<std::array<int, 6>> beside_;
@@ -183,7 +152,6 @@ class CubeGrid {
   std::vector<std::array<int, 8>> corners_, uncut_;
   std::vector<int> first_;                        // of each vertex: 8 cube + corner
   int uncut_vertices_ = 0;
-  std::vector<Node> nodes_;
 };
 
 }  // namespace palpate::detail

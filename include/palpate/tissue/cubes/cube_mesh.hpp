@@ -7,7 +7,6 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/tissue/cubes/cube_grid.hpp>
-#include <palpate/tissue/cubes/cube_octree.hpp>
 #include <palpate/tissue/skin_body.hpp>
 
 #include <algorithm>
@@ -68,8 +67,6 @@ class CubeMesh : public SkinBody<ScalarType> {
       }
   }
 
-  /// The same as nearest_point by the source's way: depth first through the octree of cubes. Fits it first, to all cubes, where the body has moved.
-  SurfacePoint<Scalar> nearest_point_in_octree(Vector const& point) { return octree_.nearest_point(*this, point); }
 
  protected:
   using Base::at, Base::rest_, Base::x_, Base::u_, Base::v_;
@@ -168,7 +165,7 @@ class CubeMesh : public SkinBody<ScalarType> {
       }
     this->set_skin(rest, triangles, std::move(wound));
     if (most_split_ > 0) this->reserve_skin(most, 2 * f + extras);
-    this->count_revision(), octree_.forget();
+    this->count_revision();
   }
 
   /// These cubes are split, ascending, and no others. What was split before is in last_fine_.
@@ -204,7 +201,7 @@ class CubeMesh : public SkinBody<ScalarType> {
         if (near < 0) near = far_neighbour(c, part);
         if (near >= 0) patch(near);
       }
-    this->count_revision(), ++renumberings_, octree_.forget();
+    this->count_revision(), ++renumberings_;
   }
   /// The nails of unsplit cubes' corners nail what lies between nailed ones alone.
   void nail_between() {
@@ -222,7 +219,6 @@ class CubeMesh : public SkinBody<ScalarType> {
   std::vector<int> slot_;                    // of each cube: its place in fine_, or −1
   Fine fine_, last_fine_;                    // split now, and before the last refine()
   std::vector<Face> faces_;
-  CubeOctree<Scalar> octree_;                // to be forgotten where vertices move
 
  private:
   // --- points of a split cube, (i, j, k) from 0 to parts_ ----------------------------------------------------------
@@ -280,10 +276,6 @@ class CubeMesh : public SkinBody<ScalarType> {
     } while (std::next_permutation(sides.begin(), sides.begin() + n));
     return -1;
   }
-  void add_point(Vector const& rest, Vector const& u, Vector const& v, Hang const& hang) {
-    this->add_vertex(rest, u, v);
-    around_.push_back({-1, -1, -1, -1, -1, -1, -1, -1}), hang_.push_back(hang);
-  }
   /// The vertices of a split cube: shared with the split cubes before it, hanging where a linked cube is not split.
   void add_points(int c) {
     auto const last = std::lower_bound(last_fine_.cubes.begin(), last_fine_.cubes.end(), c);
@@ -323,7 +315,8 @@ class CubeMesh : public SkinBody<ScalarType> {
         }
       if (before != nullptr && !hangs) u = last_u_[before[n]], v = last_v_[before[n]];
       own[n] = size();
-      add_point(rest, u, v, hang);
+      this->add_vertex(rest, u, v);
+      around_.push_back({-1, -1, -1, -1, -1, -1, -1, -1}), hang_.push_back(hang);
       for (std::size_t k = 0; k < at(hang.count); ++k) {
         int& head = head_[at(hang.on[k])];
         followers_.push_back({own[n], hang.weight[k], std::exchange(head, static_cast<int>(followers_.size()))});

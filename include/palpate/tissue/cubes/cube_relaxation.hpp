@@ -46,7 +46,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
 
   Vector const& gravity() const noexcept { return gravity_; }
   void set_gravity(Vector const& gravity) {
-    check_finite("gravity", gravity, "m/s²");
+    require_finite("gravity", gravity, "m/s²");
     gravity_ = gravity, is_quiet_ = false;
   }
   Scalar mass(int i) const { return (this->check(i), mass_[at(i)]); }   // kg, for gravity alone
@@ -57,7 +57,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
     this->displace(i, Vector::Zero());
     for_each_follower(i, [&](int h, Scalar) { follow(h); });
     this->nail_between();
-    is_quiet_ = pieces_are_known_ = false, this->octree_.forget();
+    is_quiet_ = pieces_are_known_ = false;
   }
   /// A spring from a vertex of unsplit cubes to where it rests (anchor spring, the source's nail) [N/m].
   void support(int i, Scalar stiffness) {
@@ -69,8 +69,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
 
   /// Adds a force on the tissue [N]: constant over the next step, consumed by it.
   void apply_force(int i, Vector const& force) {
-    this->check(i);
-    check_finite("the force on a vertex", force, "N");
+    this->check(i), this->check_force(i, force);
     if (this->tissue().nailed(i)) return;
     if (!std::exchange(is_loaded_[at(i)], char{1})) loaded_.push_back(i);
     load_[i] += force;
@@ -145,10 +144,6 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
     if (i < base_) return;
     throw InvalidArgument(message("vertex ", i, " goes when its cube is joined; only the first ", base_, " vertices can be ", what));
   }
-  static void check_finite(char const* what, Vector const& value, char const* unit) {
-    if (is_finite(value)) return;
-    throw InvalidArgument(message(what, " is (", value[0], ", ", value[1], ", ", value[2], ") ", unit, "; it must be finite"));
-  }
 
   /// After build(): nothing pulls, and nothing has been touched.
   void begin() {
@@ -185,10 +180,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
       int const i = loaded_[n];
       if (i < base_) continue;
       Vector const load = load_[i];
-      int leaf = -1;
-      for (int const one : around_[at(i)]) leaf = std::max(leaf, one);
-      auto const& corners = grid_.corners(this->cube_of_leaf(leaf));
-      for (int const corner : corners) {
+      for (int const corner : grid_.corners(cube_at(i))) {
         Scalar const share = (1 - (rest_[i] - rest_[corner]).cwiseAbs().array() / options_.edge).max(Scalar(0)).prod();
         if (share > 0) apply_force(corner, share * load);
       }
@@ -211,11 +203,9 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
         if (int const next = grid_.linked(queue_[n], side); next >= 0 && std::exchange(is_free_cube_[at(next)], char{0})) queue_.push_back(next);
     has_free_pieces_ = queue_.size() < at(cubes());
   }
-  bool is_weightless(int i) const noexcept {
-    int leaf = -1;
-    for (int const one : around_[at(i)]) leaf = std::max(leaf, one);
-    return is_free_cube_[at(this->cube_of_leaf(leaf))] != 0;
-  }
+  /// A cube at a vertex, the last one.
+  int cube_at(int i) const noexcept { return this->cube_of_leaf(*std::max_element(around_[at(i)].begin(), around_[at(i)].end())); }
+  bool is_weightless(int i) const noexcept { return is_free_cube_[at(cube_at(i))] != 0; }
 
   /// k_i and m_i of a vertex, as cubes and followers around it are.
   void refresh(int i) noexcept {
@@ -311,7 +301,8 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
     for (; report.sweeps < sweeps && !is_quiet_ && !budget.is_spent; ++report.sweeps) {
       bool const to_the_end = options_.order != VisitOrder::breadth_first || sweep_ % 8 == 7 || (wants_rest && !(largest_ > tolerance));
       moving_ = 0, ++sweep_;
-      largest_ = options_.order == VisitOrder::breadth_first ? sweep_rings(to_the_end, budget) : sweep_list(budget);
+      if (options_.order == VisitOrder::random) shuffle(std::span(order_), random_);
+      largest_ = sweep_rings(to_the_end, budget);
       if (!std::isfinite(largest_)) break;
       is_quiet_ = to_the_end && !budget.is_spent && largest_ <= tolerance;
       if (!wants_rest && largest_ <= tolerance) break;
@@ -330,18 +321,16 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
       load_[i].setZero(), is_loaded_[at(i)] = 0;
     }
     loaded_.clear();
-    this->octree_.forget();
     return report;
   }
   void begin_order() noexcept {
     order_.clear(), ring_end_.clear();
     ++seen_count_, expanded_ = 0, unseen_from_ = 0;
-    if (options_.order == VisitOrder::breadth_first) {
+    if (options_.order == VisitOrder::breadth_first)
       for (int const i : touched_) see(i);
-      if (!order_.empty()) ring_end_.push_back(static_cast<int>(order_.size()));
-    } else {
-      for (int i = 0; i < size(); ++i) order_.push_back(i);
-    }
+    else   // one ring of all
+      for (; unseen_from_ < size(); ++unseen_from_, ++expanded_) see(unseen_from_);
+    if (!order_.empty()) ring_end_.push_back(static_cast<int>(order_.size()));
   }
   void see(int i) noexcept {
     if (std::exchange(seen_[at(i)], seen_count_) != seen_count_) order_.push_back(i);
@@ -379,16 +368,6 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
       if (!(largest_here <= largest)) largest = largest_here;
       if (!to_the_end && visits_ > visits && !(largest_here > largest / 100)) break;
     }
-    return largest;
-  }
-  Scalar sweep_list(Budget& budget) noexcept {
-    if (options_.order == VisitOrder::random) shuffle(std::span(order_), random_);
-    Scalar largest = 0;
-    for (int const i : order_)
-      if (is_free(i)) {
-        if (Scalar const far = visit(i); !(far <= largest)) largest = far;
-        if (budget.ask(options_.clock, visits_)) break;
-      }
     return largest;
   }
 

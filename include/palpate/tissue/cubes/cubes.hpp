@@ -255,8 +255,7 @@ void Cubes<Scalar>::reopen() {
 template <RealScalar Scalar>
 template <class Moved>
 int Cubes<Scalar>::cut(Vector const& a, Vector const& b, Vector const& c, Vector const& d, Moved const& moved) {
-  for (Vector const& end : {a, b, c, d})
-    this->check_finite("an end of the blade's edge", end, "m");
+  for (Vector const& end : {a, b, c, d}) detail::require_finite("an end of the blade's edge", end, "m");
   auto const passes = [](Vector const& p, Vector const& q, Vector const& i, Vector const& j, Vector const& k) {
     Vector const normal = (j - i).cross(k - i);
     Scalar const at_p = normal.dot(p - i), at_q = normal.dot(q - i);

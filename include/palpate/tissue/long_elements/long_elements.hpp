@@ -106,16 +106,14 @@ class LongElements : public SkinBody<ScalarType> {
   Scalar kept_volume() const noexcept { return static_cast<Scalar>(volume_); }
   /// Pumps fluid in or out, over the next steps.
   void set_kept_volume(Scalar volume) {
-    if (!(volume > 0) || !std::isfinite(volume))
-      throw InvalidArgument(detail::message("a volume of ", volume, " m³ to keep; give one that is finite and positive"));
+    detail::require_positive("the volume to keep", volume, "m³");
     volume_ = static_cast<double>(volume), is_measured_ = false;
   }
   /// Of the fluid at a place, above the atmosphere's [Pa].
   Scalar pressure_at(Vector const& place) const noexcept { return pressure_ + options_.density * gravity_.dot(place - centre_); }
   Vector const& gravity() const noexcept { return gravity_; }
   void set_gravity(Vector const& gravity) {
-    if (!is_finite(gravity))
-      throw InvalidArgument(detail::message("gravity is (", gravity[0], ", ", gravity[1], ", ", gravity[2], ") m/s²; it must be finite"));
+    detail::require_finite("gravity", gravity, "m/s²");
     gravity_ = gravity, is_measured_ = false;
   }
   /// Of columns and surface tension [J].
@@ -397,14 +395,9 @@ LongElements(TriangleMesh<Scalar> const&, LongElementsOptions<Scalar> const&) ->
 
 template <RealScalar Scalar>
 void LongElementsOptions<Scalar>::validate() const {
-  auto const check = [](bool is_good, char const* what, Scalar value, char const* unit, char const* wanted) {
-    if (!is_good || !std::isfinite(value))
-      throw InvalidArgument(detail::message("LongElements: ", what, " is ", value, " ", unit, "; give ", wanted, ", finite"));
-  };
-  auto const positive = [&](char const* what, Scalar value, char const* unit) { check(value > 0, what, value, unit, "a positive number"); };
-  auto const not_negative = [&](char const* what, Scalar value, char const* unit) { check(value >= 0, what, value, unit, "0 or a positive number"); };
-  positive("spacing", spacing, "m"), positive("young", young, "Pa"), not_negative("surface_tension", surface_tension, "N/m");
-  not_negative("density", density, "kg/m³"), not_negative("return_time", return_time, "s");
+  detail::require_positive("LongElements: spacing", spacing, "m"), detail::require_positive("LongElements: young", young, "Pa");
+  detail::require_non_negative("LongElements: surface_tension", surface_tension, "N/m");
+  detail::require_non_negative("LongElements: density", density, "kg/m³"), detail::require_non_negative("LongElements: return_time", return_time, "s");
   if (iterations < 1) throw InvalidArgument(detail::message("LongElements: iterations is ", iterations, "; a step takes one at least"));
 }
 

@@ -222,8 +222,7 @@ void VertexRingsOptions<Scalar>::validate() const {
       throw InvalidArgument(detail::message("VertexRings: slope ", r, " is ", slopes[r], " m/N, and slope ", r - 1, " is ", slopes[r - 1],
                                             " m/N; give |s_0| > |s_1| > |s_2|: what is farther from the touch moves less"));
   }
-  if (!(return_time >= 0) || !std::isfinite(return_time))
-    throw InvalidArgument(detail::message("VertexRings: return_time is ", return_time, " s; give a finite number, 0 for a return at once"));
+  detail::require_non_negative("VertexRings: return_time", return_time, "s");
 }
 
 }  // namespace palpate

@@ -45,8 +45,7 @@ inline TetrahedralMesh<double> given_tetrahedra(std::vector<Vector3<double>> con
 }
 
 inline void check_metres_per_unit(double metres_per_unit) {
-  if (!(metres_per_unit > 0.0) || !std::isfinite(metres_per_unit))
-    throw InvalidArgument(message("metres per unit is ", metres_per_unit, "; it must be positive"));
+  require_positive("metres per unit", metres_per_unit, "m");
 }
 
 }  // namespace palpate::detail
