@@ -74,7 +74,8 @@ auto make_body(std::type_identity<Springs>, int n) {
 ///   us_each_finish     neighbours, row bounds, with nodal pressure its stars;
 ///   us_each_packs      in the step after it: packs that forces are computed in
 ///   us_each_warm       as us_each, of another body that is cut without a step between: caches are warm
-///   us_packs_warm      beside it, packs that follow each of its ticks
+///   us_packs_warm      beside it, packs that follow each of its ticks, beyond
+///   us_packs_look      what they take to see that nothing has been cut: a look at each particle's number, once a step
 ///   us_idle_tick       of a tick that cuts nothing
 ///   ms_step, ms_step_after_cut, ms_packs_anew, ms_made_anew   a step (of elements implicit, of one iteration), one after a tick that cuts, gathering all packs, making body and tissue from the mesh
 template <class Kind>
@@ -107,7 +108,7 @@ void cut_block(benchmark::State& state) {
       return microseconds_since(now);
     };
     step();
-    std::vector<double> each, warm, packs_warm, finish, packs, idle, steps, steps_after;
+    std::vector<double> each, warm, packs_warm, packs_look, finish, packs, idle, steps, steps_after;
     VolumeCutter<double> knife, other;
     auto const cut = [&](auto& cut_body, VolumeCutter<double>& blade, int tick) {   // how long it takes, and how many it makes
       auto const& solid = cut_body.tissue().topology();
@@ -142,7 +143,10 @@ void cut_block(benchmark::State& state) {
       };
       follow();
       for (int tick = 0; tick <= ticks; ++tick)
-        if (auto const [took, made] = cut(again, other, tick); made > 0) warm.push_back(took / made), packs_warm.push_back(follow() / made);
+        if (auto const [took, made] = cut(again, other, tick); made > 0) {
+          double const followed = follow(), only_looked = follow();
+          warm.push_back(took / made), packs_look.push_back(only_looked), packs_warm.push_back((followed - only_looked) / made);
+        }
     }
     state.counters["tetrahedra"] = tetrahedra;
     state.counters["made"] = tissue.topology().tetrahedron_count() - tetrahedra;
@@ -150,6 +154,7 @@ void cut_block(benchmark::State& state) {
     state.counters["us_each_warm"] = median(std::move(warm));
     if (is_timed) {
       state.counters["us_packs_warm"] = median(std::move(packs_warm));
+      state.counters["us_packs_look"] = median(std::move(packs_look));
       state.counters["us_each_finish"] = median(std::move(finish)), state.counters["us_each_packs"] = median(std::move(packs));
     }
     state.counters["us_idle_tick"] = median(std::move(idle));

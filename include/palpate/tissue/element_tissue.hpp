@@ -3,6 +3,7 @@
 
 #include <palpate/core/columns.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/huge_page_vector.hpp>
 #include <palpate/core/index_lists.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/surface_topology.hpp>
@@ -31,8 +32,8 @@ namespace palpate {
 /// Elements of one kind, and the particles that each joins.
 template <class E>
 struct ElementList {
-  std::vector<std::array<int, static_cast<std::size_t>(E::nodes)>> nodes;
-  std::vector<E> elements;
+  HugePageVector<std::array<int, static_cast<std::size_t>(E::nodes)>> nodes;
+  HugePageVector<E> elements;
 
   int size() const noexcept { return static_cast<int>(elements.size()); }
 };
@@ -226,7 +227,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
     auto const of_each = [](auto& list, int count) { reserve_and_prefault(list, at(count)); };
     of_each(mass_, particles), of_each(nailed_, particles), of_each(stiffness_at_rest_, particles), of_each(damping_at_rest_, particles);
     of_each(kind.list.nodes, elements), of_each(kind.bounds, elements);
-    std::vector<E>& all = kind.list.elements;   // the same, of what can only be copied
+    HugePageVector<E>& all = kind.list.elements;   // the same, of what can only be copied
     std::size_t const before = all.size();
     if (before > 0) all.resize(std::max(before, at(elements)), E(all.front())), all.resize(before, E(all.front()));
   }
@@ -332,7 +333,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   struct Kind {
     ElementList<E> list;
     IndexLists at;   // elements at each particle, each with which of its nodes that is
-    std::vector<BoundsOf<E>> bounds;
+    HugePageVector<BoundsOf<E>> bounds;
   };
 
   template <class Visit>

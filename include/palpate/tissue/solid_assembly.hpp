@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/growing_lists.hpp>
+#include <palpate/core/huge_page_vector.hpp>
 #include <palpate/core/padded_columns.hpp>
 #include <palpate/tissue/assembled_particles.hpp>
 #include <palpate/tissue/pressure_stars.hpp>
@@ -200,7 +201,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   /// Which tetrahedron is where: what makes the order of sums. Without particles where it is always built anew.
   struct Layout {
     Base particles;
-    std::array<std::vector<typename Packs::Names>, std::size_t{Base::max_blocks} + 1> packs;
+    std::array<HugePageVector<typename Packs::Names>, std::size_t{Base::max_blocks} + 1> packs;
     std::vector<int> stars;
     std::size_t seen = 0;
     int gathered_from = 0;
@@ -364,7 +365,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   template <class List>
   void follow_stars(List const& list, PressureStars<Scalar> const& stars, bool all) {
     star_place_.resize(at(stars.size()), -1);
-    std::vector<int>& touched = of_halo_;
+    HugePageVector<int>& touched = of_halo_;
     touched.clear();
     if (all)
       for (int const s : chosen_stars_) touched.push_back(static_cast<int>(sum_of_.size())), add_star(stars, s);
@@ -428,11 +429,11 @@ class SolidAssembly : public AssembledParticles<Scalar> {
 
   RayleighDamping<Scalar> damping_;
   Scalar energy_rounding_ = 0;
-  std::vector<int> place_;   // tetrahedron of the tissue → gathered one, −1 outside
-  std::vector<std::array<int, 4>> nodes_;   // local
-  std::vector<int> names_, first_;   // of each gathered one: its number in the tissue, the block of its first chosen particle
-  std::vector<int> of_block_, of_halo_;   // while it is built
-  std::vector<int> at_border_, edited_;   // tetrahedra with a node that is not chosen; those that are edited, while it follows
+  HugePageVector<int> place_;   // tetrahedron of the tissue → gathered one, −1 outside
+  HugePageVector<std::array<int, 4>> nodes_;   // local
+  HugePageVector<int> names_, first_;   // of each gathered one: its number in the tissue, the block of its first chosen particle
+  HugePageVector<int> of_block_, of_halo_;   // while it is built
+  HugePageVector<int> at_border_, edited_;   // tetrahedra with a node that is not chosen; those that are edited, while it follows
   std::size_t seen_ = 0;      // of the tissue's edits
   int gathered_from_ = 0;     // of so many tetrahedra
   bool follows_ = false;      // whether it can

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/huge_page_vector.hpp>
 #include <palpate/core/simd_columns.hpp>
 #include <palpate/core/tensor3.hpp>
 #include <palpate/material/concept.hpp>
@@ -157,9 +158,9 @@ class TetrahedronPacks {
     slot_of_[static_cast<std::size_t>(name)] = static_cast<int>(k) * lanes + lane;
     update(name, nodes, element, counts);
   }
-  std::vector<Names> const& names() const noexcept { return names_; }
+  HugePageVector<Names> const& names() const noexcept { return names_; }
   /// Holds these, in these places; each has to be updated, with stars too.
-  void take(std::vector<Names> const& names, bool has_stars) {
+  void take(HugePageVector<Names> const& names, bool has_stars) {
     clear();
     names_ = names;
     packs_.resize(names.size()), inside_.resize(names.size());
@@ -506,15 +507,15 @@ class TetrahedronPacks {
     bool operator()(int start) const noexcept { return static_cast<unsigned>(start - first) < static_cast<unsigned>(count); }
   };
 
-  std::vector<Pack> packs_;
+  HugePageVector<Pack> packs_;
   Own own_{};
   std::vector<Places> places_;      // empty where the tangent is not assembled
-  std::vector<char> inside_;        // of each pack: all its nodes are its own
-  std::vector<Names> names_;
-  std::vector<int> slot_of_;        // of each tetrahedron by name, −1 where it is not here
+  HugePageVector<char> inside_;      // of each pack: all its nodes are its own
+  HugePageVector<Names> names_;
+  HugePageVector<int> slot_of_;      // of each tetrahedron by name, −1 where it is not here
   std::vector<Corners> stars_;      // empty without stars
   std::vector<T> measured_;
-  std::vector<Tangent> tangents_;   // of each since linearise()
+  HugePageVector<Tangent> tangents_;   // of each since linearise()
   std::vector<Tensor3<T>> growths_;   // with stars: V ∂J/∂x of nodes 1, 2, 3
   std::vector<int> last_pack_of_;   // of each particle, while they are filled
 };
