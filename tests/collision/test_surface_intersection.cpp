@@ -246,6 +246,33 @@ TEST_CASE("the cost of a contact is that of the triangles that meet and lie insi
   CHECK(share[2] < 2 * share[0]);
 }
 
+TEST_CASE("a body that touches another in two places has two regions, each with its own volume and balance", "[collision][intersection]") {
+  // A bar across two blocks; by hand.
+  auto bar_mesh = surface(make_block<double>(13, 3, 3, 0.01, BlockPattern::alternating));
+  repair(bar_mesh);
+  Body<double> bar(bar_mesh);
+  auto legs_mesh = surface(make_block<double>(4, 4, 4, 0.01, BlockPattern::alternating)), leg = legs_mesh;
+  leg.points.row(0).array() += 0.08;
+  TriangleMesh<double> both_legs{Matrix3X<double>(3, 2 * leg.points.cols()), Matrix<int, 3, Dynamic>(3, 2 * leg.triangles.cols())};
+  both_legs.points << legs_mesh.points, leg.points;
+  both_legs.triangles << legs_mesh.triangles, (leg.triangles.array() + static_cast<int>(leg.points.cols())).matrix();
+  repair(both_legs);
+  Body<double> legs(both_legs);
+  bar.move({0.0013, 0.0047, 0.028});
+  SurfaceIntersection<double> common;
+  common.find(legs.now(), bar.now());
+  REQUIRE(common.regions().size() == 2);
+  CHECK(common.volume() == Approx(0.02 * 0.002 * (0.0287 + 0.03)).epsilon(1e-8));
+  for (auto const& region : common.regions()) {
+    CHECK((std::abs(region.volume - 0.02 * 0.002 * 0.0287) < 1e-13 || std::abs(region.volume - 0.02 * 0.002 * 0.03) < 1e-13));
+    Place sum = Place::Zero();
+    double size = 0;
+    for (int k = 0; k < 2; ++k)
+      for (auto const& one : common.gradient(k, region)) sum += one.gradient, size += one.gradient.norm();
+    CHECK(sum.norm() < 1e-13 * size);
+  }
+}
+
 TEST_CASE("bodies apart and one in the other have no contour", "[collision][intersection]") {
   Body<double> a(make_sphere<double>(0.05, 5)), b(make_sphere<double>(0.01, 5));
   SurfaceIntersection<double> both;

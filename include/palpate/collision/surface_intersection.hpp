@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -26,14 +27,20 @@ struct MovingSurface {
   SurfaceTopology const& topology;
   SurfaceTree<Scalar> const& tree;
   typename SurfaceTree<Scalar>::Points points;   // 3 × vertices [m]
+
+  template <class Visit>
+  void visit_triangles_in_box(Vector3<Scalar> const& low, Vector3<Scalar> const& high, Visit&& visit) const {
+    tree.visit_in_box(low, high, visit);
+  }
 };
 
-/// The volume that two closed surfaces have in common, and how it changes with each of their vertices.
+/// The volume that two closed surfaces have in common, region by region, and how it changes with each of their vertices.
 ///
 ///   SurfaceIntersection<double> common;
-///   common.find({skin_a, tree_a, points_a}, {skin_b, tree_b, points_b});
+///   common.find(MovingSurface<double>{skin_a, tree_a, points_a}, MovingSurface<double>{skin_b, tree_b, points_b});
 ///   for (auto const& [vertex, gradient] : common.gradient(0)) a.apply_force(vertex, -pressure * gradient);
 ///
+/// Regions    a volume that is enclosed by itself: the parts of both surfaces that contours join.
 /// Gradient   ∂V/∂x_i = ∫ N_i n dA over the part of the vertex's surface that is inside the other one, N_i the vertex's linear shape function, n outward.
 ///            Those of both surfaces add up to nothing, and have no moment: their parts together bound the volume. V = 1/3 Σ x_i·∂V/∂x_i.
 /// Method     each pair of triangles that meet has a piece of the contour in common. A part of a triangle is bounded by such pieces and by what of its own edges is
@@ -56,29 +63,48 @@ class SurfaceIntersection {
     Vector3<Scalar> gradient;   // m²
   };
 
-  void find(MovingSurface<Scalar> const& first, MovingSurface<Scalar> const& second) {
+  /// m³ in common, and where in gradient(0) and gradient(1) its own entries begin and end.
+  struct Region {
+    double volume = 0;
+    std::array<std::size_t, 2> begin{}, end{};
+  };
+
+  /// A surface has topology, points and visit_triangles_in_box(low, high, visit).
+  template <class First, class Second>
+  void find(First&& first, Second&& second) {
     begin(sides_[0], first), begin(sides_[1], second);
-    pairs_ = visited_ = 0, volume_ = 0;
-    if (first.tree.empty() || second.tree.empty()) return;
+    pairs_ = visited_ = 0, regions_.clear(), joints_.clear();
+    if (first.topology.triangle_count() == 0 || second.topology.triangle_count() == 0) return;
     Vector3<Scalar> const low = first.points.rowwise().minCoeff(), high = first.points.rowwise().maxCoeff();
     reference_ = ((low + high) / 2).template cast<double>();
     shift_ = 1e-11 * static_cast<double>((high - low).norm()) * Place(0.5437, 0.3121, -0.7791);
     // Boxes are those of the surface that is not shifted: they are widened by more than that.
     Scalar const rounding = 4 * std::numeric_limits<Scalar>::epsilon() * low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
     Vector3<Scalar> const margin = Vector3<Scalar>::Constant(static_cast<Scalar>(2 * shift_.norm()) + rounding);
-    second.tree.visit_in_box(low - margin, high + margin, [&](int b) {
+    second.visit_triangles_in_box(low - margin, high + margin, [&](int b) {
       auto const c = second.topology.corners(b);
       Vector3<Scalar> const p = second.points.col(c[0]), q = second.points.col(c[1]), r = second.points.col(c[2]);
-      first.tree.visit_in_box(p.cwiseMin(q).cwiseMin(r) - margin, p.cwiseMax(q).cwiseMax(r) + margin, [&](int a) { meet(first, second, a, b); });
+      first.visit_triangles_in_box(p.cwiseMin(q).cwiseMin(r) - margin, p.cwiseMax(q).cwiseMax(r) + margin, [&](int a) { meet(first, second, a, b); });
     });
     if (pairs_ == 0) return;
-    close(sides_[0], first, Place::Zero()), close(sides_[1], second, shift_);
+    close(sides_[0], first), close(sides_[1], second);
+    join();
+    sum(0, first, Place::Zero()), sum(1, second, shift_);
   }
 
   bool touches() const noexcept { return pairs_ > 0; }
-  double volume() const noexcept { return volume_; }
-  /// Of the first surface, 0, or the second: the vertices on which V depends, ascending.
-  std::span<VertexGradient const> gradient(int surface) const noexcept { return sides_[static_cast<std::size_t>(surface)].gradient; }
+  double volume() const noexcept {
+    double sum = 0;
+    for (Region const& one : regions_) sum += one.volume;
+    return sum;
+  }
+  /// In the order of the first surface's triangles.
+  std::span<Region const> regions() const noexcept { return regions_; }
+  /// Of the first surface, 0, or the second: the vertices on which V depends, region by region, ascending in each.
+  std::span<VertexGradient const> gradient(int surface) const noexcept { return sides_[at(surface)].gradient; }
+  std::span<VertexGradient const> gradient(int surface, Region const& of) const noexcept {
+    return gradient(surface).subspan(of.begin[at(surface)], of.end[at(surface)] - of.begin[at(surface)]);
+  }
   int pairs() const noexcept { return pairs_; }       ///< triangles that cross each other
   int visited() const noexcept { return visited_; }   ///< pairs that were looked at
 
@@ -94,6 +120,7 @@ class SurfaceIntersection {
   struct Side {
     std::vector<Crossing> crossings;
     std::vector<int> triangles, inside;                   // those that count; vertices inside the other surface
+    std::vector<int> place;                               // of each triangle among those that count
     std::vector<std::array<double, 3>> integrals;         // of each triangle: of its shape functions over its part, per twice its area
     std::vector<std::uint64_t> triangle_stamp, vertex_stamp;
     std::vector<VertexGradient> gradient;
@@ -101,15 +128,17 @@ class SurfaceIntersection {
   };
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
 
-  static void begin(Side& side, MovingSurface<Scalar> const& surface) {
+  template <class Surface>
+  static void begin(Side& side, Surface const& surface) {
     auto const triangles = at(surface.topology.triangle_count()), vertices = at(surface.topology.vertex_count());
-    if (side.integrals.size() < triangles) side.integrals.resize(triangles), side.triangle_stamp.resize(triangles, 0);
+    if (side.integrals.size() < triangles) side.integrals.resize(triangles), side.triangle_stamp.resize(triangles, 0), side.place.resize(triangles);
     if (side.vertex_stamp.size() < vertices) side.vertex_stamp.resize(vertices, 0);
     ++side.stamp;
     side.crossings.clear(), side.triangles.clear(), side.inside.clear(), side.gradient.clear();
   }
   static void count(Side& side, int triangle) {
     if (std::exchange(side.triangle_stamp[at(triangle)], side.stamp) == side.stamp) return;
+    side.place[at(triangle)] = static_cast<int>(side.triangles.size());
     side.triangles.push_back(triangle), side.integrals[at(triangle)] = {0, 0, 0};
   }
   /// Adds a piece of a part's boundary, which goes round it counter-clockwise: the triangle that it makes with corner 0.
@@ -166,7 +195,8 @@ class SurfaceIntersection {
     }
   }
 
-  void meet(MovingSurface<Scalar> const& first, MovingSurface<Scalar> const& second, int a, int b) {
+  template <class First, class Second>
+  void meet(First const& first, Second const& second, int a, int b) {
     ++visited_;
     auto const ca = first.topology.corners(a), cb = second.topology.corners(b);
     Corners x, y;
@@ -182,13 +212,15 @@ class SurfaceIntersection {
     if (n == 0) return;
     ++pairs_;
     count(sides_[0], a), count(sides_[1], b);
+    joints_.push_back({a, b});
     if (n != 2) return;   // by rounding alone
     Place const along = (x[1] - x[0]).cross(x[2] - x[0]).cross((y[1] - y[0]).cross(y[2] - y[0]));
     if ((ends[1].place - ends[0].place).dot(along) < 0) std::swap(ends[0], ends[1]);
     add_piece(sides_[0], a, ends[0].on_first, ends[1].on_first);
     add_piece(sides_[1], b, ends[1].on_second, ends[0].on_second);
   }
-  Place place(MovingSurface<Scalar> const& surface, int vertex, Place const& shift) const {
+  template <class Surface>
+  Place place(Surface const& surface, int vertex, Place const& shift) const {
     return Vector3<Scalar>(surface.points.col(vertex)).template cast<double>() - reference_ + shift;
   }
 
@@ -202,8 +234,9 @@ class SurfaceIntersection {
   }
   static bool is_inside(Side const& side, int vertex) noexcept { return side.vertex_stamp[at(vertex)] == side.stamp; }
 
-  /// From the contour to what is inside it, and the sums over all parts.
-  void close(Side& side, MovingSurface<Scalar> const& surface, Place const& shift) {
+  /// From the contour to what is inside it.
+  template <class Surface>
+  void close(Side& side, Surface const& surface) {
     std::sort(side.crossings.begin(), side.crossings.end(), [](Crossing const& a, Crossing const& b) { return a.key() < b.key(); });
     auto const mark = [&](int vertex) {
       if (std::exchange(side.vertex_stamp[at(vertex)], side.stamp) != side.stamp) side.inside.push_back(vertex);
@@ -224,22 +257,59 @@ class SurfaceIntersection {
       auto const c = surface.topology.corners(t);
       for (std::size_t k = 0; k < 3; ++k) add_edge(side, t, c, k, (k + 1) % 3);
     }
-    auto const grow = [&](int vertex, Place const& gradient) {
-      side.gradient.push_back({vertex, gradient.template cast<Scalar>()});
-      volume_ += place(surface, vertex, shift).dot(gradient) / 3;
+    for (std::size_t k = 0; k < side.inside.size(); ++k) {   // what meets at a vertex inside is of one region
+      auto const around = surface.topology.triangles_at(side.inside[k]);
+      for (int const t : around) (&side == &sides_[0] ? inner_[0] : inner_[1]).push_back({around[0], t});
+    }
+  }
+  /// Which triangles are of one region: those of the first surface come before those of the second.
+  void join() {
+    std::size_t const firsts = sides_[0].triangles.size();
+    root_.resize(firsts + sides_[1].triangles.size());
+    std::iota(root_.begin(), root_.end(), 0);
+    auto const unite = [&](int a, int b) {
+      a = root_of(a), b = root_of(b);
+      root_[at(std::max(a, b))] = std::min(a, b);
     };
+    int const beyond = static_cast<int>(firsts);
+    for (auto const& [a, b] : joints_) unite(sides_[0].place[at(a)], beyond + sides_[1].place[at(b)]);
+    for (int side = 0; side < 2; ++side) {
+      for (auto const& [a, b] : inner_[at(side)]) unite(side * beyond + sides_[at(side)].place[at(a)], side * beyond + sides_[at(side)].place[at(b)]);
+      inner_[at(side)].clear();
+    }
+    region_.assign(root_.size(), -1);
+    for (int k = 0; k < static_cast<int>(root_.size()); ++k) {
+      int const root = root_of(k);
+      if (root == k) region_[at(k)] = static_cast<int>(regions_.size()), regions_.push_back({});
+      region_[at(k)] = region_[at(root)];
+    }
+  }
+  int root_of(int k) noexcept {
+    while (root_[at(k)] != k) k = root_[at(k)] = root_[at(root_[at(k)])];
+    return k;
+  }
+  /// The parts of a surface, by region and vertex.
+  template <class Surface>
+  void sum(int which, Surface const& surface, Place const& shift) {
+    Side& side = sides_[at(which)];
     parts_.clear();
-    for (int const t : side.triangles) {
+    for (std::size_t n = 0; n < side.triangles.size(); ++n) {
+      int const t = side.triangles[n], region = region_[n + (which == 0 ? 0 : sides_[0].triangles.size())];
       auto const c = surface.topology.corners(t);
       Place const o = place(surface, c[0], shift), normal = (place(surface, c[1], shift) - o).cross(place(surface, c[2], shift) - o);
-      for (std::size_t k = 0; k < 3; ++k) parts_.push_back({c[k], t, side.integrals[at(t)][k] * normal});
+      for (std::size_t k = 0; k < 3; ++k) parts_.push_back({region, c[k], t, side.integrals[at(t)][k] * normal});
     }
-    std::sort(parts_.begin(), parts_.end(), [](Part const& a, Part const& b) { return std::pair(a.vertex, a.triangle) < std::pair(b.vertex, b.triangle); });
-    for (std::size_t k = 0; k < parts_.size();) {
-      Place sum = Place::Zero();
-      int const vertex = parts_[k].vertex;
-      for (; k < parts_.size() && parts_[k].vertex == vertex; ++k) sum += parts_[k].gradient;
-      grow(vertex, sum);
+    std::sort(parts_.begin(), parts_.end(), [](Part const& a, Part const& b) { return a.key() < b.key(); });
+    for (std::size_t k = 0, n = 0; n < regions_.size(); ++n) {
+      regions_[n].begin[at(which)] = side.gradient.size();
+      while (k < parts_.size() && parts_[k].region == static_cast<int>(n)) {
+        Place sum = Place::Zero();
+        int const vertex = parts_[k].vertex;
+        for (; k < parts_.size() && parts_[k].vertex == vertex && parts_[k].region == static_cast<int>(n); ++k) sum += parts_[k].gradient;
+        side.gradient.push_back({vertex, sum.template cast<Scalar>()});
+        regions_[n].volume += place(surface, vertex, shift).dot(sum) / 3;
+      }
+      regions_[n].end[at(which)] = side.gradient.size();
     }
   }
   /// What of an edge of a triangle is inside.
@@ -264,15 +334,19 @@ class SurfaceIntersection {
   }
 
   struct Part {
-    int vertex, triangle;
+    int region, vertex, triangle;
     Place gradient;
+    auto key() const noexcept { return std::tuple(region, vertex, triangle); }
   };
 
   std::array<Side, 2> sides_;
   std::vector<Part> parts_;
   Place reference_ = Place::Zero(), shift_ = Place::Zero();   // m; the second surface is shifted
+  std::vector<Region> regions_;
+  std::vector<std::array<int, 2>> joints_;                       // triangles of the two that cross each other
+  std::array<std::vector<std::array<int, 2>>, 2> inner_;         // of one surface that meet inside the other
+  std::vector<int> root_, region_;                               // of each triangle that counts
   int pairs_ = 0, visited_ = 0;
-  double volume_ = 0;   // m³
 };
 
 }  // namespace palpate
