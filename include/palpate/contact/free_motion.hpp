@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <palpate/body/concept.hpp>
+#include <palpate/body/soft_body.hpp>
+#include <palpate/core/matrix.hpp>
+#include <palpate/core/padded_columns.hpp>
+#include <palpate/integrator/concept.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace palpate::detail {
+
+/// How a body will move in its next step, and how it gives way to impulses: what a contact has to know. Of explicit bodies the particle's mass, or its mobility, says it.
+template <SimulatedBody Body>
+class FreeMotion {
+ public:
+  using Scalar = typename Body::Scalar;
+  using Vector = Vector3<Scalar>;
+  static constexpr bool solves = false;
+
+  void begin(Body const&, Scalar) const noexcept {}
+  /// m/s, of a particle at the end of a step of h seconds, with the forces applied so far.
+  Vector velocity(Body const& body, int i, Scalar h) const {
+    Vector const now = body.velocities().col(i);
+    return own_mobility(body, i, h) > 0 ? Vector(now + h * Vector(body.predicted_acceleration(i, h))) : now;
+  }
+};
+
+/// Of implicit bodies the whole body's stiffness says it: A = M + h C + h² K at the positions of now, as BackwardEuler has it.
+///   velocity   v + A⁻¹ (h f(x, v) − h² K v)
+///   respond    A⁻¹ r
+/// Cost       one tangent a begin(), and conjugate gradients for it and for each response, to 1e-4 or 100 iterations. Allocates after edits, and when nails or held particles change.
+/// Limits     the whole body moves, whatever its region says.
+template <class Tissue, class IntegratorType, class RegionType, class ExecutionType>
+  requires ImplicitIntegrator<IntegratorType, typename Tissue::Scalar>
+class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
+  using Body = SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>;
+
+ public:
+  using Scalar = typename Tissue::Scalar;
+  using Vector = Vector3<Scalar>;
+  static constexpr bool solves = true;
+
+  void begin(Body const& body, Scalar h) {
+    choose(body);
+    h_ = h;
+    for (int k = 0; k < all(); ++k) x_[k] = body.positions().col(assembly_.particles()[at(k)]);
+    assembly_.linearise(x_.padded_view(), inverse_mass_.data());
+    assembly_.tangent_diagonal(Scalar(1), h, h * h, inverse_.padded_view().data());
+    auto&& inverse = inverse_.padded_view();
+    inverse = (inverse.array() > 0).select(inverse.array().inverse(), Scalar(0)).matrix();
+    inverse.rightCols(all() - moving()).setZero();
+    direction_.set_zero();
+    for (int k = 0; k < moving(); ++k) direction_[k] = body.velocities().col(chosen_[at(k)]);
+    assembly_.multiply_tangent(Scalar(0), Scalar(0), h * h, direction_.padded_view().data(), product_.padded_view().data());
+    for (int k = 0; k < moving(); ++k) residual_[k] = h / inverse_mass_[at(k)] * Vector(body.predicted_acceleration(chosen_[at(k)], h)) - Vector(product_[k]);
+    solve(change_);
+  }
+  Vector velocity(Body const& body, int i, Scalar) const {
+    Vector const now = body.velocities().col(i);
+    int const k = place_[at(i)];
+    return k >= 0 ? Vector(now + change_[k]) : now;
+  }
+  /// Changes of velocity of some particles [m/s] by impulses [N s]: to[n] of particle to_of(n).
+  template <class Impulses, class ToOf>
+  void respond(Impulses const& impulses, ToOf const& to_of, std::span<Vector> to) {
+    residual_.set_zero();
+    impulses([&](int particle, Vector const& impulse) {
+      if (int const k = place_[at(particle)]; k >= 0) residual_[k] += impulse;
+    });
+    solve(response_);
+    for (std::size_t n = 0; n < to.size(); ++n) {
+      int const k = place_[at(to_of(n))];
+      to[n] = k >= 0 ? Vector(response_[k]) : Vector(Vector::Zero());
+    }
+  }
+
+ private:
+  static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
+  int moving() const noexcept { return static_cast<int>(chosen_.size()); }
+  int all() const noexcept { return static_cast<int>(assembly_.particles().size()); }
+
+  void choose(Body const& body) {
+    auto const& tissue = body.tissue();
+    free_.clear();
+    for (int i = 0; i < tissue.size(); ++i)
+      if (!tissue.nailed(i) && !body.is_held(i)) free_.push_back(i);
+    if (free_ == chosen_ && revision_ == tissue.revision()) return;
+    chosen_ = free_, revision_ = tissue.revision();
+    tissue.assemble(chosen_, assembly_);
+    place_.assign(at(tissue.size()), -1), inverse_mass_.clear();
+    for (int k = 0; k < moving(); ++k) place_[at(chosen_[at(k)])] = k, inverse_mass_.push_back(1 / tissue.mass(chosen_[at(k)]));
+    for (auto* columns : {&x_, &inverse_, &residual_, &direction_, &product_, &change_, &response_}) columns->resize(0), columns->resize(all());
+  }
+  /// A to = residual_, which is spent.
+  void solve(PaddedColumns<Scalar>& to) {
+    auto&& change = to.padded_view();
+    auto&& residual = residual_.padded_view();
+    auto&& inverse = inverse_.padded_view();
+    auto&& direction = direction_.padded_view();
+    auto&& product = product_.padded_view();
+    change.setZero();
+    residual.rightCols(all() - moving()).setZero();
+    direction = inverse.cwiseProduct(residual);
+    constexpr Scalar tolerance = std::max(Scalar(1e-4), 16 * std::numeric_limits<Scalar>::epsilon());
+    Scalar size = direction.cwiseProduct(residual).sum();
+    Scalar const enough = tolerance * tolerance * size;
+    for (int k = 0; k < 100 && size > enough; ++k) {
+      assembly_.multiply_tangent(Scalar(1), h_, h_ * h_, direction.data(), product.data());
+      Scalar const curvature = direction.cwiseProduct(product).sum();
+      if (!(curvature > 0)) break;
+      Scalar const length = size / curvature, last = size;
+      change += length * direction, residual -= length * product;
+      residual.rightCols(all() - moving()).setZero();
+      product = inverse.cwiseProduct(residual);
+      size = product.cwiseProduct(residual).sum();
+      direction = product + size / last * direction;
+    }
+  }
+
+  typename Tissue::Assembly assembly_;
+  std::vector<int> chosen_, free_, place_;   // particles that move; place_: of each of the body among them, −1 of others
+  std::vector<Scalar> inverse_mass_;         // 1/kg
+  std::size_t revision_ = 0;
+  PaddedColumns<Scalar> x_, inverse_, residual_, direction_, product_, change_, response_;
+  Scalar h_ = 0;
+};
+
+}  // namespace palpate::detail
