@@ -65,8 +65,8 @@ Obstacle<S> table(double top = 0, double side = 0.3) {
   return Obstacle<S>(skin_of(block<S>(2, 2, 2, side, {-side / 2, -side / 2, top - side})));
 }
 template <class S, class Integrator>
-auto solid(TetrahedralMesh<S> const& mesh, Integrator integrator, double young = 1e4, double drag = 0.5) {
-  return SoftBody(FiniteElements<S, StableNeoHookean<S>>(mesh, {.density = S(1000), .material = {.young = S(young), .poisson = S(0.3)}, .damping = {.alpha = S(drag), .beta = S(1e-3)}}),
+auto solid(TetrahedralMesh<S> const& mesh, Integrator integrator, double young = 1e4, double drag = 0.5, double damping = 1e-3) {
+  return SoftBody(FiniteElements<S, StableNeoHookean<S>>(mesh, {.density = S(1000), .material = {.young = S(young), .poisson = S(0.3)}, .damping = {.alpha = S(drag), .beta = S(damping)}}),
                   integrator);
 }
 template <class Body>
@@ -239,9 +239,9 @@ TEST_CASE("bodies that collide keep momentum and angular momentum, and contact n
   int met = 0;
   for (int round = 0; round < 12; ++round) {
     auto const any = [&] { return random.uniform(-1.0, 1.0); };
-    auto a = solid<double>(egg(4, {0.02, 0.017, 0.015}, {0, 0, 0}), LeapfrogVerlet{}, 1e4, 0);
+    auto a = solid<double>(egg(4, {0.02, 0.017, 0.015}, {0, 0, 0}), LeapfrogVerlet{}, 1e4, 0, 0);
     Vector3<double> const way = Vector3<double>(any(), any(), any()).normalized();
-    auto b = solid<double>(egg(4, {0.015, 0.02, 0.018}, 0.038 * way), LeapfrogVerlet{}, 1e4, 0);
+    auto b = solid<double>(egg(4, {0.015, 0.02, 0.018}, 0.038 * way), LeapfrogVerlet{}, 1e4, 0, 0);
     for (int i = 0; i < a.size(); ++i) throw_particle(a, i, 0.3 * way + 2 * way.cross(Vector3<double>(a.positions().col(i))));
     for (int i = 0; i < b.size(); ++i) throw_particle(b, i, -0.2 * way + 0.1 * Vector3<double>(any(), any(), any()));
     auto const angular = [](auto const& body) {
@@ -314,8 +314,7 @@ TEST_CASE("a contact goes on as it did after both bodies and its anchors are res
   auto const advance = [&](int steps) {
     for (int k = 0; k < steps; ++k) {
       contact.apply(upper, lower, 1e-4);
-      REQUIRE(static_cast<bool>(upper.step(5e-5)));
-      upper.step(5e-5), lower.step(1e-4);
+      upper.advance(1e-4), lower.advance(1e-4);
     }
   };
   advance(800);
@@ -328,7 +327,7 @@ TEST_CASE("a contact goes on as it did after both bodies and its anchors are res
   AllocationCount const allocations;
   advance(300);
   CHECK(allocations.count() == 0);
-  CHECK(upper.positions() == once);
+  CHECK((upper.positions() - once).cwiseAbs().maxCoeff() == 0);
   // Forgotten, it begins as a new contact does: nothing is left of the old one.
   upper.restore(saved), lower.restore(other);
   contact.apply(upper, lower, 1e-4);

@@ -404,13 +404,51 @@ TEMPLATE_LIST_TEST_CASE("edges of several pieces, a depth to puncture, a bound o
 TEST_CASE("what can not be cut with is refused in a sentence, and leaves the body as it was", "[volume_cutter]") {
   auto body = block_body<Elements>(3);
   VolumeCutter<double> knife;
-  CHECK_THROWS_WITH(knife.advance(body, {Vector(0, 0, std::nan("")), Vector(0, 0, 1)}), Catch::Contains("not finite"));
+  CHECK_THROWS_WITH(knife.advance(body, {Vector(0, 0, std::nan("")), Vector(0, 0, 1)}), Catch::Contains("point 0 of the blade is (0, 0, nan) m; it must be finite"));
   CHECK_THROWS_WITH(knife.advance(body, {Vector(0, 0, -500), Vector(0, 0, 500)}), Catch::Contains("is it in m?"));
   std::array const point{Vector(0, 0, 0)};
   CHECK_THROWS_WITH(knife.advance(body, std::span<Vector const>(point)), Catch::Contains("at least two"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.snap = 0.5}), Catch::Contains("snap is 0.5"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.puncture_depth = -1}), Catch::Contains("puncture depth is -1"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.most_tetrahedra = 0}), Catch::Contains("at least 1"));
+  CHECK_THROWS_WITH(VolumeCutter<double>({.edge = {{0, 0, 0}, {0, 0, 1}, {1, 1, INFINITY}}}), Catch::Contains("point 2 of the edge is (1, 1, inf) m"));
   CHECK(body.tissue().tetrahedra() == 40);
   CHECK(body.size() == 27);
+}
+
+TEST_CASE("a stroke goes on after a restore as it did before, where the cutter is restored as well; on another body it begins anew", "[volume_cutter]") {
+  using Solid = FiniteElements<double, StableNeoHookean<double>>;
+  auto const block = [](int nx, int ny, int nz, BlockPattern pattern) {
+    return SoftBody(Solid(make_block<double>(nx, ny, nz, 0.005, pattern), {.density = 1000.0, .material = {.young = 1e4, .poisson = 0.4}}), BackwardEuler{});
+  };
+  auto const stroke = [](auto& body, VolumeCutter<double>& knife, int from, int to) {
+    for (int i = from; i <= to; ++i) {
+      double const y = -0.004 + 0.038 * i / 60;
+      knife.advance(body, {{0.0113, y, -0.005}, {0.0113, y, 0.035}});
+    }
+  };
+  auto undisturbed = block(7, 7, 7, BlockPattern::alternating), body = undisturbed;
+  VolumeCutter<double> knife, other;
+  stroke(undisturbed, knife, 0, 60);
+  knife.lift(undisturbed);
+  stroke(body, other, 0, 30);
+  auto const saved = body.save();
+  VolumeCutter<double> const then = other;
+  stroke(body, other, 31, 45);
+  body.restore(saved), other = then, other.resume(body);
+  stroke(body, other, 31, 60);
+  other.lift(body);
+  CHECK(body.positions() == undisturbed.positions());
+  CHECK(body.triangles() == undisturbed.triangles());
+  CHECK(other.area() == knife.area());
+  CHECK(other.area() == Approx(0.03 * 0.03).epsilon(1e-9));
+
+  // In mid-stroke to a body of as many particles and fewer tetrahedra.
+  auto large = block(11, 11, 11, BlockPattern::kuhn), thin = block(2, 30, 30, BlockPattern::alternating);
+  VolumeCutter<double> lost;
+  for (int i = 0; i <= 20; ++i) lost.advance(large, {{0.0471, 0.053 - 0.001 * i, 0.041}, {0.0471, 0.053 - 0.001 * i, 0.06}});
+  REQUIRE(thin.size() >= large.size());
+  REQUIRE(thin.tissue().tetrahedra() < large.tissue().tetrahedra());
+  for (double const y : {-0.003, 0.003, 0.009}) lost.advance(thin, {Vector(-0.002, y, 0.0713), Vector(0.007, y, 0.0713)});
+  CHECK(thin.tissue().tetrahedra() > 0);
 }

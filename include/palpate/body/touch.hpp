@@ -114,6 +114,13 @@ class Touch {
     return restorations_ != body.restorations();
   }
 
+  /// The body was restored to how it was when this was copied: the contact is as it was then.
+  template <class Body>
+  void resume(Body const& body) noexcept {
+    restorations_ = body.restorations();
+    remember(body);
+  }
+
   /// Forgets the contact and where the tip was.
   void reset() noexcept { end(); }
 

@@ -54,8 +54,8 @@ struct VolumeCutOptions {
 
   void validate() const {
     if (edge.size() < 2) throw InvalidArgument(detail::message("VolumeCutter: an edge of ", edge.size(), " points; it takes at least two"));
-    for (auto const& point : edge)
-      if (!is_finite(point)) throw InvalidArgument("VolumeCutter: the edge is not finite; its points are in m, in the tool's frame");
+    for (std::size_t k = 0; k < edge.size(); ++k)
+      if (!is_finite(edge[k])) detail::require_finite(detail::message("VolumeCutter: point ", k, " of the edge"), edge[k], "m in the tool's frame");
     detail::require_non_negative("VolumeCutter: the puncture depth", puncture_depth, "m");
     if (!(puncture_force > 0)) throw InvalidArgument(detail::message("VolumeCutter: the puncture force is ", puncture_force, " N; it must be positive"));
     detail::require_non_negative("VolumeCutter: the toughness", toughness, "J/m2");
@@ -92,14 +92,15 @@ struct VolumeCutOptions {
 ///            larger vertex numbers first, so that a face's diagonal goes to the smaller of the old vertices.
 /// Blade      moves straight between two ticks; in a deformed solid it is followed at points half a mean edge apart.
 /// Force      with a toughness Gc or a friction φ of the lips the tissue resists the blade: it stays where it is until the tool pulls it with Gc L⊥ + φ L, L the
-///            blade's length in tissue and L⊥ its part across the way. So the hand's work is at least Gc times the area cut; see grip().
+///            blade's length in tissue and L⊥ its part across the way. So the hand's work is Gc times the area cut or more, but for what is still owed where the blade leaves; see grip().
 /// Debris     where a stroke that has cut ends, pieces with a wound and fewer tetrahedra than `debris`, none of them nailed or held, go as under an Aspirator.
 /// Cost       O(tetrahedra near the way of the blade). Memory grows as the body does. With debris, at a stroke's end, O(triangles of wounds · debris²).
 /// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges, and for debris of tissue from which no tetrahedra can be taken; the
 ///            body stays as it was.
-/// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. Two edges with a gap between them
-///            are one blade of three pieces. Where another tool takes tissue away meanwhile, tetrahedra have other numbers: the blade begins anew where it
-///            is then, and the way of that tick stays uncut.
+/// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. One that crosses its own way farther back, two blades that
+///            cross while both are in the tissue, and a blade or way that bends by 80° or more can leave bridges: lift it and cut in several strokes. Two edges with a gap
+///            between them are one blade of three pieces. A blade that begins where another stroke ended has to come from an edge back, or up to that stays uncut; so does
+///            one that forgets its stroke: after lift(), where the body was restored without resume(), and where another tool has taken tissue away meanwhile.
 /// Source     the sweep in material coordinates is that of \cite zheng2006 for surfaces.
 template <RealScalar Scalar>
 class VolumeCutter {
@@ -148,7 +149,14 @@ class VolumeCutter {
     }
     forget();
   }
-  /// The same; a tool has to come from outside again.
+  /// The body was restored to how it was when this cutter was copied: the stroke goes on from there.
+  ///   auto const saved = body.save(); auto const knife_then = knife;  …  body.restore(saved), knife = knife_then, knife.resume(body);
+  template <class Body>
+  void resume(Body const& body) noexcept {
+    renumberings_ = body.renumberings(), size_ = body.size(), tetrahedra_ = body.tissue().topology().tetrahedron_count();
+    touch_.resume(body);
+  }
+  /// The same as lift(); a tool has to come from outside again.
   template <class Body>
   void reset(Body& body) {
     lift(body);
@@ -196,8 +204,8 @@ class VolumeCutter {
       if (options_.debris > 0)
         throw InvalidArgument(detail::message("VolumeCutter: debris is ", options_.debris, ", and from this tissue no tetrahedra can be taken; give 0, or take FiniteElements"));
     if (blade.size() < 2) throw InvalidArgument(detail::message("VolumeCutter: a blade of ", blade.size(), " points; it takes at least two"));
-    for (Vector const& point : blade)
-      if (!is_finite(point)) throw InvalidArgument("VolumeCutter: the blade is not finite; the tick was not taken");
+    for (std::size_t k = 0; k < blade.size(); ++k)
+      if (!is_finite(blade[k])) detail::require_finite(detail::message("VolumeCutter: the tick was not taken: point ", k, " of the blade"), blade[k], "m");
     Scalar const edge = body.mean_edge(), length = length_of(blade);
     if (!(length <= 4000 * edge))
       throw InvalidArgument(detail::message("VolumeCutter: the blade is ", length, " m long, more than 4000 edges of ", edge, " m; is it in m?"));
@@ -205,7 +213,7 @@ class VolumeCutter {
 
   template <class Body>
   bool was_restored(Body const& body) const noexcept {
-    return renumberings_ != body.renumberings() || body.size() < size_;
+    return renumberings_ != body.renumberings() || body.size() < size_ || body.tissue().topology().tetrahedron_count() < tetrahedra_;
   }
   void forget() noexcept {
     cut_.forget();
@@ -262,7 +270,7 @@ class VolumeCutter {
     if (was_restored(body) || pieces_ != blade.size()) forget();
     renumberings_ = body.renumberings(), pieces_ = blade.size();
     follow(body, blade, puncture_depth);
-    size_ = body.size();
+    size_ = body.size(), tetrahedra_ = body.tissue().topology().tetrahedron_count();
   }
   /// From where it was in the tissue, which may have moved, to where it is now.
   template <class Body>
@@ -400,7 +408,7 @@ class VolumeCutter {
   std::vector<Vector3<double>> at_;      // its samples: where they were then,
   std::vector<Vector3<double>> from_, to_, begin_, end_;   // where they are carried to by now, where they have to go, and a part of that way
   std::size_t pieces_ = 0, renumberings_ = 0;
-  int size_ = 0;                  // of the body, after the last tick
+  int size_ = 0, tetrahedra_ = 0;   // of the body, after the last tick
   bool punctured_ = false, is_behind_ = false;
   bool leaves_ = false;           // the tool is out of the tissue: nothing holds its edge back in there
   bool waits_ = false;            // the way since the last sweep is too short to be worth one
