@@ -15,7 +15,7 @@ set(plain_tests
   "^force/test_(network_training|noise|organ_force|tissue_reaction|trainer)[.]"
   "^haptics/test_(contact_coupling|coupled_force|filtered_wall|handover_jumps|passivity|passivity_walls|patch_handover|patch_update|plane_handover)[.]"
   "^haptics/test_(plane_set|press_then_cut|solid|spring_then_tissue|surface_proxy|velocity_estimate|virtual_coupling|workspace_mapping)[.]"
-  "^(extend|integrator|native|parallel|statics)/"
+  "^(contact|extend|integrator|native|parallel|statics)/"
   "^phantom/test_phantom_simulator[.]"
   "^simulator/test_(body_loop|closed_loop|force_along_strokes|many_hands|pacer|proxy_force|tick_statistics|trocar_option)[.]"
   "^tissue/test_(mass_scaling|maximum_elongation|solid_solver|solid_yardsticks|spring_law|supported)[.]"
