@@ -29,6 +29,7 @@
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -110,7 +111,7 @@ TEMPLATE_TEST_CASE("a block on a table rests as deep as its weight says, at any 
     auto const& region = contact.regions()[0];
     CHECK(double(contact.force()[2]) == Approx(weight).epsilon(0.002));
     CHECK(double(region.normal[2]) == Approx(-1).epsilon(1e-3));
-    CHECK(region.volume / double(region.area) == Approx(weight / (stiffness * double(region.area))).epsilon(0.002));
+    CHECK(region.volume / double(region.area) == Approx(weight / (stiffness * double(region.area))).epsilon(std::is_same_v<S, float> ? 0.02 : 0.002));
     return region.volume / double(region.area);
   };
   double const first = rest_depth(LeapfrogVerlet{}, 5e-4);
@@ -239,9 +240,9 @@ TEST_CASE("bodies that collide keep momentum and angular momentum, and contact n
   int met = 0;
   for (int round = 0; round < 12; ++round) {
     auto const any = [&] { return random.uniform(-1.0, 1.0); };
-    auto a = solid<double>(egg(4, {0.02, 0.017, 0.015}, {0, 0, 0}), LeapfrogVerlet{}, 1e4, 0, 0);
+    auto a = solid<double>(egg(4, {0.02, 0.017, 0.015}, {0, 0, 0}), SymplecticEuler{}, 1e4, 0, 0);
     Vector3<double> const way = Vector3<double>(any(), any(), any()).normalized();
-    auto b = solid<double>(egg(4, {0.015, 0.02, 0.018}, 0.038 * way), LeapfrogVerlet{}, 1e4, 0, 0);
+    auto b = solid<double>(egg(4, {0.015, 0.02, 0.018}, 0.038 * way), SymplecticEuler{}, 1e4, 0, 0);
     for (int i = 0; i < a.size(); ++i) throw_particle(a, i, 0.3 * way + 2 * way.cross(Vector3<double>(a.positions().col(i))));
     for (int i = 0; i < b.size(); ++i) throw_particle(b, i, -0.2 * way + 0.1 * Vector3<double>(any(), any(), any()));
     auto const angular = [](auto const& body) {

@@ -73,7 +73,7 @@ class SurfaceIntersection {
   template <class First, class Second>
   void find(First&& first, Second&& second) {
     begin(sides_[0], first), begin(sides_[1], second);
-    pairs_ = visited_ = 0, regions_.clear(), joints_.clear();
+    pairs_ = visited_ = 0, regions_.clear(), joints_.clear(), candidates_.clear();
     if (first.topology.triangle_count() == 0 || second.topology.triangle_count() == 0) return;
     Vector3<Scalar> const low = first.points.rowwise().minCoeff(), high = first.points.rowwise().maxCoeff();
     reference_ = ((low + high) / 2).template cast<double>();
@@ -84,8 +84,10 @@ class SurfaceIntersection {
     second.visit_triangles_in_box(low - margin, high + margin, [&](int b) {
       auto const c = second.topology.corners(b);
       Vector3<Scalar> const p = second.points.col(c[0]), q = second.points.col(c[1]), r = second.points.col(c[2]);
-      first.visit_triangles_in_box(p.cwiseMin(q).cwiseMin(r) - margin, p.cwiseMax(q).cwiseMax(r) + margin, [&](int a) { meet(first, second, a, b); });
+      first.visit_triangles_in_box(p.cwiseMin(q).cwiseMin(r) - margin, p.cwiseMax(q).cwiseMax(r) + margin, [&](int a) { candidates_.push_back({a, b}); });
     });
+    std::sort(candidates_.begin(), candidates_.end());   // sums do not depend on how the trees are fitted
+    for (auto const& [a, b] : candidates_) meet(first, second, a, b);
     if (pairs_ == 0) return;
     close(sides_[0], first), close(sides_[1], second);
     join();
@@ -343,7 +345,7 @@ class SurfaceIntersection {
   std::vector<Part> parts_;
   Place reference_ = Place::Zero(), shift_ = Place::Zero();   // m; the second surface is shifted
   std::vector<Region> regions_;
-  std::vector<std::array<int, 2>> joints_;                       // triangles of the two that cross each other
+  std::vector<std::array<int, 2>> candidates_, joints_;          // triangles of the two whose boxes overlap, and that cross each other
   std::array<std::vector<std::array<int, 2>>, 2> inner_;         // of one surface that meet inside the other
   std::vector<int> root_, region_;                               // of each triangle that counts
   int pairs_ = 0, visited_ = 0;
