@@ -4,6 +4,7 @@
 
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/tissue/mass_spring.hpp>
+#include <palpate/tissue/two_layers.hpp>
 #include <palpate/tissue/young_springs.hpp>
 
 namespace models {
@@ -46,9 +47,18 @@ std::vector<Row> springs(Problem const& problem, double force) {
   };
   auto const van_gelder = [&](auto const& of) { return springs_of(of, problem.mass, YoungSprings::van_gelder); };
   auto const lloyd = [&](auto const& of) { return springs_of(of, problem.mass, YoungSprings::lloyd); };
+  // As stiff as the first on the mean; inside they pull with no more than 3 mm of that, and lock.
+  auto const layers = [&](auto const& of) {
+    auto const even = van_gelder(of);
+    double k = 0;
+    for (int link = 0; link < even.links().size(); ++link) k += even.links()[link].law.stiffness / even.links().size();
+    return two_layers(of, LinearSpring<double>{.stiffness = k, .damping = 0.002}, LockingSpring<double>{.stiffness = k, .largest_tension = 0.003 * k, .damping = 0.002},
+                      {.mass = {.total = problem.mass}});
+  };
   std::vector<Row> rows;
   rows.push_back(solid(problem, problem.coarse, "springs, E by Van Gelder", headers("tissue/mass_spring_solid.hpp"), van_gelder));
   rows.push_back(solid(problem, problem.coarse, "springs, E by Lloyd", headers("tissue/mass_spring_solid.hpp"), lloyd));
+  rows.push_back(solid(problem, problem.coarse, "springs in two layers", headers("tissue/two_layers.hpp"), layers));
   rows.push_back(fitted_skin(problem, force, "springs on the skin, fitted", headers("tissue/mass_spring_surface.hpp")));
   return rows;
 }

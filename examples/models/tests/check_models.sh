@@ -15,7 +15,7 @@ awk '/ [0-9.-]+ +[0-9]+$/ && NF > 13 { name = $1; for (k = 2; k <= NF - 13; ++k)
     ++rows }
   function wants(what, holds) { if (!holds) { print "not so: " what; bad = 1 } }
   END {
-    wants("14 rows", rows == 14)
+    wants("15 rows", rows == 15)
     # Finite elements come nearer with each mesh, in displacement and force.
     wants("convergence", off["stable neo-Hooke, fine"] < off["stable neo-Hooke, middle"] && off["stable neo-Hooke, middle"] < off["stable neo-Hooke"])
     wants("convergence of the force", force["stable neo-Hooke, fine"] < force["stable neo-Hooke, middle"] &&
