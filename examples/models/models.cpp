@@ -114,7 +114,7 @@ drawing::Album models_example() {
                 row.made, row.each_us, row.lines);
     bool const is_neo_hooke = k < 3;   // on three meshes: a line
     for (auto const& [chart, error] : {std::pair(&skin, 100 * off.relative), std::pair(&force, std::max(1.0, std::abs(force_off)))})
-      add(is_neo_hooke ? chart->line(blue, "stable neo-Hooke") : chart->dots(static_cast<Colour>(k - 2), row.name), row.tick_ms, error);
+      add(is_neo_hooke ? chart->line(blue, "stable neo-Hooke") : chart->dots(static_cast<Colour>(static_cast<std::size_t>(k - 2) % colours), row.name), row.tick_ms, error);
     view(row, std::to_string(++k));
   }
   album.charts = {skin, force};
