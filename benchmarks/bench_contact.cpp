@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// Two surfaces in one another, and two bodies that press each other.
+//   surfaces   two balls that overlap by a tenth: search, volume in common and its gradient [us], a pair of triangles that cross [us]; beside it FCL's mesh against mesh,
+//              which finds the same pairs and nothing else; `fit` of the trees at all vertices
+//   bodies     two solids on one another, of so many cells an edge, explicit (0) or implicit (1) steps of 1 ms: BodyContact::apply, and a step of both [us]
+// Processor time of the thread.
+//   bench_contact --benchmark_counters_tabular=true
+#include <palpate/body/soft_body.hpp>
+#include <palpate/collision/fcl_surface.hpp>
+#include <palpate/contact/body_contact.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/sphere.hpp>
+#include <palpate/tissue/finite_elements.hpp>
+
+#include "thread_time.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cstddef>
+
+namespace {
+
+using namespace palpate;
+
+void surfaces(benchmark::State& state) {
+  auto const one = make_sphere<double>(0.05, static_cast<int>(state.range(0)));
+  auto other = one;
+  other.points.colwise() += Vector3<double>(0.09, 0.0011, 0.0013);
+  SurfaceTopology const first(static_cast<int>(one.points.cols()), one.triangles), second(static_cast<int>(other.points.cols()), other.triangles);
+  SurfaceTree<double> tree(one), other_tree(other);
+  FclSurface fcl(one), other_fcl(other);
+  SurfaceIntersection<double> common;
+  double find = 1e9, fit = 1e9, peer = 1e9, peer_fit = 1e9;
+  std::size_t pairs = 0;
+  for (auto _ : state) {
+    double const start = benchmarks::thread_time();
+    tree.refit(one.points), other_tree.refit(other.points);
+    double const fitted = benchmarks::thread_time();
+    common.find(MovingSurface<double>{first, tree, one.points}, MovingSurface<double>{second, other_tree, other.points});
+    double const found = benchmarks::thread_time();
+    fcl.refit(one.points), other_fcl.refit(other.points);
+    double const fcl_fitted = benchmarks::thread_time();
+    pairs = fcl.collide(other_fcl).size();
+    double const end = benchmarks::thread_time();
+    fit = std::min(fit, fitted - start), find = std::min(find, found - fitted);
+    peer_fit = std::min(peer_fit, fcl_fitted - found), peer = std::min(peer, end - fcl_fitted);
+  }
+  if (pairs != static_cast<std::size_t>(common.pairs())) state.SkipWithError("FCL finds other pairs");
+  state.counters["triangles"] = 2.0 * static_cast<double>(one.triangles.cols());
+  state.counters["pairs"] = common.pairs(), state.counters["looked_at"] = common.visited();
+  state.counters["us_find"] = 1e6 * find, state.counters["us_a_pair"] = 1e6 * find / common.pairs(), state.counters["us_fit"] = 1e6 * fit;
+  state.counters["us_fcl"] = 1e6 * peer, state.counters["us_fcl_fit"] = 1e6 * peer_fit;
+}
+BENCHMARK(surfaces)->ArgName("frequency")->Arg(8)->Arg(16)->Arg(32)->Arg(64)->Arg(128)->Iterations(20)->Unit(benchmark::kMillisecond);
+
+template <class Integrator>
+void press(benchmark::State& state, Integrator integrator) {
+  int const n = static_cast<int>(state.range(0));
+  double const edge = 0.05 / n;
+  auto const solid = [&](Vector3<double> const& low) {
+    auto mesh = make_block<double>(n + 1, n + 1, n + 1, edge, BlockPattern::alternating);
+    mesh.points.colwise() += low;
+    SoftBody body(FiniteElements<double, StableNeoHookean<double>>(mesh, {.density = 1000.0, .material = {.young = 3e3, .poisson = 0.3}, .damping = {.alpha = 1.0}}), integrator);
+    for (int i = 0; i < body.size(); ++i)
+      if (low[2] < 0 && mesh.points(2, i) < low[2] + 0.1 * edge) body.nail(i);
+    return body;
+  };
+  auto lower = solid({0, 0, -0.05}), upper = solid({0.0113, 0.0071, -0.0001});
+  upper.set_gravity({0, 0, -9.81});
+  BodyContact contact(upper, lower);
+  double applied = 0, stepped = 0;
+  int ticks = 0;
+  for (auto _ : state)
+    for (int k = 0; k < 100; ++k) {
+      double const start = benchmarks::thread_time();
+      contact.apply(upper, lower, 1e-3);
+      double const found = benchmarks::thread_time();
+      upper.advance(1e-3), lower.advance(1e-3);
+      if (k >= 50) applied += found - start, stepped += benchmarks::thread_time() - found, ++ticks;
+    }
+  state.counters["tetrahedra"] = 2.0 * upper.tissue().tetrahedra();
+  state.counters["pairs"] = contact.intersection().pairs(), state.counters["regions"] = static_cast<double>(contact.regions().size());
+  state.counters["us_contact"] = 1e6 * applied / ticks, state.counters["us_steps"] = 1e6 * stepped / ticks;
+}
+void bodies(benchmark::State& state) { state.range(1) == 0 ? press(state, LeapfrogVerlet{}) : press(state, BackwardEuler{}); }
+BENCHMARK(bodies)->ArgNames({"cells", "implicit"})->ArgsProduct({{5, 9}, {0, 1}})->Iterations(2)->Unit(benchmark::kMillisecond);
+
+}  // namespace
