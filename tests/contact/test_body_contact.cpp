@@ -15,6 +15,7 @@
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/repair.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/mesh/vertices_where.hpp>
@@ -352,6 +353,15 @@ TEST_CASE("what a contact and an obstacle refuse", "[contact]") {
   BodyContact contact(body, ground);
   CHECK(unsaid(message_of([&] { contact.apply(body, ground, 0); }), "step is 0 s", "positive") == "");
   CHECK(unsaid(message_of([&] { ground.move_to({.position = {0, std::nan(""), 0}}, 1e-3); }), "Obstacle", "finite") == "");
+  CHECK(unsaid(message_of([&] { BodyContact(body, body).apply(body, body, 1e-3); }), "one body") == "");
+  SoftBody sheet(MassSpring<double>(make_grid<double>(3, 3, 0.01), {.mass = {.total = 0.01}, .link = {.stiffness = 1.0}}), LeapfrogVerlet{});
+  CHECK(unsaid(message_of([&] { BodyContact(body, sheet); }), "second body is open at the edge of vertices") == "");
+  // A body that is all nailed, in implicit steps.
+  auto stiff = solid<double>(block<double>(3, 3, 3, 0.01, {0, 0, 0.0195}), BackwardEuler{});
+  for (int i = 0; i < stiff.size(); ++i) stiff.nail(i);
+  BodyContact held(body, stiff);
+  held.apply(body, stiff, 1e-4);
+  CHECK(held.force()[2] < 0);
   auto open = skin_of(block<double>(3, 3, 3, 0.01, {0, 0, 0}));
   open.triangles.conservativeResize(3, open.triangles.cols() - 1);
   CHECK_THROWS_AS(Obstacle<double>(open), InvalidMesh);

@@ -54,7 +54,7 @@ struct BodyContactOptions {
 /// Stability  pressures and frictions of all regions are found together, each with what the bodies give way to it, as at the end of the step: any k is stable. Explicit
 ///            bodies give way as 1/m says, implicit ones as their whole stiffness does.
 /// Units      m, N, Pa, s; world frame.
-/// Errors     InvalidArgument for options, and for a step that is not positive.
+/// Errors     InvalidArgument for options, for a step that is not positive, and for one body twice; InvalidMesh for a body whose surface is open as the contact is made.
 /// Cost       that of SurfaceIntersection, and O(vertices that it moves) a sweep, at most 30; of an implicit body, while it is touched, a solution as a step takes, and
 ///            four more for each region. Allocates until its memory has the size that is needed, and after edits.
 /// Limits     both surfaces are closed, and do not cross themselves. A body that is in the other without crossing its skin is not seen. One region has one
@@ -83,7 +83,10 @@ class BodyContact {
     bool slips = false;
   };
 
-  BodyContact(First const& first, Second const& second, Options const& options = {}) : options_((options.validate(), options)) { reset(first, second); }
+  BodyContact(First const& first, Second const& second, Options const& options = {}) : options_((options.validate(), options)) {
+    require_closed("first", first), require_closed("second", second);
+    reset(first, second);
+  }
 
   Options const& options() const noexcept { return options_; }
   std::span<Region const> regions() const noexcept { return regions_; }
@@ -98,6 +101,7 @@ class BodyContact {
   /// Adds the contact's forces to both bodies for their next step of h seconds.
   void apply(First& first, Second& second, Scalar h) {
     detail::require_positive("BodyContact: a step", h, "s");
+    if (static_cast<void const*>(&first) == static_cast<void const*>(&second)) throw InvalidArgument("BodyContact: both are one body; give two");
     if (restorations_ != std::array{first.restorations(), second.restorations()}) reset(first, second);
     remember();
     common_.find(Skin<First>{first.tissue().surface(), first.positions(), first}, Skin<Second>{second.tissue().surface(), second.positions(), second});
@@ -110,7 +114,8 @@ class BodyContact {
     respond(sides_[0], 0, first_motion_), respond(sides_[1], 1, second_motion_);
     for (std::size_t n = 0; n < rows_.size(); ++n)
       for (std::size_t r = 0; r < rows; ++r) rows_[n].give[r] = give(n, r);
-    if (solve(h)) push(first, sides_[0], 0), push(second, sides_[1], 1);
+    bool const is_solved = solve(h);
+    push(first, sides_[0], 0, is_solved), push(second, sides_[1], 1, is_solved);
     last_step_ = h;
   }
 
@@ -185,6 +190,16 @@ class BodyContact {
     return std::span(sides_[at(side)].entries).subspan(r.begin[at(side)], r.end[at(side)] - r.begin[at(side)]);
   }
 
+  template <class Body>
+  static void require_closed(char const* which, Body const& body) {
+    auto const& surface = body.tissue().surface();
+    for (int t = 0; t < surface.triangle_count(); ++t) {
+      auto const c = surface.corners(t);
+      for (std::size_t k = 0; k < 3; ++k)
+        if (int const a = c[k], b = c[(k + 1) % 3]; body.triangle_across(a, b) < 0)
+          throw InvalidMesh(detail::message("BodyContact: the surface of the ", which, " body is open at the edge of vertices ", a, " and ", b, "; give a closed one, or a solid"));
+    }
+  }
   /// The vertices of a side, with the velocities that they will have without the contact.
   template <class Body>
   void gather(Side& side, int which, Body const& body, detail::FreeMotion<Body>& motion, Scalar h) {
@@ -369,12 +384,15 @@ class BodyContact {
         for (std::size_t r = 0; r < rows; ++r) side.particles[i].force += m[r] * entry[r];
       });
     }
+    for (Side const& side : sides_)
+      for (Particle const& one : side.particles)
+        if (!is_finite(one.force)) return (regions_.clear(), rows_.clear(), false);
     return true;
   }
   template <class Body>
-  void push(Body& body, Side& side, int which) {
+  void push(Body& body, Side& side, int which, bool is_solved) {
     for (Particle const& one : side.particles)
-      if (!is_zero(one.force) && is_finite(one.force)) body.apply_force(one.index, one.force);
+      if (is_solved && !is_zero(one.force)) body.apply_force(one.index, one.force);
     for (auto const& one : common_.gradient(which)) side.local[at(one.vertex)] = -1;
   }
 

@@ -49,6 +49,7 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
   void begin(Body const& body, Scalar h) {
     choose(body);
     h_ = h;
+    if (chosen_.empty()) return;
     for (int k = 0; k < all(); ++k) x_[k] = body.positions().col(assembly_.particles()[at(k)]);
     assembly_.linearise(x_.padded_view(), inverse_mass_.data());
     assembly_.tangent_diagonal(Scalar(1), h, h * h, inverse_.padded_view().data());
@@ -69,15 +70,15 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
   /// Changes of velocity of some particles [m/s] by impulses [N s]: to[n] of particle to_of(n).
   template <class Impulses, class ToOf>
   void respond(Impulses const& impulses, ToOf const& to_of, std::span<Vector> to) {
+    std::fill(to.begin(), to.end(), Vector(Vector::Zero()));
+    if (chosen_.empty()) return;
     residual_.set_zero();
     impulses([&](int particle, Vector const& impulse) {
       if (int const k = place_[at(particle)]; k >= 0) residual_[k] += impulse;
     });
     solve(response_);
-    for (std::size_t n = 0; n < to.size(); ++n) {
-      int const k = place_[at(to_of(n))];
-      to[n] = k >= 0 ? Vector(response_[k]) : Vector(Vector::Zero());
-    }
+    for (std::size_t n = 0; n < to.size(); ++n)
+      if (int const k = place_[at(to_of(n))]; k >= 0) to[n] = response_[k];
   }
 
  private:
