@@ -124,13 +124,13 @@ TEMPLATE_TEST_CASE("a block on a table rests as deep as its weight says, at any 
 
 TEST_CASE("an ellipsoid on a block comes to rest at the same depth with three steps and two integrators", "[contact]") {
   auto const rest = [](auto integrator, double h) {
-    auto const filled = block<double>(7, 7, 4, 0.01, {-0.03, -0.03, -0.03});
-    auto lower = solid<double>(filled, integrator);
-    for (int const i : vertices_where(filled, [](Vector3<double> const& x) { return x[2] < -0.029; })) lower.nail(i);
-    auto upper = solid<double>(egg(5, {0.015, 0.013, 0.01}, {0.0013, 0.0007, 0.0105}), integrator);
+    auto const filled = block<double>(5, 5, 3, 0.012, {-0.024, -0.024, -0.024});
+    auto lower = solid<double>(filled, integrator, 1e4, 5);
+    for (int const i : vertices_where(filled, [](Vector3<double> const& x) { return x[2] < -0.023; })) lower.nail(i);
+    auto upper = solid<double>(egg(4, {0.015, 0.013, 0.01}, {0.0013, 0.0007, 0.0105}), integrator, 1e4, 5);
     upper.set_gravity({0, 0, -9.81});
     BodyContact contact(upper, lower, {});
-    for (double t = 0; t < 1.2; t += h) {
+    for (double t = 0; t < 0.6; t += h) {
       contact.apply(upper, lower, h);
       REQUIRE(upper.advance(h));
       REQUIRE(lower.advance(h));
@@ -139,10 +139,9 @@ TEST_CASE("an ellipsoid on a block comes to rest at the same depth with three st
     CHECK(contact.force()[2] == Approx(9.81 * upper.total_mass()).epsilon(0.01));
     return contact.regions()[0].volume / contact.regions()[0].area;
   };
-  double const first = rest(LeapfrogVerlet{}, 2.5e-4);
+  double const first = rest(LeapfrogVerlet{}, 5e-4);
   CAPTURE(first);
-  CHECK(rest(LeapfrogVerlet{}, 5e-4) == Approx(first).epsilon(0.02));
-  CHECK(rest(BackwardEuler{}, 1e-3) == Approx(first).epsilon(0.02));
+  for (double const h : {1e-3, 2e-3, 4e-3}) CHECK(rest(BackwardEuler{}, h) == Approx(first).epsilon(0.02));
 }
 
 TEST_CASE("deep in one another two convex bodies press with -k dV/dx, at the middle of what they share", "[contact]") {
