@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -34,7 +33,7 @@ class FreeMotion {
 /// Of implicit bodies the whole body's stiffness says it: A = M + h C + h² K at the positions of now, as BackwardEuler has it.
 ///   velocity   v + A⁻¹ (h f(x, v) − h² K v)
 ///   respond    A⁻¹ r
-/// Cost       one tangent a begin(), and conjugate gradients for it and for each response, to 1e-4 or 100 iterations. Allocates after edits, and when nails or held particles change.
+/// Cost       one tangent a begin(), and conjugate gradients for it, to 1e-3, and for each response, to 1e-2, at most 100 iterations. Allocates after edits, and when nails or held particles change.
 /// Limits     the whole body moves, whatever its region says.
 template <class Tissue, class IntegratorType, class RegionType, class ExecutionType>
   requires ImplicitIntegrator<IntegratorType, typename Tissue::Scalar>
@@ -60,7 +59,7 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
     for (int k = 0; k < moving(); ++k) direction_[k] = body.velocities().col(chosen_[at(k)]);
     assembly_.multiply_tangent(Scalar(0), Scalar(0), h * h, direction_.padded_view().data(), product_.padded_view().data());
     for (int k = 0; k < moving(); ++k) residual_[k] = h / inverse_mass_[at(k)] * Vector(body.predicted_acceleration(chosen_[at(k)], h)) - Vector(product_[k]);
-    solve(change_);
+    solve(change_, Scalar(1e-3));
   }
   Vector velocity(Body const& body, int i, Scalar) const {
     Vector const now = body.velocities().col(i);
@@ -76,7 +75,7 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
     impulses([&](int particle, Vector const& impulse) {
       if (int const k = place_[at(particle)]; k >= 0) residual_[k] += impulse;
     });
-    solve(response_);
+    solve(response_, Scalar(1e-2));
     for (std::size_t n = 0; n < to.size(); ++n)
       if (int const k = place_[at(to_of(n))]; k >= 0) to[n] = response_[k];
   }
@@ -98,17 +97,16 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
     for (int k = 0; k < moving(); ++k) place_[at(chosen_[at(k)])] = k, inverse_mass_.push_back(1 / tissue.mass(chosen_[at(k)]));
     for (auto* columns : {&x_, &inverse_, &residual_, &direction_, &product_, &change_, &response_}) columns->resize(0), columns->resize(all());
   }
-  /// A to = residual_, which is spent.
-  void solve(PaddedColumns<Scalar>& to) {
+  /// A to = residual_, which is spent, to this share of it. From zero: what is found depends on the body alone, also after a restore.
+  void solve(PaddedColumns<Scalar>& to, Scalar tolerance) {
     auto&& change = to.padded_view();
     auto&& residual = residual_.padded_view();
     auto&& inverse = inverse_.padded_view();
     auto&& direction = direction_.padded_view();
     auto&& product = product_.padded_view();
-    change.setZero();
     residual.rightCols(all() - moving()).setZero();
+    change.setZero();
     direction = inverse.cwiseProduct(residual);
-    constexpr Scalar tolerance = std::max(Scalar(1e-4), 16 * std::numeric_limits<Scalar>::epsilon());
     Scalar size = direction.cwiseProduct(residual).sum();
     Scalar const enough = tolerance * tolerance * size;
     for (int k = 0; k < 100 && size > enough; ++k) {
