@@ -99,7 +99,7 @@ drawing::Album contact_example() {
   for (double const h : {1e-3, 1e-2}) std::printf("%-16s %9.2f %11.4f\n", "backward Euler", 1e3 * h, 1e3 * rest_depth(flesh(slab, BackwardEuler{}, 1e4, 0.5), h));
 
   Picture slopes("contact_slope", "A soft slab on a slope, friction 0.4: dots computed, line by hand", "tan of the slope", "acceleration [m/s²]");
-  auto &line = slopes.line(blue, "g (sin α − μ cos α), or 0"), &dots = slopes.dots(orange, "computed");
+  auto &line = slopes.line(blue, "g (sin a − μ cos a), or 0"), &dots = slopes.dots(orange, "computed");
   auto const by_hand = [](double tangent) { return std::max(0.0, g * (std::sin(std::atan(tangent)) - friction * std::cos(std::atan(tangent)))); };
   sample(line, 0.0, 0.85, 1, by_hand);
   double off = 0, crept = 0;
