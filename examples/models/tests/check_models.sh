@@ -5,7 +5,7 @@
 program=$1
 . "${0%/*}/../../check.sh"
 
-views=$(seq -f 'models_%g' 0 14)
+views=$(seq -f 'models_%g' 0 15)
 # shellcheck disable=SC2086
 album models_skin models_force $views
 cat drawn.out
