@@ -220,7 +220,7 @@ part() {
 # as_often_as_always <command>...: with the numbers of `setup.sh test`, not with those of the long runs.
 as_often_as_always() (
   unset PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES \
-    PALPATE_SKIN_STROKES PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
+    PALPATE_SKIN_STROKES PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_CONTACT_STARTS PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
   "$@"
 )
 
@@ -228,9 +228,9 @@ as_often_as_always() (
 run_long_tests() {
   : "${PALPATE_SOAK_SESSIONS:=100}" "${PALPATE_SOAK_TICKS:=100000}" "${PALPATE_STROKES:=100000}" "${PALPATE_ORGANS:=20}" \
     "${PALPATE_SOLID_STEPS:=100000}" "${PALPATE_SOLID_RANDOM:=10000}" "${PALPATE_SOLID_STROKES:=10000}" "${PALPATE_SKIN_STROKES:=10000}" "${PALPATE_ASPIRATIONS:=1000}" \
-    "${PALPATE_POSES:=10000}" "${PALPATE_GMSH_FILES:=100000}" "${PALPATE_VTK_FILES:=100000}" "${PALPATE_EXCHANGES:=100000000}" "${PALPATE_FUZZ_SECONDS:=600}"
+    "${PALPATE_POSES:=10000}" "${PALPATE_CONTACT_STARTS:=10000}" "${PALPATE_GMSH_FILES:=100000}" "${PALPATE_VTK_FILES:=100000}" "${PALPATE_EXCHANGES:=100000000}" "${PALPATE_FUZZ_SECONDS:=600}"
   export PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES PALPATE_SKIN_STROKES \
-    PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
+    PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_CONTACT_STARTS PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
   provide "$test_needs"
   mkdir -p build/long
   : >build/long/summary
@@ -250,6 +250,7 @@ run_long_tests() {
   part "$PALPATE_SOLID_RANDOM random solids" build/ci/tests/test_tissue_material_mesh_region 'random solids under random forces*'
   part "$PALPATE_SKIN_STROKES random strokes through skins" build/ci/tests/test_volume 'no triangle of a skin spans a wound*'
   part "$PALPATE_POSES random poses of four tools at three bodies" build/ci/tests/test_tool 'Whatever four tools do at random*'
+  part "$PALPATE_CONTACT_STARTS starts of two solids in one another" build/ci/tests/test_contact 'two solids that begin deep*'
   part "$PALPATE_GMSH_FILES damaged Gmsh files" build/ci/tests/test_volume 'damaged Gmsh files*'
   part "$PALPATE_VTK_FILES damaged VTK volumes" build/ci/tests/test_vtk 'a damaged volume*'
 

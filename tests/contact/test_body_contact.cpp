@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Two bodies on one another. Yardsticks: −k ∂V/∂x from the volume of convex bodies cut by planes here; weight over pressure; the angle of friction; a block that slides,
-// by hand; momentum and energy.
+// by hand; momentum and energy. PALPATE_CONTACT_STARTS sets how many random starts (30 if not set).
 #include "allocation_trap.hpp"
 #include "catch.hpp"
 #include "device/message.hpp"
@@ -27,7 +27,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <numbers>
 #include <type_traits>
@@ -271,6 +271,37 @@ TEST_CASE("bodies that collide keep momentum and angular momentum, and contact n
   CHECK(worst_momentum < 1e-11);
   CHECK(worst_angular < 1e-7);
   CHECK(worst_energy < 1e-3);
+}
+
+TEST_CASE("two solids that begin deep in one another, anyhow turned, end apart or at rest", "[contact][random]") {
+  Random random(Seed{11});
+  char const* const asked = std::getenv("PALPATE_CONTACT_STARTS");
+  int const starts = asked != nullptr ? std::atoi(asked) : 30;
+  int met = 0;
+  for (int round = 0; round < starts; ++round) {
+    auto const any = [&] { return random.uniform(-1.0, 1.0); };
+    auto const turned = [&](Vector3<double> const& at) {
+      auto mesh = egg(4, {0.02 + 0.005 * any(), 0.017, 0.015}, Vector3<double>::Zero());
+      mesh.points = Eigen::Quaterniond(Eigen::Vector4d(any(), any(), any(), any()).normalized()).toRotationMatrix() * mesh.points;
+      mesh.points.colwise() += at;
+      return solid<double>(mesh, BackwardEuler{}, 1e4, 1);
+    };
+    auto a = turned(Vector3<double>::Zero()), b = turned(random.uniform(0.002, 0.03) * Vector3<double>(any(), any(), any()).normalized());
+    BodyContact contact(a, b, {.friction = 0.3});
+    bool has_met = false;
+    for (int k = 0; k < 300; ++k) {
+      contact.apply(a, b, 2e-3);
+      has_met = has_met || !contact.regions().empty();
+      REQUIRE(a.step(2e-3));
+      REQUIRE(b.step(2e-3));
+    }
+    REQUIRE((is_finite(a.positions()) && is_finite(b.positions())));
+    double const parting = (momentum(a) / a.total_mass() - momentum(b) / b.total_mass()).dot(middle(a) - middle(b));
+    if (!has_met) continue;
+    ++met;
+    CHECK((contact.regions().empty() ? parting > 0 : contact.force().norm() < 0.05));
+  }
+  CHECK(met > 0.9 * starts);
 }
 
 TEST_CASE("a disc that spins on a table is stopped by torsion, and a table that turns takes it along", "[contact]") {
