@@ -20,6 +20,7 @@
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/mesh/vertices_where.hpp>
 #include <palpate/region/whole_body.hpp>
+#include <palpate/testing/body.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
@@ -370,6 +371,39 @@ TEMPLATE_TEST_CASE("a contact goes on as it did after both bodies and its anchor
   for (int k = 0; k < 3; ++k) contact.apply(upper, lower, 1e-4);
   CHECK(contact.regions().empty());
   CHECK(contact.force().norm() == 0);
+}
+
+TEST_CASE("after a cut is undone and another one made, a contact presses what is there, as one that is made then", "[contact]") {
+  auto lower = solid<double>(block<double>(5, 5, 3, 0.01, {-0.02, -0.02, -0.02}), BackwardEuler{});
+  for (int i = 0; i < lower.size(); ++i)
+    if (lower.positions()(2, i) < -0.019) lower.nail(i);
+  auto upper = solid<double>(block<double>(4, 4, 2, 0.01, {-0.0137, -0.0161, -0.0005}), BackwardEuler{});
+  BodyContact contact(upper, lower);
+  auto const saved = lower.save();
+  auto const edge_at = [&](Vector3<double> const& p) {   // an edge along x from the vertex nearest to p
+    int const a = lower.nearest_vertex(p);
+    int found = -1;
+    lower.tissue().for_each_joined(a, [&](int b) { found = found < 0 || b < found ? b : found; });
+    return std::pair(a, found);
+  };
+  auto const divide = [&](Vector3<double> const& p) {
+    auto const [a, b] = edge_at(p);
+    lower.insert_on_edge(a, b, 0.5);
+  };
+  divide({-0.02, -0.02, 0});
+  contact.apply(upper, lower, 2e-3), upper.step(2e-3), lower.step(2e-3);
+  lower.restore(saved);
+  divide({0.0, 0.0, 0});
+  auto other_upper = upper, other_lower = lower;
+  BodyContact fresh(other_upper, other_lower);
+  contact.apply(upper, lower, 2e-3), fresh.apply(other_upper, other_lower, 2e-3);
+  REQUIRE(fresh.force().norm() > 0.01);
+  CHECK((contact.force() - fresh.force()).norm() == 0);
+}
+
+TEST_CASE("an obstacle holds what a body has to", "[contact]") {
+  auto probe = table<double>();
+  CHECK(testing::to_text(testing::check_body(probe)) == "");
 }
 
 TEST_CASE("what a contact and an obstacle refuse", "[contact]") {

@@ -8,6 +8,7 @@
 #include <palpate/integrator/concept.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -90,8 +91,9 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
     free_.clear();
     for (int i = 0; i < tissue.size(); ++i)
       if (!tissue.nailed(i) && !body.is_held(i)) free_.push_back(i);
-    if (free_ == chosen_ && revision_ == tissue.revision()) return;
-    chosen_ = free_, revision_ = tissue.revision();
+    std::array const now{tissue.revision(), body.restorations()};   // a restore brings back a revision that another edit follows
+    if (free_ == chosen_ && made_of_ == now) return;
+    chosen_ = free_, made_of_ = now;
     tissue.assemble(chosen_, assembly_);
     place_.assign(at(tissue.size()), -1), inverse_mass_.clear();
     for (int k = 0; k < moving(); ++k) place_[at(chosen_[at(k)])] = k, inverse_mass_.push_back(1 / tissue.mass(chosen_[at(k)]));
@@ -125,7 +127,7 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
   typename Tissue::Assembly assembly_;
   std::vector<int> chosen_, free_, place_;   // particles that move; place_: of each of the body among them, −1 of others
   std::vector<Scalar> inverse_mass_;         // 1/kg
-  std::size_t revision_ = 0;
+  std::array<std::size_t, 2> made_of_{};     // revision and restorations
   PaddedColumns<Scalar> x_, inverse_, residual_, direction_, product_, change_, response_;
   Scalar h_ = 0;
 };
