@@ -98,7 +98,7 @@ struct VolumeCutOptions {
 /// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges, and for debris of tissue from which no tetrahedra can be taken; the
 ///            body stays as it was.
 /// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. One that crosses its own way farther back, two blades that
-///            cross while both are in the tissue, and a blade or way that bends by 80° or more can leave bridges: lift it and cut in several strokes. Two edges with a gap
+///            cross while both are in the tissue, and a blade or way that bends by near a right angle or more can leave bridges: lift it and cut in several strokes. Two edges with a gap
 ///            between them are one blade of three pieces. A blade that begins where another stroke ended has to come from an edge back, or up to that stays uncut; so does
 ///            one that forgets its stroke: after lift(), where the body was restored without resume(), and where another tool has taken tissue away meanwhile.
 /// Source     the sweep in material coordinates is that of \cite zheng2006 for surfaces.
