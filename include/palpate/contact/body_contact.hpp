@@ -4,11 +4,11 @@
 #include <palpate/body/concept.hpp>
 #include <palpate/collision/surface_intersection.hpp>
 #include <palpate/contact/free_motion.hpp>
+#include <palpate/contact/rigid_forces.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -257,31 +257,14 @@ class BodyContact {
       auto const entries = entries_of(n, side);
       for (std::size_t k = 0; k < entries.size(); ++k) entries[k][0] = -gradients[k].gradient;
       if (!row.rubs) continue;
-      // f_i = |g_i| (a + b × d_i) of a given force and moment about c, d in radii
-      Eigen::Matrix<double, 6, 6> sums = Eigen::Matrix<double, 6, 6>::Zero();
-      auto const arm = [&](std::size_t k) { return Double((place(side, gradients[k].vertex) - c) / radius); };
-      for (std::size_t k = 0; k < gradients.size(); ++k) {
-        Double const d = arm(k);
-        Eigen::Matrix3d cross;
-        cross << 0, -d[2], d[1], d[2], 0, -d[0], -d[1], d[0], 0;
-        double const w = static_cast<double>(gradients[k].gradient.norm()) / weight[at(side)];
-        sums.topLeftCorner<3, 3>().diagonal().array() += w;
-        sums.topRightCorner<3, 3>() -= w * cross, sums.bottomLeftCorner<3, 3>() += w * cross;
-        sums.bottomRightCorner<3, 3>() -= w * cross * cross;
-      }
-      Eigen::Matrix<double, 6, 3> wanted = Eigen::Matrix<double, 6, 3>::Zero();
       double const sign = side == 0 ? 1 : -1;
-      wanted.block<3, 1>(0, 0) = sign * u, wanted.block<3, 1>(0, 1) = sign * v, wanted.block<3, 1>(3, 2) = sign * normal / radius;
-      Eigen::Matrix<double, 6, 3> const found = sums.ldlt().solve(wanted);
-      if (!((sums * found - wanted).cwiseAbs().maxCoeff() < 1e-11 * (1 + 1 / radius))) row.rubs = false;   // hardly more than a point
-      for (std::size_t k = 0; k < entries.size(); ++k) {
-        Double const d = arm(k);
-        double const w = static_cast<double>(gradients[k].gradient.norm()) / weight[at(side)];
-        for (std::size_t r = 1; r < rows; ++r) {
-          auto const column = found.col(static_cast<int>(r) - 1);
-          entries[k][r] = (w * (Double(column.template head<3>()) + Double(column.template tail<3>()).cross(d))).cast<Scalar>();
-        }
-      }
+      detail::RigidForces forces(radius);
+      auto const share = [&](std::size_t k) { return static_cast<double>(gradients[k].gradient.norm()) / weight[at(side)]; };
+      auto const arm = [&](std::size_t k) { return Double(place(side, gradients[k].vertex) - c); };
+      for (std::size_t k = 0; k < gradients.size(); ++k) forces.add(share(k), arm(k));
+      if (!forces.make(sign * u, sign * v, sign * normal)) row.rubs = false;   // hardly more than a point
+      for (std::size_t k = 0; k < entries.size(); ++k)
+        for (std::size_t r = 1; r < rows; ++r) entries[k][r] = forces.on(r - 1, share(k), arm(k)).template cast<Scalar>();
     }
   }
   /// How all particles of a side that gives way as a whole move by each row.
