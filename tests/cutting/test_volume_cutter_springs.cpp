@@ -555,6 +555,8 @@ TEST_CASE("a cutter of solids and a surface, and the other way round, are refuse
   SoftBody sheet(Springs(make_grid<double>(5, 5, 0.005), {}), LeapfrogVerlet{});
   VolumeCutter<double> knife;
   CHECK_THROWS_WITH(knife.advance(sheet, {{0.0113, 0.011, -0.01}, {0.0113, 0.011, 0.01}}), Catch::Contains("built from a surface") && Catch::Contains("ProgressiveCutter"));
+  CHECK_THROWS_AS(knife.lift(sheet), InvalidArgument);
+  CHECK_THROWS_AS(knife.resume(sheet), InvalidArgument);
   std::array const some{0};
   CHECK_THROWS_AS(sheet.split_vertex(6, some), InvalidArgument);
   CHECK_THROWS_AS(sheet.rest_solid(), InvalidArgument);

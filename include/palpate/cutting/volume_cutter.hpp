@@ -152,7 +152,7 @@ class VolumeCutter {
   /// The body was restored to how it was when this cutter was copied: the stroke goes on from there.
   ///   auto const saved = body.save(); auto const knife_then = knife;  …  body.restore(saved), knife = knife_then, knife.resume(body);
   template <class Body>
-  void resume(Body const& body) noexcept {
+  void resume(Body const& body) {
     renumberings_ = body.renumberings(), size_ = body.size(), tetrahedra_ = body.tissue().topology().tetrahedron_count();
     touch_.resume(body);
   }
@@ -212,7 +212,7 @@ class VolumeCutter {
   }
 
   template <class Body>
-  bool was_restored(Body const& body) const noexcept {
+  bool was_restored(Body const& body) const {   // throws for a surface
     return renumberings_ != body.renumberings() || body.size() < size_ || body.tissue().topology().tetrahedron_count() < tetrahedra_;
   }
   void forget() noexcept {
