@@ -171,9 +171,13 @@ inline SolidCase strokes_of(std::uint64_t seed) {
   return all;
 }
 
+/// Tetrahedra that were made, strokes that were lifted, and how many of those have left edges of the border with more than two triangles, or more of them.
+struct CutCount {
+  int made = 0, lifted = 0, touching = 0;
+};
 /// Cuts a body so, with all invariants after each tick; after the last one the blade stays. What is wrong first, or nothing.
 template <class Body, class Before, class S>
-std::string cut_and_check(SolidCase const& all, Body& body, Before const& before, palpate::VolumeCutter<S>& knife, int& made) {
+std::string cut_and_check(SolidCase const& all, Body& body, Before const& before, palpate::VolumeCutter<S>& knife, CutCount& count) {
   using namespace palpate;
   auto const momentum = [&] {
     std::pair<Place, double> sum{Place::Zero(), 0.0};
@@ -186,7 +190,10 @@ std::string cut_and_check(SolidCase const& all, Body& body, Before const& before
   };
   std::string wrong;
   for (std::size_t n = 0; n < all.strokes.size(); ++n) {
-    if (n > 0) knife.lift(body);
+    if (n > 0) {
+      knife.lift(body);
+      ++count.lifted, count.touching += before.check_border(body).empty() ? 0 : 1;
+    }
     for (std::size_t tick = 0; tick < all.strokes[n].size(); ++tick) {
       auto const& [from, to, steps] = all.strokes[n][tick];
       auto const was = momentum();
@@ -200,7 +207,7 @@ std::string cut_and_check(SolidCase const& all, Body& body, Before const& before
       if (!wrong.empty()) return "stroke " + std::to_string(n) + ", tick " + std::to_string(tick) + ":\n" + wrong;
       if (steps) body.step(S(1e-3));
     }
-    made += knife.report().tetrahedra_added;
+    count.made += knife.report().tetrahedra_added;
     if constexpr (testing::HasTetrahedralElements<std::remove_cvref_t<decltype(body.tissue())>>)
       if (wrong = testing::to_text(before.check_end(body)); !wrong.empty()) return "stroke " + std::to_string(n) + ":\n" + wrong;
   }
@@ -215,7 +222,8 @@ template <class S, class Make>
 int cut_at_random(std::uint64_t otherwise, Make const& make, bool linear = false) {
   using namespace palpate;
   std::uint64_t const strokes = from_environment("PALPATE_SOLID_STROKES", otherwise), first = from_environment("PALPATE_SEED", 1);
-  int made = 0, failures = 0;
+  int failures = 0;
+  CutCount count;
   for (std::uint64_t seed = first; 3 * (seed - first) < strokes && failures < 3; ++seed) {
     TetrahedralMesh<double> const mesh = solid_of(seed);
     TetrahedralMesh<S> const solid{mesh.points.cast<S>(), mesh.tetrahedra};
@@ -229,13 +237,13 @@ int cut_at_random(std::uint64_t otherwise, Make const& make, bool linear = false
     auto const before = invariants(body);
     VolumeCutter<S> knife;
     SolidCase const drawn = strokes_of(seed);
-    if (std::string const wrong = cut_and_check(drawn, body, before, knife, made); !wrong.empty()) {
+    if (std::string const wrong = cut_and_check(drawn, body, before, knife, count); !wrong.empty()) {
       ++failures;
       std::string left = wrong;
       SolidCase const least = with_fewer_ticks(drawn, [&](SolidCase const& smaller) {
         auto other = make(solid, seed);
         VolumeCutter<S> blade;
-        int none = 0;
+        CutCount none;
         std::string const now = cut_and_check(smaller, other, invariants(other), blade, none);
         if (!now.empty()) left = now;
         return !now.empty();
@@ -247,8 +255,10 @@ int cut_at_random(std::uint64_t otherwise, Make const& make, bool linear = false
     knife.advance(body, {Vector3<S>::Constant(1), Vector3<S>::Constant(S(1.01))});
     CHECK(body.size() == particles);
   }
-  CHECK(made > 10 * static_cast<int>(strokes));
-  return made;
+  CHECK(count.made > 10 * static_cast<int>(strokes));
+  INFO(count.touching << " of " << count.lifted << " strokes have left an edge of the border with more than two triangles");
+  CHECK(count.touching <= 1 + count.lifted / 50);
+  return count.made;
 }
 
 }  // namespace palpate_test

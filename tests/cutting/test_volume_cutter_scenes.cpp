@@ -8,6 +8,7 @@
 #include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/core/random.hpp>
+#include <palpate/cutting/aspirator.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/mesh/block.hpp>
@@ -22,6 +23,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -239,6 +241,127 @@ TEMPLATE_LIST_TEST_CASE("a stroke makes at most six tetrahedra of each that it g
   }
   INFO(made << " tetrahedra made of " << crossed << "; " << cut_iterations / 3 << " iterations a step after a cut, " << whole_iterations / 3 << " of a block");
   CHECK(cut_iterations <= 1.5 * whole_iterations);
+}
+
+namespace {
+
+/// A block of 40 × 40 × 20 mm, a place near its middle and a direction across it.
+struct Across {
+  decltype(make_body(2, 2, 2, BlockPattern::kuhn)) body;
+  testing::SolidCutInvariants<decltype(body)> before;
+  Place middle, ahead, aside;
+  VolumeCutter<double> knife;
+
+  explicit Across(std::uint64_t seed) : body(make_body(9, 9, 5, seed % 2 == 0 ? BlockPattern::kuhn : BlockPattern::alternating)), before(invariants_of(body)) {
+    Random random(Seed{seed});
+    double const turn = random.uniform(0.0, 6.28);
+    middle = Place(0.02, 0.02, 0.01) + 0.003 * Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0));
+    ahead = Place(std::cos(turn), std::sin(turn), 0), aside = Place(-ahead[1], ahead[0], 0);
+  }
+  /// An upright blade, longer than the block is high, is here now.
+  void go(VolumeCutter<double>& blade, Place const& at) { blade.advance(body, {at - Place(0, 0, 0.03), at + Place(0, 0, 0.04)}); }
+  void go(Place const& at) { go(knife, at); }
+  void check(int pieces) {
+    knife.lift(body);
+    CHECK(palpate_test::pieces(body) == pieces);
+    CHECK(testing::to_text(before.check(body)) == "");
+    CHECK(testing::to_text(before.check_border(body)) == "");
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a way that bends by up to 120 degrees, and a blade that does by up to 60, cuts through", "[volume_cutter][scenes]") {
+  // Yardstick: the pieces that a surface from side to side makes.
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    for (double const bend : {45.0, 75.0, 90.0, 105.0, 120.0}) {
+      INFO("seed " << seed << ", the way bends by " << bend << " degrees");
+      Across scene(seed);
+      double const turn = bend * std::numbers::pi / 180;
+      Place const on = std::cos(turn) * scene.ahead + std::sin(turn) * scene.aside;
+      for (int tick = -30; tick <= 30; ++tick) scene.go(scene.middle + 0.0015 * tick * (tick < 0 ? scene.ahead : on));
+      scene.check(2);
+    }
+    for (double const bend : {30.0, 45.0, 60.0}) {
+      INFO("seed " << seed << ", the blade bends by " << bend << " degrees");
+      Across scene(seed);
+      double const half = (180 - bend) * std::numbers::pi / 360;
+      for (int tick = -30; tick <= 30; ++tick) {
+        Place const at = scene.middle + 0.0012 * tick * Place::UnitY();
+        std::array<Place, 3> const blade{at + 0.06 * Place(-std::sin(half), 0, std::cos(half)), at, at + 0.06 * Place(std::sin(half), 0, std::cos(half))};
+        scene.knife.advance(scene.body, std::span<Place const>(blade));
+      }
+      scene.check(2);
+    }
+  }
+}
+
+TEST_CASE("a stroke that crosses its own way takes out what is within its loop, one that winds inwards nothing", "[volume_cutter][scenes]") {
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    INFO("seed " << seed);
+    {
+      Across scene(seed);   // in, round a circle of 9 mm for three quarters, and out over the way in
+      double const radius = 0.009;
+      Place const from = scene.middle - 0.003 * scene.ahead - 0.006 * scene.aside;
+      for (int tick = 40; tick > 0; --tick) scene.go(from - 0.00125 * tick * scene.ahead);
+      Place at = from;
+      for (int tick = 0; tick <= 80; ++tick) {
+        double const turn = 1.5 * std::numbers::pi * tick / 80;
+        at = from + radius * (scene.aside + std::sin(turn) * scene.ahead - std::cos(turn) * scene.aside);
+        scene.go(at);
+      }
+      for (int tick = 1; tick <= 40; ++tick) scene.go(at - 0.00125 * tick * scene.aside);
+      scene.check(3);
+    }
+    {
+      Across scene(seed);   // 2 mm beside itself: less than half an edge
+      for (int tick = 0; tick <= 160; ++tick) {
+        double const turn = 2.8 * std::numbers::pi * tick / 160, radius = 0.01 - 0.003 * tick / 160;
+        scene.go(scene.middle + radius * (std::cos(turn) * scene.ahead + std::sin(turn) * scene.aside));
+      }
+      scene.check(1);
+    }
+  }
+}
+
+TEST_CASE("a stroke that is forgotten half way goes on from there: lifted, with the body restored, with tissue taken away meanwhile", "[volume_cutter][scenes]") {
+  for (std::uint64_t seed = 0; seed < 4; ++seed)
+    for (std::string const what : {"lifted", "restored", "taken away"}) {
+      INFO("seed " << seed << ", " << what);
+      Across scene(seed);
+      auto saved = scene.body.save();
+      int const half = 27 + static_cast<int>(seed);
+      for (int tick = 0; tick <= 60; ++tick) {
+        scene.go(scene.middle + 0.0015 * (tick - 30) * scene.ahead);
+        if (tick != half) continue;
+        if (what == "lifted") scene.knife.lift(scene.body);
+        if (what == "restored") saved = scene.body.save(), scene.body.restore(saved);
+        if (what == "taken away") {
+          Aspirator<double> tool({.tip_radius = 0.002, .reach = 0.006, .most_tetrahedra = 1});
+          std::size_t const before = scene.body.renumberings();
+          for (int n = 0; n < 20 && scene.body.renumberings() == before; ++n) tool.advance(scene.body, {Place::Constant(-0.005 + 0.0005 * n)});
+          REQUIRE(scene.body.renumberings() > before);
+        }
+      }
+      scene.knife.lift(scene.body);
+      CHECK(pieces(scene.body) == 2);
+    }
+}
+
+TEST_CASE("two blades that cross while both are in the tissue, one an edge or two after the other, leave four pieces", "[volume_cutter][scenes]") {
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    INFO("seed " << seed);
+    Across scene(seed);
+    VolumeCutter<double> other;
+    double const turn = 1.0 + 0.15 * static_cast<double>(seed);
+    Place const across = std::cos(turn) * scene.ahead + std::sin(turn) * scene.aside;
+    for (int tick = 0; tick <= 68; ++tick) {
+      scene.go(scene.middle + 0.0015 * (tick - 30) * scene.ahead);
+      scene.go(other, scene.middle + 0.0015 * (tick - 38) * across);
+    }
+    other.lift(scene.body);
+    scene.check(4);
+  }
 }
 
 TEST_CASE("a small piece goes where the stroke that has cut it off ends, if that is wanted and nothing holds it", "[volume_cutter][scenes]") {

@@ -616,6 +616,7 @@ class BodyShape {
   {
     using Edit = SolidEdit<Scalar>;
     if (edit.is_copy()) return solid_edits_.push_back({.kind = Edit::Kind::split, .first = edit.parent[0], .second = edit.vertex});
+    solid_edits_.push_back({.kind = Edit::Kind::inserted, .first = edit.parent[0], .second = edit.parent[1], .s = weights[1]});
     auto const& solid = tissue_.topology();
     for (int t = edit.first_tetrahedron; t < edit.end_tetrahedron; ++t) {
       int const whole = solid.neighbour(t, solid.corner_of(t, edit.parent[1]));

@@ -11,6 +11,7 @@
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/blade_resistance.hpp>
 #include <palpate/cutting/detail/blade_sweep.hpp>
+#include <palpate/cutting/detail/blade_trail.hpp>
 #include <palpate/cutting/detail/removal.hpp>
 #include <palpate/cutting/detail/skin_of.hpp>
 #include <palpate/cutting/detail/solid_cut.hpp>
@@ -97,10 +98,12 @@ struct VolumeCutOptions {
 /// Cost       O(tetrahedra near the way of the blade). Memory grows as the body does. With debris, at a stroke's end, O(triangles of wounds · debris²).
 /// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges, and for debris of tissue from which no tetrahedra can be taken; the
 ///            body stays as it was.
-/// Limits     a stroke that crosses itself within one edge's length opens what lies between as well. One that crosses its own way farther back, two blades that
-///            cross while both are in the tissue, and a blade or way that bends by near a right angle or more can leave bridges: lift it and cut in several strokes. Two edges with a gap
-///            between them are one blade of three pieces. A blade that begins where another stroke ended has to come from an edge back, or up to that stays uncut; so does
-///            one that forgets its stroke: after lift(), where the body was restored without resume(), and where another tool has taken tissue away meanwhile.
+/// Limits     where a blade bends by more than 60 degrees, or its way by more than 120, now and then a tetrahedron at the bend still joins both sides; so it is where
+///            two blades pass one place within an edge of each other. A blade that comes back on its way cuts nothing new. Two edges with a gap between them are one
+///            blade of three pieces. A blade that begins where another one ended has to come from an edge back, or up to that stays uncut; one that is itself
+///            forgotten and comes back there goes over that edge again: after lift(), after a restore without resume(), and where tissue was taken away meanwhile.
+///            While a stroke is under way an edge of the border may have more than two triangles; where it ends such an edge is divided, and parts, unless that
+///            would make a tetrahedron lower than least_height.
 /// Source     the sweep in material coordinates is that of \cite zheng2006 for surfaces.
 template <RealScalar Scalar>
 class VolumeCutter {
@@ -160,6 +163,7 @@ class VolumeCutter {
   template <class Body>
   void reset(Body& body) {
     lift(body);
+    trail_.clear();
     touch_.reset();
     last_blade_.clear();
     state_ = CuttingPhase::no_contact;
@@ -218,7 +222,7 @@ class VolumeCutter {
   void forget() noexcept {
     cut_.forget();
     resistance_.let_go();
-    punctured_ = is_behind_ = waits_ = leaves_ = false;
+    punctured_ = is_behind_ = waits_ = leaves_ = goes_on_ = false;
     traced_.clear();
   }
 
@@ -314,6 +318,12 @@ class VolumeCutter {
     double const edge = static_cast<double>(body.mean_edge());
     int const parts = way < 1000 * edge ? 1 + static_cast<int>(2 * way / edge) : 1, made = body.tissue().topology().tetrahedron_count();
     is_behind_ = waits_ = false;
+    if (goes_on_ && punctured_) {   // from where the stroke was an edge back: what it has cut of the tetrahedra here is forgotten
+      goes_on_ = false;
+      trail_.place_behind(body, traced_.samples(), begin_);
+      end_.assign(from_.begin(), from_.end());
+      sweep(body);
+    }
     begin_.assign(from_.begin(), from_.end());
     for (int k = 1; k <= parts && !is_behind_; ++k) {
       double const share = static_cast<double>(k) / parts;
@@ -326,13 +336,18 @@ class VolumeCutter {
       traced_.put(body, begin_);
       at_.assign(begin_.begin(), begin_.end());
     }
-    if (!is_behind_) arrive(body, target_, puncture_depth);
+    if (is_behind_) return;
+    arrive(body, target_, puncture_depth);
+    if (trail_.goes_by(way, edge) && !traced_.empty()) cut_.leave_behind(body, trail_.here(), 2 * edge);
   }
   /// It is here now: where it is in the tissue, and whether it has left it.
   template <class Body>
   void arrive(Body& body, std::span<Vector const> blade, Scalar puncture_depth) {
+    bool const begins = traced_.empty();
     find(body, blade);
     if (traced_.is_inside()) {
+      if (begins) goes_on_ = trail_.is_here(body, traced_.samples());
+      trail_.put(body, traced_.samples());
       punctured_ = punctured_ || !(puncture_depth > 0);
       for (detail::BladeSample const& sample : traced_.samples())
         if (!punctured_ && sample.is_inside())
@@ -340,6 +355,7 @@ class VolumeCutter {
       return;
     }
     if (end_stroke(body)) find(body, blade);   // tetrahedra have other numbers now
+    trail_.clear();
     punctured_ = !(puncture_depth > 0);
     if (is_far_away(body, blade)) forget();
   }
@@ -405,12 +421,14 @@ class VolumeCutter {
   detail::BladeResistance<Scalar> resistance_;
   std::vector<Vector> blade_, last_blade_, target_;   // of a tool: now, and in the last tick
   detail::TracedBlade<Scalar> traced_;   // where it was at the end of the last sweep
+  detail::BladeTrail<Scalar> trail_;
   std::vector<Vector3<double>> at_;      // its samples: where they were then,
   std::vector<Vector3<double>> from_, to_, begin_, end_;   // where they are carried to by now, where they have to go, and a part of that way
   std::size_t pieces_ = 0, renumberings_ = 0;
   int size_ = 0, tetrahedra_ = 0;   // of the body, after the last tick
   bool punctured_ = false, is_behind_ = false;
   bool leaves_ = false;           // the tool is out of the tissue: nothing holds its edge back in there
+  bool goes_on_ = false;          // a stroke that is forgotten ended here
   bool waits_ = false;            // the way since the last sweep is too short to be worth one
   std::vector<double> times_;
   std::vector<detail::SweptQuadrilateral> swept_;

@@ -83,9 +83,17 @@ class SolidCutInvariants {
     for (Eigen::Index t = 0; t < rest_.tetrahedra.cols(); ++t) lowest_ = std::min(lowest_, height(rest_, t));
     dangling_ = fans_too_many(body);
     pinched_ = static_cast<int>(pinched(body.tissue().topology()).size());
+    touching_ = touching(body.tissue().topology()).size();
     if constexpr (HasTetrahedralElements<Tissue>) stretch_energy_ = static_cast<double>(body.tissue().potential_energy(stretched(body)));
   }
 
+  /// What has to hold besides when a stroke has ended: no edge of the border has more than two triangles that had not before.
+  Violations check_border(Body const& body) const {
+    Violations found;
+    if (auto const now = touching(body.tissue().topology()); now.size() > touching_)
+      report(found, now.size(), " edges of the border have more than two triangles, the last is from ", now.back().first, " to ", now.back().second, "; before there were ", touching_);
+    return found;
+  }
   /// What has to hold besides at the end of a stroke, where nothing was taken away: it computes forces of the whole body.
   Violations check_end(Body const& body) const
     requires HasTetrahedralElements<typename Body::Tissue>
@@ -226,6 +234,19 @@ class SolidCutInvariants {
     if (int const dangling = fans_too_many(body); dangling > dangling_) report(found, dangling - dangling_, " vertices hold together what no face does");
   }
 
+  static std::vector<std::pair<int, int>> touching(TetrahedralTopology const& solid) {
+    auto const& border = solid.border();
+    std::vector<std::pair<int, int>> all, found;
+    for (int t = 0; t < border.triangle_count(); ++t) {
+      auto const c = border.corners(t);
+      for (std::size_t k = 0; k < 3; ++k)
+        if (c[k] < c[(k + 1) % 3]) all.emplace_back(c[k], c[(k + 1) % 3]);   // the other triangle goes the other way
+    }
+    std::sort(all.begin(), all.end());
+    for (std::size_t k = 1; k < all.size(); ++k)
+      if (all[k] == all[k - 1]) found.push_back(all[k]);
+    return found;
+  }
   /// Vertices where the border triangles are not one ring: each side there with one triangle on either hand, and a walk round comes to all.
   static std::vector<int> pinched(TetrahedralTopology const& solid) {
     auto const& border = solid.border();
@@ -371,6 +392,7 @@ class SolidCutInvariants {
   Sums sums_;
   double size_ = 0, lowest_ = std::numeric_limits<double>::infinity();
   int dangling_ = 0, pinched_ = 0;
+  std::size_t touching_ = 0;
   double stretch_energy_ = 0;   // J
 };
 

@@ -5,6 +5,7 @@
 #include <palpate/core/sparse_table.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/blade_sweep.hpp>
+#include <palpate/mesh/solid_edit.hpp>
 #include <palpate/mesh/tetrahedral_adjacency.hpp>
 
 #include <algorithm>
@@ -45,6 +46,7 @@ struct SolidSnap {
 template <RealScalar Scalar>
 class SolidCut {
   using Corners = TetrahedralAdjacency::Corners;
+  static constexpr double turned_back = 0.9, parallel = 0.8, bends = 0.7;   // cosines, of 26°, 37° and 45°
 
  public:
   /// Of this stroke, or of the last one that cut something.
@@ -56,17 +58,41 @@ class SolidCut {
   void forget() noexcept {
     if (has_cut()) last_ = report_;
     report_ = {};
-    on_.clear(), sides_.clear(), all_on_.clear();
+    on_.clear(), sides_.clear(), all_on_.clear(), near_.clear();
+    particles_ = 0;
+  }
+  /// What is farther from a blade of these points in the undeformed solid than this [m] is behind it: it is as a cut of another stroke, that this one may cross.
+  template <class Body>
+  void leave_behind(Body const& body, std::span<Vector3<double> const> blade, double distance) {
+    auto const is_near = [&](int v) {
+      Vector3<double> const x = rest(body, v);
+      double far = distance;
+      body.tissue().for_each_joined(v, [&](int i) { far = std::max(far, 1.5 * (rest(body, i) - x).norm()); });
+      for (std::size_t k = 0; k + 1 < blade.size(); ++k) {
+        Vector3<double> const along = blade[k + 1] - blade[k], off = x - blade[k];
+        double const length = along.squaredNorm(), u = length > 0 ? std::clamp(off.dot(along) / length, 0.0, 1.0) : 0;
+        if ((off - u * along).squaredNorm() < far * far) return true;
+      }
+      return false;
+    };
+    std::erase_if(near_, [&](int v) {
+      if (is_near(v)) return false;
+      On& own = on_[v];
+      own.is_on = false, own.side = 0;
+      for (int const t : body.tissue().topology().tetrahedra_at(v)) sides_[t] = 0;
+      return true;
+    });
   }
 
   /// Cuts what is swept, beginning the search for it at these tetrahedra.
   template <class Body>
   void sweep(Body& body, BladeSweep const& swept, std::span<int const> starts, SolidSnap const& snap) {
+    take_edits(body);
     gather(body, swept, starts);
     snap_ = snap;
     crossings_.clear();
     for (auto const& [a, b] : edges_) find_crossings(body, swept, a, b, -std::numeric_limits<double>::infinity());
-    if (crossings_.empty()) return;
+    if (crossings_.empty()) return has_taken_edits(body);
     to_open_.clear();
     while (!crossings_.empty()) {
       std::pop_heap(crossings_.begin(), crossings_.end(), later);
@@ -75,29 +101,29 @@ class SolidCut {
       cross(body, swept, crossing);
     }
     open(body);
+    has_taken_edits(body);
   }
 
-  /// The blade has left: an edge within what is cut and closed is divided, so that its middle splits.
+  /// The blade has left: an edge within what is cut and closed, or along which parts only touch, is divided, so that its middle splits.
   template <class Body>
   void end(Body& body) {
     if (!has_cut()) return forget();
+    take_edits(body);
     auto const& solid = body.tissue().topology();
     to_open_.clear();
+    bool has_parted = false;
     std::sort(all_on_.begin(), all_on_.end());
-    for (std::size_t n = 0; n < all_on_.size(); ++n)   // those that are made meanwhile come last
-      for (bool divided = true; divided;) {
-        int const v = all_on_[n];
-        divided = false;
-        for (int const t : solid.tetrahedra_at(v)) {
-          int const w = end_within_cut(body, t, v);
-          if (w < 0) continue;
-          Crossing const middle{0, std::min(v, w), std::max(v, w), 0.5, on_.find(v)->normal};
-          if (lowest_height(body, middle) < snap_.height) continue;
-          split(body, divide(body, middle, {(rest(body, v) + rest(body, w)) / 2, middle.normal, 0}));
-          divided = true;
-          break;
-        }
-      }
+    all_on_.erase(std::unique(all_on_.begin(), all_on_.end()), all_on_.end());   // some came to it twice
+    for (std::size_t n = 0; n < all_on_.size(); ++n) {   // those that are made meanwhile come last
+      int const v = all_on_[n];
+      auto const part = [&] {
+        auto const around = solid.tetrahedra_at(v);
+        return std::any_of(around.begin(), around.end(), [&](int t) { return divide_middle(body, v, end_within_cut(body, t, v)); }) ||
+               divide_middle(body, v, end_of_touching_edge(body, v));
+      };
+      while (part()) has_parted = true;
+    }
+    for (std::size_t n = 0; has_parted && n < all_on_.size(); ++n) split(body, all_on_[n]);
     body.finish_edits();
     int faces = 0;
     for (int const v : all_on_)
@@ -120,10 +146,11 @@ class SolidCut {
   };
   static bool later(Crossing const& a, Crossing const& b) noexcept { return b < a; }
 
-  /// Where the blade went by a vertex that is on the cut, and the normal of the sheet there; zero: it is not.
+  /// Where the blade went by a vertex that is on the cut, and the normal of the sheet there.
   struct On {
     Vector3<double> at = Vector3<double>::Zero(), normal = Vector3<double>::Zero();
     int order = 0;          // of those that came to it
+    bool is_on = false;
     signed char side = 0;   // of the vertex itself, on the cut or not: 1 ahead of the sheet, −1 behind it, 0 in it or not known
   };
 
@@ -134,6 +161,43 @@ class SolidCut {
   template <class Body>
   static Vector3<double> now(Body const& body, int i) {
     return body.positions().col(i).template cast<double>();
+  }
+
+  // --- what others have cut meanwhile -----------------------------------------------------------------------------------
+  template <class Body>
+  void has_taken_edits(Body const& body) noexcept {
+    edits_ = body.solid_edits().size(), particles_ = body.size();
+  }
+  /// A vertex on an edge that is on the cut, or beside it, is there too, and so are the parts of a tetrahedron and the copy of a vertex.
+  template <class Body>
+  void take_edits(Body const& body) {
+    auto const edits = body.solid_edits();
+    for (std::size_t k = edits_; particles_ > 0 && k < edits.size(); ++k) {
+      using Kind = typename SolidEdit<typename Body::Scalar>::Kind;
+      auto const& [kind, from, to, first, second, s] = edits[k];
+      if (kind == Kind::inserted) {
+        On const a = on_at(first), b = on_at(second);
+        double const share = static_cast<double>(s);
+        int const n = particles_++;
+        if (a.is_on && b.is_on)
+          put_on(n, {(1 - share) * a.at + share * b.at, (a.normal + (looks_back(a.normal, b.normal) ? -1 : 1) * b.normal).normalized()});
+        else if (int const side = std::clamp(a.side + b.side, -1, 1); side != 0)
+          entry(n).side = static_cast<signed char>(side);
+      } else if (kind == Kind::split) {
+        ++particles_;
+        On const whole = on_at(first);
+        if (whole.is_on) put_on(second, whole);
+        if (whole.side != 0) entry(second).side = whole.side;
+      } else if (signed char const* const side = kind == Kind::divided ? sides_.find(first) : nullptr; side != nullptr) {
+        signed char const same = *side;
+        sides_[second] = same;
+      }
+    }
+    has_taken_edits(body);
+  }
+  On on_at(int v) const noexcept {
+    On const* const on = on_.find(v);
+    return on == nullptr ? On{} : *on;
   }
 
   // --- what is crossed --------------------------------------------------------------------------------------------------
@@ -239,11 +303,12 @@ class SolidCut {
     return n;
   }
 
-  /// Whether it is at this vertex that the sheet goes through the edge: the vertex is on the cut already, as far off the sheet as it was then.
+  /// Whether it is at this vertex that the sheet goes through the edge: the vertex is on the cut already, as far off the sheet as it was then. One that is left
+  /// behind is, where the blade comes back along the sheet.
   template <class Body>
   bool is_cut_at(Body const& body, int v, Crossing const& at) const {
-    if (!is_on(v)) return false;
-    On const& on = *on_.find(v);
+    On const on = on_at(v);
+    if (!on.is_on && !(std::abs(on.normal.dot(at.normal)) > parallel)) return false;
     double const own = std::abs(on.normal.dot(rest(body, v) - on.at));
     return height_over(body, v, at) <= own + snap_.height;
   }
@@ -256,7 +321,7 @@ class SolidCut {
       if (!body.tissue().is_wound(t)) return false;
       auto const c = surface.corners(t);
       Vector3<double> const area = (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0]));
-      return std::abs(area.dot(at.normal)) > 0.8 * area.norm();
+      return std::abs(area.dot(at.normal)) > parallel * area.norm();
     };
     if (std::none_of(around.begin(), around.end(), is_along)) return false;
     double longest = 0;
@@ -296,40 +361,61 @@ class SolidCut {
 
   bool is_on(int v) const noexcept {
     On const* const on = on_.find(v);
-    return on != nullptr && on->normal.squaredNorm() > 0;
+    return on != nullptr && on->is_on;
   }
   void put_on(int v, On on) {   // by value: it may be one of those that move
     if (!is_on(v)) all_on_.push_back(v);
-    On& own = on_[v];
-    on.side = own.side;
-    on.order = ++last_order_;
+    On& own = entry(v);
+    on.side = own.side, on.order = ++last_order_, on.is_on = true;
     own = on;
     to_open_.push_back(v);
   }
-  int side_of(int v) const noexcept {
-    On const* const on = on_.find(v);
-    return on == nullptr ? 0 : on->side;
+  /// Of a vertex that gets something that is known of it.
+  On& entry(int v) {
+    On& own = on_[v];
+    if (!own.is_on && own.side == 0) near_.push_back(v);
+    return own;
   }
-  void put_aside(int v, int side) {
-    if (On& own = on_[v]; own.side == 0 && !(own.normal.squaredNorm() > 0)) own.side = static_cast<signed char>(side);
+  int side_of(int v) const noexcept { return on_at(v).side; }
+  /// By the crossing that came last: where the sheet bends, an edge to the vertex may have been crossed before.
+  template <class Body>
+  void put_aside(Body& body, int v, int side) {
+    if (is_on(v) || side_of(v) == side) return;
+    entry(v).side = static_cast<signed char>(side);
+    bool changes = false;
+    for (int const t : body.tissue().topology().tetrahedra_at(v))
+      if (signed char const* const known = sides_.find(t); known != nullptr && *known == -side) sides_[t] = 0, changes = true;
+    if (changes) mark(body, v);
   }
   /// The ends of a crossed edge are on different sides of the sheet.
   template <class Body>
-  void part_ends(Body const& body, Crossing const& at) {
+  void part_ends(Body& body, Crossing const& at) {
     double const across = at.normal.dot(rest(body, at.high) - rest(body, at.low)), digits = 1e-7 * static_cast<double>(body.mean_edge());
     int const side = across < 0 ? -1 : 1;
-    if (at.s * std::abs(across) > digits) put_aside(at.low, -side);
-    if ((1 - at.s) * std::abs(across) > digits) put_aside(at.high, side);
+    if (at.s * std::abs(across) > digits) put_aside(body, at.low, -side);
+    if ((1 - at.s) * std::abs(across) > digits) put_aside(body, at.high, side);
   }
-  /// Looking as the sheet does at the vertices beside.
+  /// Whether a blade that came back goes by here: sheets that look nearly the other way are one; others meet at a bend.
+  static bool looks_back(Vector3<double> const& normal, Vector3<double> const& other) noexcept { return normal.dot(other) < -turned_back; }
+  /// Looking as the sheet does at the vertices beside. One that was left behind is on the cut again where the blade comes back to it along its sheet, as where a
+  /// way closes: on an arc from the one place to the other the mean of both normals is across the chord.
   template <class Body>
-  void align(Body const& body, Crossing& at) const {
-    Vector3<double> beside = Vector3<double>::Zero();
+  void align(Body const& body, Crossing& at) {
+    int back = 0;
+    again_.clear();
     for (int const end : {at.low, at.high})
       body.tissue().for_each_joined(end, [&](int i) {
-        if (is_on(i)) beside += on_.find(i)->normal;
+        On const* const on = on_.find(i);
+        if (on == nullptr) return;
+        double const cosine = on->normal.dot(at.normal);
+        if (on->is_on) back += cosine < -turned_back ? 1 : cosine > turned_back ? -1 : 0;
+        if (on->is_on || std::abs(cosine) < parallel) return;
+        Vector3<double> const chord = on->at - ((1 - at.s) * rest(body, at.low) + at.s * rest(body, at.high));
+        if (std::abs((on->normal + std::copysign(1.0, cosine) * at.normal).dot(chord)) < snap_.thickness) again_.push_back(i);
       });
-    if (beside.dot(at.normal) < 0) at.normal = -at.normal;
+    if (back > 0) at.normal = -at.normal;
+    for (int const i : again_)
+      if (!is_on(i)) put_on(i, on_at(i));
   }
 
   // --- faces ------------------------------------------------------------------------------------------------------------
@@ -392,15 +478,18 @@ class SolidCut {
     }
     for (int const s : slice_) {
       int const side = side_of_tetrahedron(body, s);
-      sides_[s] = static_cast<signed char>(-side);
+      sides_[s] = static_cast<signed char>(-2 * side);   // it stays so
     }
     ++report_.joined;
     return true;
   }
-  /// Of a corner over those of the tetrahedron that are on the cut.
+  /// Of a corner over those of the tetrahedron that are on the cut, of a face in the mean: at a bend on different sides.
   template <class Body>
   double thickness(Body const& body, int t, int corner) const {
-    return 4.0 * std::abs(height_over_cut(body, body.tissue().topology().corners(t), corner)) / 3.0;
+    double sum = 0;
+    for (int const i : body.tissue().topology().corners(t))
+      if (is_on(i)) sum += std::abs(on_.find(i)->normal.dot(rest(body, corner) - on_.find(i)->at));
+    return sum / 3;
   }
 
   /// On which side of the cut a tetrahedron is, 1 ahead and −1 behind: that of its corners off the cut, else that of the last one that the cut has bent to, which is
@@ -408,7 +497,7 @@ class SolidCut {
   template <class Body>
   int side_of_tetrahedron(Body const& body, int t) {
     signed char& side = sides_[t];
-    if (side != 0) return side;
+    if (side != 0) return side > 0 ? 1 : -1;
     Corners const c = body.tissue().topology().corners(t);
     int off = 0, bent = 0, last = 0;
     double high = 0;
@@ -433,18 +522,24 @@ class SolidCut {
   bool lies_between(Body const& body, int t, int u) {
     return side_of_tetrahedron(body, t) * side_of_tetrahedron(body, u) < 0;
   }
-  /// Of a corner over the sheet that went by those that are on the cut, in the mean.
+  /// Of a corner over the sheet that went by those that are on the cut, in the mean. Where it bends, over that side of the bend which is nearer.
   template <class Body>
   double height_over_cut(Body const& body, Corners const& corners, int corner) const {
-    Vector3<double> ahead = Vector3<double>::Zero();
-    double sum = 0;
+    std::array<On, 4> sheets;
+    std::size_t count = 0;
+    double mean = 0, low = std::numeric_limits<double>::infinity(), high = -low, bend = 0, least = 1;
     for (int const i : corners) {
       if (!is_on(i)) continue;
-      On const& on = *on_.find(i);
-      double const sign = on.normal.dot(ahead) < 0 ? -1 : 1;
-      ahead += sign * on.normal, sum += sign * on.normal.dot(rest(body, corner) - on.at);
+      On& own = sheets[count++] = *on_.find(i);
+      if (looks_back(own.normal, sheets[0].normal)) own.normal = -own.normal;
+      double const height = own.normal.dot(rest(body, corner) - own.at);
+      mean += height / 4, low = std::min(low, height), high = std::max(high, height);
+      for (std::size_t k = 0; k + 1 < count; ++k) {
+        bend += (own.normal - sheets[k].normal).dot(sheets[k].at - own.at);
+        least = std::min(least, own.normal.dot(sheets[k].normal));
+      }
     }
-    return sum / 4;
+    return least > bends ? mean : bend > 0 ? low : high;
   }
 
   /// Splits the vertices of faces that were marked, where those part the tetrahedra round them.
@@ -458,22 +553,46 @@ class SolidCut {
     body.finish_edits();
   }
   template <class Body>
-  bool split(Body& body, int v) {
+  void split(Body& body, int v) {
     auto const& solid = body.tissue().topology();
     solid.fans_at(v, fans_, [&](int t, int k) { return body.tissue().is_cut(t, k); });
     for (int fan = 1; fan < fans_.size(); ++fan) {
       int const opened = solid.border().triangle_count();
       int const copy = body.split_vertex(v, fans_[fan]);
-      put_on(copy, *on_.find(v));
+      put_on(copy, on_at(v));
       ++report_.particles_added, report_.triangles_added += solid.border().triangle_count() - opened;
       for (int t = opened; t < solid.border().triangle_count(); ++t) {
         auto const c = solid.border().corners(t);
         report_.lip_area += (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0])).norm() / 2;
       }
     }
-    return fans_.size() > 1;
+  }
+  /// Divides an edge in its middle, and splits that. Returns whether its tetrahedra are not too low.
+  template <class Body>
+  bool divide_middle(Body& body, int v, int w) {
+    if (w < 0) return false;
+    Crossing const middle{0, std::min(v, w), std::max(v, w), 0.5, on_at(v).normal};
+    if (lowest_height(body, middle) < snap_.height) return false;
+    int const n = divide(body, middle, {(rest(body, v) + rest(body, w)) / 2, middle.normal});
+    mark(body, n);
+    split(body, n);
+    return true;
   }
 
+  /// The other end of an edge at v along which parts of the tissue only touch that hang together at both of its ends: more than two triangles of the border are
+  /// there. Or −1.
+  template <class Body>
+  int end_of_touching_edge(Body const& body, int v) {
+    auto const& border = body.tissue().surface();
+    neighbours_.clear();
+    for (int const t : border.triangles_at(v))
+      for (int const w : border.corners(t))
+        if (w != v) neighbours_.push_back(w);
+    std::sort(neighbours_.begin(), neighbours_.end());
+    for (std::size_t k = 2; k < neighbours_.size(); k += 2)   // each comes twice otherwise
+      if (neighbours_[k] == neighbours_[k - 1]) return neighbours_[k];
+    return -1;
+  }
   /// A vertex w of a tetrahedron at v so that the edge between them is one of two faces that are cut and closed, or −1.
   template <class Body>
   static int end_within_cut(Body const& body, int t, int v) {
@@ -493,10 +612,13 @@ class SolidCut {
   double area_ = 0;
   SolidSnap snap_{};
   int last_order_ = 0;
+  std::size_t edits_ = 0;   // of the body, that are dealt with
+  int particles_ = 0;       // of the body then; 0: before the first sweep
   SparseTable<On> on_;               // of the vertices at the cut
   SparseTable<signed char> sides_;   // of the tetrahedra there: 1 ahead, −1 behind, 0 not known
-  std::vector<int> all_on_;          // the vertices that are on the cut
-  std::vector<int> to_open_, opening_, neighbours_, queue_, slice_;
+  std::vector<int> all_on_;          // the vertices that have come to the cut
+  std::vector<int> near_;            // those of which something is known
+  std::vector<int> to_open_, opening_, neighbours_, again_, queue_, slice_;
   std::vector<std::pair<int, int>> edges_;
   std::vector<Crossing> crossings_;   // a heap: the earliest first
   std::vector<std::uint64_t> met_;    // edges that were gathered, by their hash

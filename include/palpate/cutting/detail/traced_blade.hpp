@@ -72,6 +72,14 @@ class TracedBlade {
     return x;
   }
 
+  /// Of a point in a tetrahedron of these corners.
+  static Weights weights(std::array<Vector, 4> const& c, Vector const& x) noexcept {
+    Vector const a = c[1] - c[0], b = c[2] - c[0], d = c[3] - c[0], p = x - c[0];
+    Vector const across = a.cross(b), over = p.cross(d);
+    double const part = 1 / across.dot(d), one = -over.dot(b) * part, two = over.dot(a) * part, three = across.dot(p) * part;
+    return {1 - one - two - three, one, two, three};
+  }
+
  private:
   /// The tetrahedron that holds a point, or the last one on the way there.
   template <class Body>
@@ -110,13 +118,6 @@ class TracedBlade {
     for (std::size_t k = 0; k < 4; ++k) x[k] = body.positions().col(c[k]).template cast<double>();
     return x;
   }
-  static Weights weights(std::array<Vector, 4> const& c, Vector const& x) noexcept {
-    Vector const a = c[1] - c[0], b = c[2] - c[0], d = c[3] - c[0], p = x - c[0];
-    Vector const across = a.cross(b), over = p.cross(d);
-    double const part = 1 / across.dot(d), one = -over.dot(b) * part, two = over.dot(a) * part, three = across.dot(p) * part;
-    return {1 - one - two - three, one, two, three};
-  }
-
   template <class Body>
   void trace_piece(Body& body, Vector3<Scalar> const& from, Vector3<Scalar> const& to, double first) {
     Vector const p = from.template cast<double>(), q = to.template cast<double>();
