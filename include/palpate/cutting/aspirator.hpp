@@ -63,7 +63,7 @@ struct AspiratorReport : CutReport, RemovedTissue {
 /// Cost       O(border triangles in reach), and the square of how many tetrahedra a tick takes away; and for the step after it
 ///            O(moving tetrahedra), whose assembly is made anew.
 /// Errors     InvalidArgument for a tip that is not finite; the body stays as it was.
-/// Limits     the last tetrahedron of a body stays. A VolumeCutter's blade that is in the body meanwhile begins anew where it is.
+/// Limits     the last tetrahedron of a body stays. A VolumeCutter whose blade is in the body meanwhile forgets its stroke, and goes over its last edge again.
 template <RealScalar Scalar>
 class Aspirator {
   using Vector = Vector3<Scalar>;
