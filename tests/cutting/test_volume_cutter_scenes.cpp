@@ -329,13 +329,12 @@ TEST_CASE("a stroke that is forgotten half way goes on from there: lifted, with 
     for (std::string const what : {"lifted", "restored", "taken away"}) {
       INFO("seed " << seed << ", " << what);
       Across scene(seed);
-      auto saved = scene.body.save();
       int const half = 27 + static_cast<int>(seed);
       for (int tick = 0; tick <= 60; ++tick) {
         scene.go(scene.middle + 0.0015 * (tick - 30) * scene.ahead);
         if (tick != half) continue;
         if (what == "lifted") scene.knife.lift(scene.body);
-        if (what == "restored") saved = scene.body.save(), scene.body.restore(saved);
+        if (what == "restored") scene.body.restore(scene.body.save());
         if (what == "taken away") {
           Aspirator<double> tool({.tip_radius = 0.002, .reach = 0.006, .most_tetrahedra = 1});
           std::size_t const before = scene.body.renumberings();

@@ -5,7 +5,6 @@
 #include <palpate/cutting/detail/traced_blade.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -16,6 +15,7 @@ namespace palpate::detail {
 template <RealScalar Scalar>
 class BladeTrail {
   using Vector = Vector3<double>;
+  using Traced = TracedBlade<Scalar>;
 
  public:
   void clear() noexcept {
@@ -28,7 +28,7 @@ class BladeTrail {
   template <class Body>
   void put(Body const& body, std::span<BladeSample const> samples) {
     here_.clear();
-    for (BladeSample const& sample : samples) here_.shares.push_back(sample.share), here_.points.push_back(undeformed(body, sample));
+    for (BladeSample const& sample : samples) here_.shares.push_back(sample.share), here_.points.push_back(Traced::undeformed(body, sample));
     if (far_.points.empty()) far_ = before_ = here_;
   }
   /// It has moved so far [m]. Returns whether that makes an edge since it has last returned so.
@@ -47,22 +47,14 @@ class BladeTrail {
     double off = 0;
     int inside = 0;
     for (BladeSample const& sample : samples)
-      if (sample.is_inside()) off += (here_.at(sample.share) - undeformed(body, sample)).norm(), ++inside;
+      if (sample.is_inside()) off += (here_.at(sample.share) - Traced::undeformed(body, sample)).norm(), ++inside;
     return inside > 0 && off < inside * static_cast<double>(body.mean_edge()) / 2;
   }
   /// Where the samples were an edge back, carried by the tetrahedra that carry them.
   template <class Body>
   void place_behind(Body const& body, std::span<BladeSample const> samples, std::vector<Vector>& places) const {
     places.clear();
-    for (BladeSample const& sample : samples) {
-      auto const c = body.tissue().topology().corners(sample.tetrahedron);
-      std::array<Vector, 4> x, now;
-      for (std::size_t k = 0; k < 4; ++k) x[k] = body.tissue().rest_position(c[k]).template cast<double>(), now[k] = body.positions().col(c[k]).template cast<double>();
-      auto const back = TracedBlade<Scalar>::weights(x, x[0] + far_.at(sample.share) - undeformed(body, sample));
-      Vector place = TracedBlade<Scalar>::now(body, sample) - now[0];
-      for (std::size_t k = 0; k < 4; ++k) place += back[k] * now[k];
-      places.push_back(place);
-    }
+    for (BladeSample const& sample : samples) places.push_back(Traced::now(body, sample, far_.at(sample.share) - Traced::undeformed(body, sample)));
   }
 
  private:
@@ -79,14 +71,6 @@ class BladeTrail {
       return (1 - u) * points[k - 1] + u * points[k];
     }
   };
-
-  template <class Body>
-  static Vector undeformed(Body const& body, BladeSample const& sample) noexcept {
-    Vector x = sample.offset;
-    auto const c = body.tissue().topology().corners(sample.tetrahedron);
-    for (std::size_t k = 0; k < 4; ++k) x += sample.weights[k] * body.tissue().rest_position(c[k]).template cast<double>();
-    return x;
-  }
 
   Place here_, before_, far_;
   double way_ = 0;

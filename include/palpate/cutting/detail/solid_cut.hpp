@@ -92,7 +92,7 @@ class SolidCut {
     snap_ = snap;
     crossings_.clear();
     for (auto const& [a, b] : edges_) find_crossings(body, swept, a, b, -std::numeric_limits<double>::infinity());
-    if (crossings_.empty()) return has_taken_edits(body);
+    if (crossings_.empty()) return;
     to_open_.clear();
     while (!crossings_.empty()) {
       std::pop_heap(crossings_.begin(), crossings_.end(), later);

@@ -66,12 +66,25 @@ class TracedBlade {
   /// Where a sample is, with the body as it is now.
   template <class Body>
   static Vector now(Body const& body, BladeSample const& sample) noexcept {
-    Vector x = sample.offset;
+    return carried(body, sample, [&](int i) { return body.positions().col(i); });
+  }
+  /// Where it is in the undeformed solid.
+  template <class Body>
+  static Vector undeformed(Body const& body, BladeSample const& sample) noexcept {
+    return carried(body, sample, [&](int i) { return body.tissue().rest_position(i); });
+  }
+  /// Where it would be now if it were so far off in the undeformed solid, carried by the same tetrahedron.
+  template <class Body>
+  static Vector now(Body const& body, BladeSample sample, Vector const& off) noexcept {
     auto const c = body.tissue().topology().corners(sample.tetrahedron);
-    for (std::size_t k = 0; k < 4; ++k) x += sample.weights[k] * body.positions().col(c[k]).template cast<double>();
-    return x;
+    std::array<Vector, 4> x;
+    for (std::size_t k = 0; k < 4; ++k) x[k] = body.tissue().rest_position(c[k]).template cast<double>();
+    Weights const moved = weights(x, x[0] + off);
+    for (std::size_t k = 0; k < 4; ++k) sample.weights[k] += moved[k] - (k == 0 ? 1 : 0);
+    return now(body, sample);
   }
 
+ private:
   /// Of a point in a tetrahedron of these corners.
   static Weights weights(std::array<Vector, 4> const& c, Vector const& x) noexcept {
     Vector const a = c[1] - c[0], b = c[2] - c[0], d = c[3] - c[0], p = x - c[0];
@@ -79,8 +92,13 @@ class TracedBlade {
     double const part = 1 / across.dot(d), one = -over.dot(b) * part, two = over.dot(a) * part, three = across.dot(p) * part;
     return {1 - one - two - three, one, two, three};
   }
-
- private:
+  template <class Body, class PositionOf>
+  static Vector carried(Body const& body, BladeSample const& sample, PositionOf const& position_of) noexcept {
+    Vector x = sample.offset;
+    auto const c = body.tissue().topology().corners(sample.tetrahedron);
+    for (std::size_t k = 0; k < 4; ++k) x += sample.weights[k] * position_of(c[k]).template cast<double>();
+    return x;
+  }
   /// The tetrahedron that holds a point, or the last one on the way there.
   template <class Body>
   static int near(Body const& body, int t, Vector const& x) noexcept {
