@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Cuts as a hand makes them: that cross, undermine, take out a wedge, a core or a slice. Yardsticks: pieces, areas and volumes of planes, a prism and a cylinder;
-// tetrahedra that a parallelogram meets, counted here. PALPATE_CROSSINGS sets how many pairs of planes (60 if not set).
+// tetrahedra that a parallelogram meets, counted here. PALPATE_CROSSINGS sets how many pairs of planes (60 if not set, 24 in tissue that gapes).
 #include "catch.hpp"
 #include "solid_strokes.hpp"
 #include "solid_tissues.hpp"
@@ -102,8 +102,9 @@ TEMPLATE_LIST_TEST_CASE("two planes that cross leave four pieces, whatever their
 }
 
 TEMPLATE_LIST_TEST_CASE("cuts that cross in tissue that gapes and moves leave no more than a crumb in a few dozen", "[volume_cutter][scenes]", Solids) {
+  std::uint64_t const pairs = from_environment("PALPATE_CROSSINGS", 24);
   int others = 0;
-  for (std::uint64_t seed = 100; seed < 124; ++seed) {
+  for (std::uint64_t seed = 100; seed < 100 + pairs; ++seed) {
     Random random(Seed{seed});
     auto body = make_body<TestType>(5, 5, 4, BlockPattern::alternating, 0.08);
     auto const before = invariants_of(body);
@@ -119,7 +120,7 @@ TEMPLATE_LIST_TEST_CASE("cuts that cross in tissue that gapes and moves leave no
     CHECK(testing::to_text(before.check(body)) == "");
     others += pieces(body) == 4 ? 0 : 1;
   }
-  CHECK(others <= 1);
+  CHECK(others <= 1 + static_cast<int>(pairs / 100));
 }
 
 TEMPLATE_LIST_TEST_CASE("a blade under the skin undermines it, and a cut down to it peels a layer off", "[volume_cutter][scenes]", Solids) {
