@@ -4,14 +4,25 @@
 
 #include <palpate/core/error.hpp>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <filesystem>
 #include <system_error>
 
 #ifdef PALPATE_EXAMPLES_DRAW
+#include <palpate/vtk/detail/off_screen.hpp>
 #include <palpate/vtk/picture.hpp>
 #include <palpate/vtk/plot.hpp>
 #include <palpate/vtk/virtual_display.hpp>
+
+#include <vtkActor2D.h>
+#include <vtkImageData.h>
+#include <vtkImageMapper.h>
+#include <vtkNew.h>
+#include <vtkRenderer.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
 #endif
 
 namespace drawing {
@@ -33,6 +44,32 @@ palpate::TriangleMesh<double> faceted(palpate::TriangleMesh<double> const& mesh)
   return apart;
 }
 
+void write_raster(std::filesystem::path const& file, Raster const& raster) {
+  palpate::detail::require_display(file);
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(raster.width, raster.height, 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+  for (int y = 0; y < raster.height; ++y)   // VTK's rows begin at the bottom
+    std::copy_n(raster.grey.begin() + static_cast<std::ptrdiff_t>(y) * raster.width, raster.width,
+                static_cast<unsigned char*>(image->GetScalarPointer(0, raster.height - 1 - y, 0)));
+  vtkNew<vtkImageMapper> mapper;
+  mapper->SetInputData(image);
+  mapper->SetColorWindow(255.0), mapper->SetColorLevel(127.5);
+  vtkNew<vtkActor2D> dots;
+  dots->SetMapper(mapper);
+  vtkNew<vtkRenderer> renderer;
+  renderer->AddActor2D(dots);
+  for (Raster::Words const& words : raster.words) {
+    vtkNew<vtkTextActor> text;
+    text->SetInput(words.text.c_str());
+    text->SetPosition(words.left, raster.height - words.top);
+    text->GetTextProperty()->SetFontSize(14);
+    text->GetTextProperty()->SetVerticalJustificationToTop();
+    renderer->AddActor2D(text);
+  }
+  palpate::detail::write_png(file, renderer, raster.width, raster.height);
+}
+
 /// Returns why nothing can be drawn, or nothing.
 std::string draw(Album const& album, std::filesystem::path const& folder) {
   palpate::VirtualDisplay const display;
@@ -43,10 +80,18 @@ std::string draw(Album const& album, std::filesystem::path const& folder) {
     throw palpate::FileError(palpate::detail::message("can not make the folder ", folder.string(), "; choose another"));
   for (Picture const& chart : album.charts) palpate::write_plot(folder / (chart.name() + ".png"), chart.series(), chart.style());
   for (View const& view : album.views) {
-    palpate::PictureStyle const style{.width = 560, .height = 480, .wound_depth = 0.0};
-    palpate::write_picture(folder / (view.name + ".png"), view.has_facets ? faceted(view.mesh) : view.mesh, palpate::framing(view.mesh, view.from, view.up, 560.0 / 480.0),
-                           std::nullopt, style);
+    palpate::PictureStyle const style{.width = 560, .height = 480, .tissue = view.colour, .wound_depth = 0.0};
+    std::vector<palpate::PicturePart> parts;
+    palpate::TriangleMesh<double> all = view.mesh;   // as far as its points, to be framed
+    for (Part const& part : view.parts) {
+      parts.push_back({part.mesh, part.colour});
+      all.points.conservativeResize(3, all.points.cols() + part.mesh.points.cols());
+      all.points.rightCols(part.mesh.points.cols()) = part.mesh.points;
+    }
+    auto const camera = palpate::framing(all, view.from, view.up, 560.0 / 480.0);
+    palpate::write_picture(folder / (view.name + ".png"), view.has_facets ? faceted(view.mesh) : view.mesh, camera, std::nullopt, style, parts);
   }
+  for (Raster const& raster : album.rasters) write_raster(folder / (raster.name + ".png"), raster);
   return {};
 }
 
@@ -70,6 +115,7 @@ int run_example(char const* name, int argc, char** argv, Album (*example)()) {
     std::string names;
     for (Picture const& chart : album.charts) names += ' ' + chart.name() + ".png";
     for (View const& view : album.views) names += ' ' + view.name + ".png";
+    for (Raster const& raster : album.rasters) names += ' ' + raster.name + ".png";
     if (folder.empty()) {
       std::printf("%s FOLDER also draws%s\n", name, names.c_str());
       return 0;
