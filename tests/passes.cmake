@@ -24,12 +24,12 @@ set(plain_tests
   "^vtk/test_(plot|series)[.]")
 
 # Only under the sanitizers, as far as they are not among those above: what changes meshes and searches in them.
-set(sanitized_tests "^(collision|collision_fcl|cutting|mesh|tool|volume)/")
+set(sanitized_tests "^(collision|collision_fcl|cutting|mesh|scene|tool|volume)/")
 
 # Of those under the sanitizers, the ones that compute so much that they are compiled with -O1.
 set(optimised_tests
   "^body/test_(allocation|execution|surface_changes|touch|zone)[.]"
-  "^(collision|collision_fcl|cutting|material|tool|volume)/"
+  "^(collision|collision_fcl|cutting|material|scene|tool|volume)/"
   "^device/test_(scripted_device|simulated_hand)[.]"
   "^haptics/test_facet_planes[.]"
   "^json/test_network_file[.]"

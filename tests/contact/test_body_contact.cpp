@@ -3,6 +3,7 @@
 // by hand; momentum and energy. PALPATE_CONTACT_STARTS sets how many random starts (30 if not set).
 #include "allocation_trap.hpp"
 #include "catch.hpp"
+#include "contact/blocks.hpp"
 #include "device/message.hpp"
 
 #include <palpate/body/soft_body.hpp>
@@ -40,19 +41,6 @@ using namespace palpate_test;
 
 namespace {
 
-template <class S>
-TriangleMesh<S> skin_of(TetrahedralMesh<S> const& solid) {
-  auto skin = surface(solid);
-  repair(skin);
-  return skin;
-}
-/// A block whose lower corner is at `low`.
-template <class S = double>
-auto block(int nx, int ny, int nz, double edge, Vector3<double> const& low) {
-  auto mesh = make_block<S>(nx, ny, nz, S(edge), BlockPattern::alternating);
-  mesh.points.colwise() += low.cast<S>();
-  return mesh;
-}
 /// A block that is bent to an ellipsoid.
 TetrahedralMesh<double> egg(int n, Vector3<double> const& half, Vector3<double> const& at) {
   auto mesh = make_block<double>(n, n, n, 2.0 / (n - 1), BlockPattern::alternating);
@@ -62,15 +50,6 @@ TetrahedralMesh<double> egg(int n, Vector3<double> const& half, Vector3<double> 
     mesh.points.col(i) = at + half.cwiseProduct(size > 0 ? Vector3<double>(p.cwiseAbs().maxCoeff() / size * p) : p);
   }
   return mesh;
-}
-template <class S = double>
-Obstacle<S> table(double top = 0, double side = 0.3) {
-  return Obstacle<S>(skin_of(block<S>(2, 2, 2, side, {-side / 2, -side / 2, top - side})));
-}
-template <class S, class Integrator>
-auto solid(TetrahedralMesh<S> const& mesh, Integrator integrator, double young = 1e4, double drag = 0.5, double damping = 1e-3) {
-  return SoftBody(FiniteElements<S, StableNeoHookean<S>>(mesh, {.density = S(1000), .material = {.young = S(young), .poisson = S(0.3)}, .damping = {.alpha = S(drag), .beta = S(damping)}}),
-                  integrator);
 }
 template <class Body>
 void throw_particle(Body& body, int i, Vector3<double> const& velocity) {

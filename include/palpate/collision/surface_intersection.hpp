@@ -43,6 +43,7 @@ struct MovingSurface {
 /// Regions    a volume that is enclosed by itself: the parts of both surfaces that contours join.
 /// Gradient   ∂V/∂x_i = ∫ N_i n dA over the part of the vertex's surface that is inside the other one, N_i the vertex's linear shape function, n outward.
 ///            Those of both surfaces add up to nothing, and have no moment: their parts together bound the volume. V = 1/3 Σ x_i·∂V/∂x_i.
+/// Moments    ∫ x dV = ½ ∮ (x² n_x, y² n_y, z² n_z) dA, and the border's second moments, are exact too.
 /// Method     each pair of triangles that meet has a piece of the contour in common. A part of a triangle is bounded by such pieces and by what of its own edges is
 ///            inside; its integrals are sums over these, so that it may have any shape, and holes. Whether an edge crosses a triangle is asked in the
 ///            same order of corners, whichever triangle asks, so that neighbours agree. The second surface is shifted by 1e-11 of the first one's size,
@@ -63,9 +64,11 @@ class SurfaceIntersection {
     Vector3<Scalar> gradient;   // m²
   };
 
-  /// m³ in common, and where in gradient(0) and gradient(1) its own entries begin and end.
+  /// What they have in common in one place, and where in gradient(0) and gradient(1) its own entries begin and end.
   struct Region {
-    double volume = 0;
+    double volume = 0;                                                        ///< m³
+    Vector3<double> middle = Vector3<double>::Zero();                         ///< m, of the volume
+    Matrix<double, 3, 3> spread = Matrix<double, 3, 3>::Zero();               ///< m⁴: ∫ (x − x̄)(x − x̄)ᵀ dA of its border about the border's middle x̄, half of it: a side's
     std::array<std::size_t, 2> begin{}, end{};
   };
 
@@ -91,7 +94,13 @@ class SurfaceIntersection {
     if (pairs_ == 0) return;
     close(sides_[0], first), close(sides_[1], second);
     join();
+    moments_.assign(regions_.size(), {});
     sum(0, first, Place::Zero()), sum(1, second, shift_);
+    for (std::size_t n = 0; n < regions_.size(); ++n) {
+      Moments const& of = moments_[n];
+      if (regions_[n].volume > 0) regions_[n].middle = of.volume / regions_[n].volume + reference_;
+      if (of.area > 0) regions_[n].spread = (of.second - of.first * of.first.transpose() / of.area) / 2;
+    }
   }
 
   bool touches() const noexcept { return pairs_ > 0; }
@@ -119,11 +128,20 @@ class SurfaceIntersection {
     bool enters;
     auto key() const noexcept { return std::tuple(low, high, share); }
   };
+  struct Integrals {
+    std::array<double, 3> shape{};     // of the corners' shape functions
+    std::array<double, 6> products{};  // of pairs of them: 00, 01, 02, 11, 12, 22
+  };
+  struct Moments {                     // of a region, from the reference
+    Place volume = Place::Zero(), first = Place::Zero();   // ∫ x dV, ∮ x dA
+    Matrix<double, 3, 3> second = Matrix<double, 3, 3>::Zero();
+    double area = 0;
+  };
   struct Side {
     std::vector<Crossing> crossings;
     std::vector<int> triangles, inside;                   // those that count; vertices inside the other surface
     std::vector<int> place;                               // of each triangle among those that count
-    std::vector<std::array<double, 3>> integrals;         // of each triangle: of its shape functions over its part, per twice its area
+    std::vector<Integrals> integrals;                     // of each triangle, over its part, per twice its area
     std::vector<std::uint64_t> triangle_stamp, vertex_stamp;
     std::vector<VertexGradient> gradient;
     std::uint64_t stamp = 0;
@@ -141,14 +159,17 @@ class SurfaceIntersection {
   static void count(Side& side, int triangle) {
     if (std::exchange(side.triangle_stamp[at(triangle)], side.stamp) == side.stamp) return;
     side.place[at(triangle)] = static_cast<int>(side.triangles.size());
-    side.triangles.push_back(triangle), side.integrals[at(triangle)] = {0, 0, 0};
+    side.triangles.push_back(triangle), side.integrals[at(triangle)] = {};
   }
   /// Adds a piece of a part's boundary, which goes round it counter-clockwise: the triangle that it makes with corner 0.
   static void add_piece(Side& side, int triangle, Uv const& p, Uv const& q) noexcept {
     double const area = (p[0] * q[1] - p[1] * q[0]) / 6;
-    auto& sum = side.integrals[at(triangle)];
-    sum[0] += area * (1 + (1 - p[0] - p[1]) + (1 - q[0] - q[1]));
-    for (std::size_t k = 0; k < 2; ++k) sum[k + 1] += area * (p[k] + q[k]);
+    std::array<double, 3> const a{1 - p[0] - p[1], p[0], p[1]}, b{1 - q[0] - q[1], q[0], q[1]}, sum{1 + a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+    auto& [shape, products] = side.integrals[at(triangle)];
+    for (std::size_t i = 0, n = 0; i < 3; ++i) {
+      shape[i] += area * sum[i];
+      for (std::size_t j = i; j < 3; ++j, ++n) products[n] += area / 4 * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + (i == 0 && j == 0 ? 1.0 : 0.0));
+    }
   }
   static Uv on_corner(std::size_t k) noexcept { return {k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; }
   static Uv between(std::size_t from, std::size_t to, double share) noexcept {
@@ -298,8 +319,11 @@ class SurfaceIntersection {
     for (std::size_t n = 0; n < side.triangles.size(); ++n) {
       int const t = side.triangles[n], region = region_[n + (which == 0 ? 0 : sides_[0].triangles.size())];
       auto const c = surface.topology.corners(t);
-      Place const o = place(surface, c[0], shift), normal = (place(surface, c[1], shift) - o).cross(place(surface, c[2], shift) - o);
-      for (std::size_t k = 0; k < 3; ++k) parts_.push_back({region, c[k], t, side.integrals[at(t)][k] * normal});
+      Corners const x{place(surface, c[0], shift), place(surface, c[1], shift), place(surface, c[2], shift)};
+      Place const normal = (x[1] - x[0]).cross(x[2] - x[0]);
+      auto const& [shape, products] = side.integrals[at(t)];
+      for (std::size_t k = 0; k < 3; ++k) parts_.push_back({region, c[k], t, shape[k] * normal});
+      add_moments(moments_[at(region)], x, normal, shape, products);
     }
     std::sort(parts_.begin(), parts_.end(), [](Part const& a, Part const& b) { return a.key() < b.key(); });
     for (std::size_t k = 0, n = 0; n < regions_.size(); ++n) {
@@ -313,6 +337,19 @@ class SurfaceIntersection {
       }
       regions_[n].end[at(which)] = side.gradient.size();
     }
+  }
+  static void add_moments(Moments& to, Corners const& x, Place const& normal, std::array<double, 3> const& shape, std::array<double, 6> const& products) noexcept {
+    double const twice = normal.norm();
+    Matrix<double, 3, 3> second = Matrix<double, 3, 3>::Zero();   // per twice the area
+    for (std::size_t i = 0, n = 0; i < 3; ++i) {
+      to.area += twice * shape[i], to.first += twice * shape[i] * x[i];
+      for (std::size_t j = i; j < 3; ++j, ++n) {
+        Matrix<double, 3, 3> const product = products[n] * x[i] * x[j].transpose();
+        second += product;
+        if (i != j) second += product.transpose();
+      }
+    }
+    to.second += twice * second, to.volume += second.diagonal().cwiseProduct(normal) / 2;
   }
   /// What of an edge of a triangle is inside.
   static void add_edge(Side& side, int t, SurfaceTopology::Corners const& c, std::size_t from, std::size_t to) {
@@ -345,6 +382,7 @@ class SurfaceIntersection {
   std::vector<Part> parts_;
   Place reference_ = Place::Zero(), shift_ = Place::Zero();   // m; the second surface is shifted
   std::vector<Region> regions_;
+  std::vector<Moments> moments_;                                 // of each region
   std::vector<std::array<int, 2>> candidates_, joints_;          // triangles of the two whose boxes overlap, and that cross each other
   std::array<std::vector<std::array<int, 2>>, 2> inner_;         // of one surface that meet inside the other
   std::vector<int> root_, region_;                               // of each triangle that counts

@@ -79,6 +79,7 @@ class BodyContact {
     Vector point = Vector::Zero();       ///< m, its middle
     Vector normal = Vector::UnitZ();     ///< from the first body into the second
     Vector friction = Vector::Zero();    ///< N, on the first
+    Vector moment = Vector::Zero();      ///< N m, on the first, along the surface: where it is deeper at one side
     Scalar torsion = 0;                  ///< N m, on the first about the normal
     bool slips = false;
   };
@@ -164,7 +165,7 @@ class BodyContact {
     Scalar inverse_mass;     // 1/kg
     Vector force = Vector::Zero();
   };
-  static constexpr std::size_t rows = 4;   // across, along twice, about the normal
+  static constexpr std::size_t rows = 6, tilt = 1, along = 3, spin = 5;   // across, about two directions along the surface, along these, about the normal
   using Entry = std::array<Vector, rows>;  // force on a vertex by each row's multiplier
   struct Side {
     std::vector<Particle> particles;
@@ -177,11 +178,13 @@ class BodyContact {
   };
   struct Row {
     std::array<Scalar, rows> give{}, multiplier{};   // in their units per N s
-    std::array<Vector, 2> along{Vector::Zero(), Vector::Zero()};
+    std::array<Vector, 2> directions{Vector::Zero(), Vector::Zero()};
+    std::array<Scalar, 2> leans{}, bends{};   // about these: the depth's first moment [m⁴], the area's second one [m⁴]
     Scalar stiffness = 0, radius = 0;      // N/m of the region, m
     std::array<Scalar, 2> slip{};          // m
     Scalar turn = 0;                       // rad
-    bool rubs = false;
+    bool turns = false, rubs = false;
+    std::size_t used() const noexcept { return rubs ? rows : turns ? along : std::size_t{1}; }
   };
 
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
@@ -218,7 +221,7 @@ class BodyContact {
         for (Particle const& b : side.particles) side.mobility.push_back(body.mobility(a.index, b.index, h));
   }
 
-  /// Normal, middle and the four rows of a region.
+  /// Normal, middle and the rows of a region.
   void prepare(typename SurfaceIntersection<Scalar>::Region const& region, First const& first, Second const& second) {
     using Double = Vector3<double>;
     Double normal = Double::Zero();
@@ -250,19 +253,24 @@ class BodyContact {
     double const radius = std::sqrt(spread);
     row.radius = static_cast<Scalar>(radius);
     Double const u = normal.unitOrthogonal(), v = normal.cross(u);
-    row.along = {Vector(u.cast<Scalar>()), Vector(v.cast<Scalar>())};
-    row.rubs = options_.friction > 0 && radius > 0;
+    row.directions = {Vector(u.cast<Scalar>()), Vector(v.cast<Scalar>())};
+    Double const lean = region.volume * (region.middle - c);
+    for (std::size_t k = 0; k < 2; ++k) {
+      Double const down = normal.cross(k == 0 ? u : v);
+      row.leans[k] = static_cast<Scalar>(lean.dot(down)), row.bends[k] = static_cast<Scalar>(down.dot(region.spread * down));
+    }
+    row.turns = radius > 0, row.rubs = row.turns && options_.friction > 0;
     for (int side = 0; side < 2; ++side) {
       auto const gradients = common_.gradient(side, region);
       auto const entries = entries_of(n, side);
       for (std::size_t k = 0; k < entries.size(); ++k) entries[k][0] = -gradients[k].gradient;
-      if (!row.rubs) continue;
+      if (!row.turns) continue;
       double const sign = side == 0 ? 1 : -1;
       detail::RigidForces forces(radius);
       auto const share = [&](std::size_t k) { return static_cast<double>(gradients[k].gradient.norm()) / weight[at(side)]; };
       auto const arm = [&](std::size_t k) { return Double(place(side, gradients[k].vertex) - c); };
       for (std::size_t k = 0; k < gradients.size(); ++k) forces.add(share(k), arm(k));
-      if (!forces.make(sign * u, sign * v, sign * normal)) row.rubs = false;   // hardly more than a point
+      if (!forces.make(sign * u, sign * v, sign * normal)) row.turns = row.rubs = false;   // hardly more than a point
       for (std::size_t k = 0; k < entries.size(); ++k)
         for (std::size_t r = 1; r < rows; ++r) entries[k][r] = forces.on(r - 1, share(k), arm(k)).template cast<Scalar>();
     }
@@ -275,7 +283,7 @@ class BodyContact {
       std::size_t const count = side.particles.size();
       side.responses.resize(rows_.size() * rows * count);
       for (std::size_t n = 0; n < rows_.size(); ++n)
-        for (std::size_t r = 0; r < (rows_[n].rubs ? rows : 1); ++r)
+        for (std::size_t r = 0; r < rows_[n].used(); ++r)
           motion.respond(
               [&](auto const& add) {
                 auto const gradients = common_.gradient(which, common_.regions()[n]);
@@ -344,25 +352,36 @@ class BodyContact {
         Scalar const steep = options_.pressure / (options_.depth * now.area);   // Pa/m³
         Scalar const others = rate(n, 0) - h * row.multiplier[0] * row.give[0];
         set(0, std::clamp((steep * static_cast<Scalar>(now.volume) - steep * ahead * others) / (1 + steep * ahead * h * row.give[0]), Scalar(0), options_.pressure), now.area);
+        if (!row.turns) continue;
+        Scalar const fills = static_cast<Scalar>(now.volume) / (options_.depth * now.area), tilts = options_.pressure / options_.depth * std::max(Scalar(0), 1 - fills);
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+          std::size_t const r = tilt + axis;
+          Scalar const without = rate(n, r) - h * row.multiplier[r] * row.give[r], reach = std::sqrt(3 * row.bends[axis] / now.area);
+          Scalar const wanted = -tilts * (row.leans[axis] + row.bends[axis] * ahead * without) / (1 + tilts * row.bends[axis] * ahead * h * row.give[r]);
+          Scalar const most = row.multiplier[0] * now.area * reach;
+          set(r, std::clamp(wanted, -most, most), 1 / row.radius);
+        }
         if (!row.rubs) continue;
         Scalar const most = options_.friction * row.multiplier[0] * now.area;
         auto const held = [&](std::size_t r, Scalar stiffness, Scalar slip) {
           Scalar const without = rate(n, r) - h * row.multiplier[r] * row.give[r];
           return -stiffness * (slip + ahead * without) / (1 + stiffness * ahead * h * row.give[r]);
         };
-        Scalar const one = held(1, row.stiffness, row.slip[0]), two = held(2, row.stiffness, row.slip[1]), size = std::hypot(one, two);
+        Scalar const one = held(along, row.stiffness, row.slip[0]), two = held(along + 1, row.stiffness, row.slip[1]), size = std::hypot(one, two);
         Scalar const share = size > most ? most / size : Scalar(1);
         now.slips = size > most;
-        set(1, share * one, 1), set(2, share * two, 1);
+        set(along, share * one, 1), set(along + 1, share * two, 1);
         Scalar const most_turn = most * row.radius * 2 / 3;
-        set(3, std::clamp(held(3, row.stiffness * row.radius * row.radius, row.turn), -most_turn, most_turn), 1 / row.radius);
+        set(spin, std::clamp(held(spin, row.stiffness * row.radius * row.radius, row.turn), -most_turn, most_turn), 1 / row.radius);
       }
       if (!std::isfinite(changed)) return (regions_.clear(), rows_.clear(), false);
       if (!(changed > tolerance * largest)) break;
     }
     for (std::size_t n = 0; n < regions_.size(); ++n) {
       auto const& m = rows_[n].multiplier;
-      regions_[n].pressure = m[0], regions_[n].friction = m[1] * rows_[n].along[0] + m[2] * rows_[n].along[1], regions_[n].torsion = m[3];
+      regions_[n].pressure = m[0], regions_[n].torsion = m[spin];
+      auto const& directions = rows_[n].directions;
+      regions_[n].friction = m[along] * directions[0] + m[along + 1] * directions[1], regions_[n].moment = m[tilt] * directions[0] + m[tilt + 1] * directions[1];
       for_each(n, [&](Side& side, Entry const& entry, std::size_t i) {
         for (std::size_t r = 0; r < rows; ++r) side.particles[i].force += m[r] * entry[r];
       });
@@ -384,7 +403,7 @@ class BodyContact {
     Row const& row = rows_[n];
     to.vertices.clear();
     for (auto const& one : common_.gradient(0, common_.regions()[n])) to.vertices.push_back(one.vertex);
-    to.slip = row.slip[0] * row.along[0] + row.slip[1] * row.along[1], to.turn = row.turn;
+    to.slip = row.slip[0] * row.directions[0] + row.slip[1] * row.directions[1], to.turn = row.turn;
     Scalar const most = options_.friction * regions_[n].pressure * regions_[n].area;
     to.most = row.stiffness > 0 ? most / row.stiffness : Scalar(0);
     to.most_turn = row.radius > 0 ? to.most * 2 / 3 / row.radius : Scalar(0);
@@ -413,14 +432,14 @@ class BodyContact {
       auto const entries = entries_of(n, side);
       for (std::size_t k = 0; k < entries.size(); ++k) {
         Vector const v = side == 0 ? Vector(first.velocities().col(gradients[k].vertex)) : Vector(second.velocities().col(gradients[k].vertex));
-        for (std::size_t r = 1; r < rows; ++r) moved[r] += last_step_ * entries[k][r].dot(v);
+        for (std::size_t r = along; r < rows; ++r) moved[r] += last_step_ * entries[k][r].dot(v);
       }
     }
-    Vector slip = from->slip + moved[1] * row.along[0] + moved[2] * row.along[1];
+    Vector slip = from->slip + moved[along] * row.directions[0] + moved[along + 1] * row.directions[1];
     slip -= slip.dot(regions_[n].normal) * regions_[n].normal;
     if (Scalar const size = slip.norm(); size > from->most) slip *= from->most / size;
-    row.slip[0] = slip.dot(row.along[0]), row.slip[1] = slip.dot(row.along[1]);
-    row.turn = std::clamp(from->turn + moved[3], -from->most_turn, from->most_turn);
+    row.slip[0] = slip.dot(row.directions[0]), row.slip[1] = slip.dot(row.directions[1]);
+    row.turn = std::clamp(from->turn + moved[spin], -from->most_turn, from->most_turn);
   }
 
   Options options_;

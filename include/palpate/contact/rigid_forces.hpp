@@ -10,8 +10,8 @@
 
 namespace palpate::detail {
 
-/// Forces on points, each by its share, as a rigid body's accelerations would be: f_i = w_i (a + b × d_i). Two of them make a force of 1 N at the middle and no
-/// moment about it, the third a moment of 1 N m and no force; so those on one side of a contact are opposite to those on the other.
+/// Forces on points, each by its share, as a rigid body's accelerations would be: f_i = w_i (a + b × d_i). Two of them make a moment of 1 N m about
+/// the middle and no force, two a force of 1 N and no moment, the last a moment again; so those on one side of a contact are opposite to those on the other.
 /// Units      d_i from the middle [m]; `radius` [m] is about their size.
 class RigidForces {
  public:
@@ -27,14 +27,15 @@ class RigidForces {
     sums_.topRightCorner<3, 3>() -= share * cross, sums_.bottomLeftCorner<3, 3>() += share * cross;
     sums_.bottomRightCorner<3, 3>() -= share * cross * cross;
   }
-  /// Two forces and the axis of the moment, all unit. False where the points are too near to a line for that.
+  /// Moments about two directions, forces along them, and a moment about an axis; all unit. False where the points are too near to a line for that.
   bool make(Vector const& first, Vector const& second, Vector const& axis) noexcept {
-    Matrix<double, 6, 3> wanted = Matrix<double, 6, 3>::Zero();
-    wanted.block<3, 1>(0, 0) = first, wanted.block<3, 1>(0, 1) = second, wanted.block<3, 1>(3, 2) = axis / radius_;
+    Matrix<double, 6, 5> wanted = Matrix<double, 6, 5>::Zero();
+    wanted.block<3, 1>(3, 0) = first / radius_, wanted.block<3, 1>(3, 1) = second / radius_;
+    wanted.block<3, 1>(0, 2) = first, wanted.block<3, 1>(0, 3) = second, wanted.block<3, 1>(3, 4) = axis / radius_;
     found_ = sums_.ldlt().solve(wanted);
     return (sums_ * found_ - wanted).cwiseAbs().maxCoeff() < 1e-11 * (1 + 1 / radius_);
   }
-  /// 0 and 1 of the forces, 2 of the moment, on a point [N].
+  /// On a point [N], in that order.
   Vector on(std::size_t which, double share, Vector const& arm) const noexcept {
     auto const column = found_.col(static_cast<int>(which));
     return share * (Vector(column.head<3>()) + Vector(column.tail<3>()).cross(arm / radius_));
@@ -43,7 +44,7 @@ class RigidForces {
  private:
   double radius_;
   Matrix<double, 6, 6> sums_ = Matrix<double, 6, 6>::Zero();
-  Matrix<double, 6, 3> found_ = Matrix<double, 6, 3>::Zero();
+  Matrix<double, 6, 5> found_ = Matrix<double, 6, 5>::Zero();
 };
 
 }  // namespace palpate::detail

@@ -38,7 +38,7 @@ class BodyLoop {
 
   /// Tools in their places, and in which order they act.
   BodyLoop(BodyType body, std::tuple<BodyTool<BodyType, Cutters>...> made, Order const& order, int max_steps)
-      : body_(std::move(body)), tools_(std::move(made)), order_(order), max_steps_(max_steps) {
+      : body_(std::move(body)), tools_(std::move(made)), order_(order) {
     control_.allow(max_steps);
     control_.reset(body_);
   }
@@ -94,7 +94,7 @@ class BodyLoop {
   }
 
   /// So many seconds will have no tick: the body's thread came too late for them.
-  void leave_out(double seconds) noexcept { control_.leave_out(seconds); }
+  void leave_out(double seconds) noexcept { control_.leave_out(body_, seconds); }
 
   /// Brings the body back to a state it was in. The tool has to come from outside again.
   template <class State>
@@ -108,28 +108,23 @@ class BodyLoop {
   BodyType const& body() const noexcept { return body_; }
   auto& cutter() noexcept { return std::get<0>(tools_).cutter(); }
   auto const& cutter() const noexcept { return std::get<0>(tools_).cutter(); }
-  BodyCounts const& counts() const noexcept { return control_.counts(); }
-  Scalar stable_step() const noexcept { return control_.stable_step(); }
+  decltype(auto) counts() const noexcept { return control_.counts(body_); }
+  Scalar stable_step() const noexcept { return static_cast<Scalar>(counts().stable_step); }
 
  private:
   void step(Scalar h) {
-    EqualSteps<Scalar> const steps = split_duration(h, control_.step_for(body_, h), max_steps_);
     bool is_free = true;
     for_each_tool([&](std::size_t, auto& tool) { is_free = is_free && tool.cutter().state() == CuttingPhase::no_contact; });
     if (is_free) diverged_ = false;
-    for (int k = 1; k <= steps.count; ++k) {
-      for_each_tool([&](std::size_t, auto& tool) { tool.push(body_, k, steps.count, steps.each); });
-      if (control_.took(body_.step(steps.each), steps.each)) continue;
-      diverged_ = true;
-      break;
-    }
-    control_.end_tick(h, steps);
+    bool const goes_on = control_.advance(body_, h, [&](auto& body, int k, EqualSteps<Scalar> const& steps) {
+      for_each_tool([&](std::size_t, auto& tool) { tool.push(body, k, steps.count, steps.each); });
+    });
+    if (!goes_on) diverged_ = true;
   }
 
   BodyType body_;
   std::tuple<BodyTool<BodyType, Cutters>...> tools_;
   Order order_;
-  int max_steps_;
   StepControl<BodyType> control_;
   bool diverged_ = false;
 };

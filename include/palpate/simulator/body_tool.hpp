@@ -15,6 +15,10 @@
 
 namespace palpate {
 
+/// A cutter and what it acts on: a body, or a scene that says of each cutter whether all its bodies take it.
+template <class C, class Body>
+concept CutterFor = (SimulatedBody<Body> && Cutter<C, Body>) || Body::template takes_cutter<C>;
+
 /// What one tool does to a body, in a tick of it: advance() touches and cuts, push() couples it to the tissue before each step, model() says what its servo needs
 /// to know. While the tool indents, the touched point is coupled to the tip, and so is the point at a blade that is held across its edge, or that a solid resists;
 /// the tip moves evenly through the tick. A tool that presses the tissue itself does so in each of them.
@@ -25,6 +29,7 @@ class BodyTool {
  public:
   using Scalar = typename BodyType::Scalar;
   using Vector = Vector3<Scalar>;
+  static constexpr bool presses_itself = PressesTissue<CutterType, BodyType>;
 
   BodyTool(CutterType cutter, ContactCoupling const& coupling) : cutter_(std::move(cutter)), coupling_(coupling) {}
 

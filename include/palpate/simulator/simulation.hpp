@@ -237,7 +237,7 @@ class Simulation {
   }
   template <class Tool>
   static ContactCoupling const& coupling_of(Tool const& tool, SimulatorOptions const& options) {
-    if constexpr (PressesTissue<typename Tool::Cutter, Body>)
+    if constexpr (BodyTool<Body, typename Tool::Cutter>::presses_itself)
       if (tool.options.coupling.has_value()) throw InvalidArgument("ToolOptions: .coupling of a tool that presses the tissue itself; its own options say how stiff it is");
     ContactCoupling const& coupling = given(tool.options.coupling, options.coupling);
     coupling.validate();

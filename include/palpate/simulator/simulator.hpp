@@ -18,8 +18,7 @@ namespace detail {
 
 /// What makes a simulator together.
 template <class Device, class Body, class C, class Force>
-concept MakeSimulator = SimulatedBody<Body> && HapticDevice<Device, typename DeviceScalarOf<Device, typename Body::Scalar>::type> && Cutter<C, Body> &&
-                        RendersForce<Force, typename Body::Scalar>;
+concept MakeSimulator = CutterFor<C, Body> && HapticDevice<Device, typename DeviceScalarOf<Device, typename Body::Scalar>::type> && RendersForce<Force, typename Body::Scalar>;
 
 template <class Tool, class Body>
 concept ToolOf = MakeSimulator<typename Tool::Device, Body, typename Tool::Cutter, typename Tool::Force>;

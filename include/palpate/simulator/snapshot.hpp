@@ -21,6 +21,18 @@ struct ToolSnapshot {
   CuttingPhase phase = CuttingPhase::no_contact;
 };
 
+template <RealScalar Scalar>
+struct BodySnapshot;
+
+/// What draws itself into a snapshot: several bodies.
+template <class B>
+concept DrawsItself = requires(B const& seen, BodySnapshot<typename B::Scalar>& to) { seen.draw(to); };
+
+/// Where a body of a scene is in a snapshot of all of them.
+struct BodyRange {
+  std::ptrdiff_t first_point = 0, points = 0, first_triangle = 0, triangles = 0;
+};
+
 /// The body as a renderer wants it. `topology_revision` differs from the last snapshot's when triangles changed; while it is the
 /// same, only points moved.
 /// Shapes     points 3 × n [m], triangles 3 × m.
@@ -34,6 +46,26 @@ struct BodySnapshot {
   Vector3<Scalar> tip = Vector3<Scalar>::Zero();
   CuttingPhase phase = CuttingPhase::no_contact;
   std::vector<ToolSnapshot<Scalar>> tools;   // of a simulator of several, in their places; tip and phase are those of the first
+  std::vector<BodyRange> bodies;             // of a scene, in their order; of one body none
+
+  /// Takes points, and triangles where they have changed.
+  template <class Body>
+  void draw(Body const& body) {
+    body.draw_columns(body.positions(), points);
+    if (triangles.cols() == 0 || topology_revision != body.topology_revision()) {
+      body.draw_triangles(triangles);
+      if constexpr (TellsWounds<std::remove_cvref_t<decltype(body.tissue())>>) {
+        is_wound.assign(static_cast<std::size_t>(triangles.cols()), 0);
+        for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) is_wound[static_cast<std::size_t>(t)] = body.tissue().is_wound(t);
+      }
+    }
+    topology_revision = body.topology_revision();
+  }
+  /// A scene draws itself: one body behind the other.
+  template <DrawsItself Body>
+  void draw(Body const& body) {
+    body.draw(*this);
+  }
 };
 
 /// Hands snapshots from the thread that steps the body to one thread that draws. Neither waits for the other.
@@ -45,15 +77,7 @@ class SnapshotChannel {
   void publish(Body const& body, double time, Vector3<Scalar> const& tip, CuttingPhase phase, std::span<ToolSnapshot<Scalar> const> tools = {}) {
     BodySnapshot<Scalar>& next = buffer_.back();
     next.time = time;
-    body.draw_columns(body.positions(), next.points);
-    if (next.triangles.cols() == 0 || next.topology_revision != body.topology_revision()) {
-      body.draw_triangles(next.triangles);
-      if constexpr (TellsWounds<std::remove_cvref_t<decltype(body.tissue())>>) {
-        next.is_wound.assign(static_cast<std::size_t>(next.triangles.cols()), 0);
-        for (int t = 0; t < body.tissue().surface().triangle_count(); ++t) next.is_wound[static_cast<std::size_t>(t)] = body.tissue().is_wound(t);
-      }
-    }
-    next.topology_revision = body.topology_revision();
+    next.draw(body);
     next.tip = tip;
     next.phase = phase;
     next.tools.assign(tools.begin(), tools.end());

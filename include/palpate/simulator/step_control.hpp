@@ -20,6 +20,20 @@ class StepControl {
  public:
   using Scalar = typename BodyType::Scalar;
 
+  /// A tick of h seconds in the fewest equal steps that the body stands, at most so many: push(body, k, steps) before step k, from 1 on. False: it diverged.
+  template <class Push>
+  bool advance(BodyType& body, Scalar h, Push const& push) {
+    EqualSteps<Scalar> const steps = split_duration(h, step_for(body, h), counts_.steps_allowed);
+    bool goes_on = true;
+    for (int k = 1; k <= steps.count && goes_on; ++k) {
+      push(body, k, steps);
+      goes_on = took(body.step(steps.each), steps.each);
+    }
+    end_tick(h, steps);
+    return goes_on;
+  }
+
+  // --- what advance() is made of --------------------------------------------------------------------------------------
   /// Finds the stable step of now, and what was guarded is so no more.
   void reset(BodyType& body) {
     guarded_ticks_ = 0, was_guarded_ = false;
@@ -72,11 +86,10 @@ class StepControl {
     counts_.max_steps_a_tick = std::max(counts_.max_steps_a_tick, taken_);
   }
   /// So many seconds will have no tick.
-  void leave_out(double seconds) noexcept { counts_.seconds += seconds, counts_.lag += seconds; }
+  void leave_out(BodyType&, double seconds) noexcept { counts_.seconds += seconds, counts_.lag += seconds; }
   void allow(int steps) noexcept { counts_.steps_allowed = steps; }
 
-  Scalar stable_step() const noexcept { return stable_step_; }
-  BodyCounts const& counts() const noexcept { return counts_; }
+  BodyCounts const& counts(BodyType const&) const noexcept { return counts_; }
 
  private:
   static constexpr int ticks_between_checks = 8;
