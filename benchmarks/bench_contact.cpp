@@ -3,16 +3,25 @@
 //   surfaces   two balls that overlap by a tenth: search, volume in common and its gradient [us], a pair of triangles that cross [us]; beside it FCL's mesh against mesh,
 //              which finds the same pairs and nothing else; `fit` of the trees at all vertices
 //   bodies     two solids on one another, of so many cells an edge, explicit (0) or implicit (1) steps of 1 ms: BodyContact::apply, and a step of both [us]
-// Processor time of the thread.
+//   scene      two solids of 3,840 tetrahedra on one another and on a table, with four tools, a thousand ticks of 1 ms: a tick of the body [us]
+// Processor time of the thread; of a tick, the clock.
 //   bench_contact --benchmark_counters_tabular=true
 #include <palpate/body/soft_body.hpp>
 #include <palpate/collision/fcl_surface.hpp>
 #include <palpate/contact/body_contact.hpp>
+#include <palpate/contact/obstacle.hpp>
+#include <palpate/cutting/no_cutter.hpp>
+#include <palpate/device/scripted_device.hpp>
+#include <palpate/force/tissue_reaction.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
+#include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/repair.hpp>
 #include <palpate/mesh/sphere.hpp>
+#include <palpate/scene/scene_loop.hpp>
+#include <palpate/simulator/simulator.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 
 #include "thread_time.hpp"
@@ -20,7 +29,9 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
+#include <utility>
 
 namespace {
 
@@ -88,5 +99,39 @@ void press(benchmark::State& state, Integrator integrator) {
 }
 void bodies(benchmark::State& state) { state.range(1) == 0 ? press(state, LeapfrogVerlet{}) : press(state, BackwardEuler{}); }
 BENCHMARK(bodies)->ArgNames({"cells", "implicit"})->ArgsProduct({{5, 9}, {0, 1}})->Iterations(2)->Unit(benchmark::kMillisecond);
+
+template <class Integrator>
+void four_tools(benchmark::State& state, Integrator integrator) {
+  auto const solid = [&](double low) {
+    auto mesh = make_block<double>(13, 9, 9, 0.005, BlockPattern::alternating);
+    mesh.points.colwise() += Vector3<double>(-0.03, -0.02, low);
+    SoftBody body(FiniteElements<double, StableNeoHookean<double>>(mesh, {.density = 1000.0, .material = {.young = 5e3, .poisson = 0.3}, .damping = {.alpha = 5.0, .beta = 2e-4}}), integrator);
+    body.set_gravity({0, 0, -9.81});
+    return body;
+  };
+  auto slab = make_block<double>(2, 2, 2, 0.3);
+  slab.points.colwise() += Vector3<double>(-0.15, -0.15, -0.3);
+  auto skin = surface(slab);
+  repair(skin);
+  auto const tool = [](double x, double y) {
+    auto path = Trajectory<double>::start({x, y, 0.09});
+    path.line({x, y, 0.08}, 0.3).line({x + 0.004, y, 0.079}, 1.0);
+    return Tool(ScriptedDevice<double>(std::move(path), {.max_force = 3.3, .rate = 1000.0}), NoCutter<double>({.tip_radius = 0.004}), TissueReaction{});
+  };
+  for (auto _ : state) {
+    Scene scene(solid(-1e-5), solid(0.04 - 2e-5), Obstacle<double>(skin));
+    BodyContactOptions<double> const options{.pressure = 5e3, .depth = 3e-3};
+    scene.template touch<0, 2>(options), scene.template touch<1, 0>(options);
+    Simulator simulator(std::move(scene), SimulatorOptions{.coupling = {.stiffness = 300.0}}, tool(-0.02, -0.01), tool(-0.02, 0.011), tool(0.013, -0.012), tool(0.011, 0.009));
+    simulator.run(1.0);
+    auto const all = simulator.template statistics<0>();
+    auto const us = [](auto duration) { return 1e-3 * static_cast<double>(std::chrono::nanoseconds(duration).count()); };
+    state.counters["tetrahedra"] = 2 * 3840, state.counters["us_p50"] = us(all.body.compute().p50()), state.counters["us_p99"] = us(all.body.compute().p99());
+    state.counters["steps_a_tick"] = static_cast<double>(simulator.body().template counts<0>().steps) / 1000;
+    state.counters["pairs"] = simulator.body().template contact<1, 0>().intersection().pairs();
+  }
+}
+void scene(benchmark::State& state) { state.range(0) == 0 ? four_tools(state, LeapfrogVerlet{}) : four_tools(state, BackwardEuler{}); }
+BENCHMARK(scene)->ArgName("implicit")->Arg(0)->Arg(1)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 }  // namespace

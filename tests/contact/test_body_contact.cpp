@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Two bodies on one another. Yardsticks: −k ∂V/∂x from the volume of convex bodies cut by planes here; weight over pressure; the angle of friction; a block that slides,
+// Two bodies on one another. Yardsticks: −k ∂V/∂x from the volume of convex bodies cut by planes here; weight over pressure; a plate on a bed of springs; the angle of friction; a block that slides,
 // by hand; momentum and energy. PALPATE_CONTACT_STARTS sets how many random starts (30 if not set).
 #include "allocation_trap.hpp"
 #include "catch.hpp"
@@ -282,6 +282,33 @@ TEST_CASE("two solids that begin deep in one another, anyhow turned, end apart o
     CHECK((contact.regions().empty() ? parting > 0 : contact.force().norm() < 0.05));
   }
   CHECK(met > 0.9 * starts);
+}
+
+// Yardstick: a stiff plate on a bed of springs of k/δ per area leans by M/(k/δ J), J = a⁴/12; and by less of the bed where d/δ of it is spent.
+TEST_CASE("a slab that is loaded at one side leans as on a bed of springs, and stays", "[contact]") {
+  double const side = 0.03, gravity = 4 * 9.81, moment = 6e-4;
+  BodyContactOptions<double> const options{.pressure = 1e4, .depth = 5e-3, .friction = 0.4};
+  auto body = solid<double>(block<double>(4, 4, 2, 0.01, {-side / 2, -side / 2, 0}), BackwardEuler{}, 3e5, 20.0);
+  body.set_gravity({0, 0, -gravity});
+  auto ground = table<double>();
+  BodyContact contact(body, ground, options);
+  double squares = 0;
+  for (int i = 0; i < body.size(); ++i) squares += body.reference_position(i)[2] > 0 ? std::pow(body.reference_position(i)[0], 2) : 0.0;
+  for (int k = 0; k < 600; ++k) {
+    for (int i = 0; i < body.size(); ++i)
+      if (Vector3<double> const x = body.reference_position(i); x[2] > 0) body.apply_force(i, {0, 0, -moment / squares * x[0]});
+    contact.apply(body, ground, 1e-3);
+    REQUIRE(body.step(1e-3));
+  }
+  REQUIRE(contact.regions().size() == 1);
+  auto const& region = contact.regions()[0];
+  double const spent = region.volume / region.area / options.depth;
+  CHECK(region.moment[1] == Approx(-moment).epsilon(0.02));
+  CHECK(std::abs(region.moment[0]) < 0.01 * moment);
+  double lean = 0, weights = 0;
+  for (int i = 0; i < body.size(); ++i)
+    if (Vector3<double> const x = body.reference_position(i); x[2] == 0) lean -= x[0] * body.positions()(2, i), weights += x[0] * x[0];
+  CHECK(lean / weights == Approx(moment / (options.pressure / options.depth * (1 - spent) * std::pow(side, 4) / 12)).epsilon(0.05));
 }
 
 TEST_CASE("a disc that spins on a table is stopped by torsion, and a table that turns takes it along", "[contact]") {

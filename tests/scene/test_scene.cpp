@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Several bodies, what touches them and what holds them. Yardsticks: the same bodies stepped by hand; a simulator of one body; weights; what the nails hold.
+// PALPATE_SCENE_TICKS sets for how many ticks a stack has to stay where it is (200 if not set; 60,000 is a minute).
 #include "allocation_trap.hpp"
 #include "catch.hpp"
 #include "contact/blocks.hpp"
@@ -21,6 +22,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <span>
 #include <utility>
@@ -36,6 +38,11 @@ using Probe = NoCutter<double>;
 
 constexpr double g = 9.81;
 
+int long_run(char const* name, int otherwise) {
+  char const* const given = std::getenv(name);
+  return given != nullptr ? std::atoi(given) : otherwise;
+}
+
 /// Two slabs of 5 × 5 × 2 cm and 4 × 4 × 2 cm: the upper begins a little in the lower, that in the table.
 auto lower() {
   auto body = solid(block(6, 6, 3, 0.01, {-0.025, -0.025, -1e-5}), LeapfrogVerlet{}, 5e3, 40.0);
@@ -47,7 +54,7 @@ auto upper() {
   body.set_gravity({0, 0, -g});
   return body;
 }
-constexpr BodyContactOptions<double> pressed{.pressure = 1e4, .depth = 1e-3, .friction = 0.4};
+constexpr BodyContactOptions<double> pressed{.pressure = 5e3, .depth = 5e-3, .friction = 0.4};   // k/δ twice E over an edge of the lower: they come to rest
 auto stack() {
   Scene scene(lower(), upper(), table());
   scene.touch<0, 2>(pressed), scene.touch<1, 0>(pressed);
@@ -65,14 +72,17 @@ auto tool(Hand hand, int key = 0) { return Tool(std::move(hand), Probe({.tip_rad
 
 TEST_CASE("bodies on one another bear what lies on them, explicit and implicit ones, each with its own steps", "[scene]") {
   auto scene = stack();
-  for (int k = 0; k < 700; ++k) REQUIRE(scene.advance(1e-3));
+  for (int k = 0; k < 600; ++k) REQUIRE(scene.advance(1e-3));
   double const both = (scene.body<0>().total_mass() + scene.body<1>().total_mass()) * g, above = scene.body<1>().total_mass() * g;
-  CHECK(scene.contact<0, 2>().force()[2] == Approx(both).epsilon(0.015));
-  CHECK(scene.contact<1, 0>().force()[2] == Approx(above).epsilon(0.01));
+  CHECK(scene.contact<0, 2>().force()[2] == Approx(both).epsilon(1e-3));
+  CHECK(scene.contact<1, 0>().force()[2] == Approx(above).epsilon(1e-3));
   CHECK(scene.contact<1, 0>().force().head<2>().norm() < 0.01 * above);
   CHECK(scene.counts<0>().max_steps_a_tick > 1);
   CHECK(scene.counts<1>().max_steps_a_tick == scene.counts<0>().max_steps_a_tick);   // they touch each other
   CHECK(scene.counts<1>().lag == 0);
+  Matrix3X<double> const rests = scene.body<1>().positions();
+  for (int k = 0; k < long_run("PALPATE_SCENE_TICKS", 200); ++k) scene.advance(1e-3);
+  CHECK((scene.body<1>().positions() - rests).cwiseAbs().maxCoeff() < 1e-6);   // a hundredth of an edge is 1e-4
 }
 
 TEST_CASE("a scene steps and presses its bodies as a loop by hand does, to the byte", "[scene]") {
@@ -129,7 +139,7 @@ TEST_CASE("a tool that presses the upper body presses what lies below it", "[sce
     if (ticks[0].time < 0.5 || ticks[0].time >= 0.6) return;
     felt += ticks[0].force[2] / 100, borne += simulator.body().contact<0, 2>().force()[2] / 100;
   });
-  CHECK(felt > 0.2);
+  CHECK(felt > 0.1);
   CHECK(borne - weight == Approx(felt).epsilon(0.05));
   CHECK(simulator.tool<0>().state() == CuttingPhase::no_contact);
 }
@@ -229,12 +239,12 @@ TEST_CASE("a body is cut while another lies on it, and the cut is undone", "[sce
   CHECK(scene.body<0>().positions().allFinite());
   for (int k = 0; k < 200; ++k) REQUIRE(scene.advance(1e-3));
   double const both = (scene.body<0>().total_mass() + scene.body<1>().total_mass()) * g;
-  CHECK(scene.contact<0, 2>().force()[2] == Approx(both).epsilon(0.05));
+  CHECK(scene.contact<0, 2>().force()[2] == Approx(both).epsilon(0.01));
   CHECK(fastest < stored);
   scene.restore(before);
   CHECK(scene.body<0>().size() == vertices);
   for (int k = 0; k < 200; ++k) REQUIRE(scene.advance(1e-3));
-  CHECK(scene.contact<0, 2>().force()[2] == Approx(both).epsilon(0.05));
+  CHECK(scene.contact<0, 2>().force()[2] == Approx(both).epsilon(0.01));
 }
 
 TEST_CASE("what is drawn of a scene is all its bodies, one behind the other", "[scene][simulator]") {
@@ -251,14 +261,17 @@ TEST_CASE("what is drawn of a scene is all its bodies, one behind the other", "[
   CHECK(shown.points.cols() == shown.bodies[2].first_point + shown.bodies[2].points);
 }
 
-TEST_CASE("a scene in motion allocates nothing", "[scene]") {
-  if (!trap_works()) return;
-  auto scene = stack();
-  for (int k = 0; k < 200; ++k) scene.advance(1e-3);
+TEST_CASE("a scene in motion with a tool in it allocates nothing", "[scene]") {
+  if (!trap_works()) SKIP_TEST("the allocation trap is not linked in");
+  BodyLoop loop(stack(), Probe({.tip_radius = 0.004}), ContactCoupling{.stiffness = 300.0}, 100);
+  auto const at = [](int k) { return ToolPose<double>{.position = Vector(0.0007, 0.0003, 0.048 - 4e-5 * std::min(k, 200))}; };
+  for (int k = 0; k < 200; ++k) loop.tick(at(k), 1e-3);
   AllocationCount const allocations;
-  for (int k = 0; k < 100; ++k) scene.advance(1e-3);
+  LocalModel<double> last;
+  for (int k = 200; k < 300; ++k) last = loop.tick(at(k), 1e-3);
   long const count = allocations.count();
   CHECK(count == 0);
+  CHECK(last.tissue_force[2] > 0.05);
 }
 
 TEST_CASE("what a scene refuses", "[scene][errors]") {
