@@ -48,6 +48,8 @@ struct BodyContactOptions {
 ///              p = k min(1, (d + (h + τ) ḋ)/δ),   0 ≤ p,   d = V/A,   A = |Σ ∂V/∂x_i| over one side,   f_i = −p ∂V/∂x_i.
 ///            k is `pressure`, δ `depth`, τ `settling`. Deep in one another the force is −k ∂V/∂x; a body that rests is in by δ times the share of k that
 ///            bears it. V and its gradient are exact, see SurfaceIntersection: the forces on both sides balance, and so do their moments.
+/// Moment     where a region is deeper at one side, its pressure is p + (k/δ) s·(x − c), as far as p < k: of that only the moment about c acts, (k/δ)(1 − d/δ) M × n with
+///            M = ∫ (x − c) dV, on both sides as rigid motions take it, at the end of the step too. So a face that lies flat on another does not lean until it is out.
 /// Friction   a spring along the surface, and one against spinning, as stiff as the region is across: k A/δ. It sticks up to friction · p A, and
 ///            2/3 of that times the region's radius; then its anchor is dragged along. So nothing creeps. Each side moves as the rigid motion that fits its vertices best, by area, says,
 ///            and takes force and moment about one point: these balance too.
@@ -56,10 +58,10 @@ struct BodyContactOptions {
 /// Units      m, N, Pa, s; world frame.
 /// Errors     InvalidArgument for options, for a step that is not positive, and for one body twice; InvalidMesh for a body whose surface is open as the contact is made.
 /// Cost       that of SurfaceIntersection, and O(vertices that it moves) a sweep, at most 30; of an implicit body, while it is touched, a solution as a step takes, and
-///            four more for each region. Allocates until its memory has the size that is needed, and after edits.
-/// Limits     both surfaces are closed, and do not cross themselves. A body that is in the other without crossing its skin is not seen. One region has one
-///            pressure: a face that lies flat on another can lean until it is out at one side, by some d. The pressure's energy is exact while A stays: where a region grows as it is pressed and
-///            shrinks as it is let go, on other ways, that is what is not; the damping is to be more than that.
+///            six more for each region. Allocates until its memory has the size that is needed, and after edits.
+/// Limits     both surfaces are closed, and do not cross themselves. A body that is in the other without crossing its skin is not seen. The pressure's energy is exact
+///            while A stays: where a region grows as it is pressed and shrinks as it is let go, on other ways, that is what is not; the damping is to be more than
+///            that. Bodies come to rest where k/δ is at most some 2 E/l, E the softer one's modulus and l its edge; stiffer contacts tremble.
 /// Source     \cite deformable_survey, tissue–tissue collision: from the contour inwards, non-linear penalty, friction. Ours: the exact volume and its gradient, the end
 ///            of the step, stick springs.
 template <SimulatedBody First, SimulatedBody Second>

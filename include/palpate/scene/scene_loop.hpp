@@ -50,6 +50,12 @@ struct ToolsOn<CutterType, std::index_sequence<I...>, Bodies...> {
   static constexpr bool presses = (BodyTool<Bodies, CutterOnT<CutterType, I, Bodies>>::presses_itself || ...);
 };
 
+/// Says, where it is instantiated, what keeps a cutter from a scene.
+template <class CutterType, class... Bodies>
+struct CutterSentences<CutterType, Scene<Bodies...>> {
+  static_assert(cuts_each<CutterType, Bodies...>, "palpate: not every body of the scene takes this cutter; give Tool(device, PerBody(...), force) a cutter for each, in their places.");
+};
+
 }  // namespace detail
 
 /// One tool on all bodies of a scene. Its servo is told the sum of what they press with, their moment and the area that was cut; contact, phase and surface are

@@ -15,6 +15,10 @@
 
 namespace palpate {
 
+/// What holds several bodies, in places from 0 on: a scene.
+template <class B>
+concept HoldsBodies = requires { typename B::template Body<0>; };
+
 /// A cutter and what it acts on: a body, or a scene that says of each cutter whether all its bodies take it.
 template <class C, class Body>
 concept CutterFor = (SimulatedBody<Body> && Cutter<C, Body>) || Body::template takes_cutter<C>;

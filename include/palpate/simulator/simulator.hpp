@@ -31,7 +31,7 @@ struct SimulatorSentences {};
 template <class Device, class Body, class C, class Force>
 struct SimulatorSentences<Device, Body, C, Force, false>
     : DeviceSentences<Device, typename DeviceScalarOf<Device, typename Body::Scalar>::type>, CutterSentences<C, Body>, ForceSentences<Force, typename Body::Scalar> {
-  static_assert(SimulatedBody<Body>, "Simulator: the second argument is no SimulatedBody; see palpate/body/concept.hpp, or use a SoftBody.");
+  static_assert(SimulatedBody<Body> || HoldsBodies<Body>, "Simulator: the second argument is no SimulatedBody; see palpate/body/concept.hpp, or use a SoftBody.");
 };
 
 }  // namespace detail

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// A cutter for each of two bodies.
+#include <palpate/palpate.hpp>
+#include <palpate/scene/scene_loop.hpp>
+
+using namespace palpate;
+
+int main() {
+  auto const body = [] { return SoftBody(MassSpring<double>(make_sphere<double>(0.05, 2), {}), LeapfrogVerlet{}, WholeBody{}); };
+  ScriptedDevice<double> hand(Trajectory<double>::start({0, 0, 0.06}), {});
+  Simulator simulator(Scene(body(), body()), Tool(hand, PerBody(NoCutter<double>(), NoCutter<double>()), TissueReaction{}));
+}
