@@ -29,9 +29,9 @@ constexpr double top = 0.02, depth = 0.012;   // m, of the block and of the cut
 
 /// Firm tissue on a plate, 6 × 2 × 2 cm, so that little of the work is elastic.
 template <class Scalar>
-auto make_body() {
+auto make_body(double young = 6e4) {
   FiniteElements<Scalar, StableNeoHookean<Scalar>> tissue(make_block<Scalar>(13, 5, 5, Scalar(0.005), BlockPattern::alternating),
-                                                          {.density = 1000, .material = {Scalar(6e4), Scalar(0.4)}, .damping = {.alpha = 30}});
+                                                          {.density = 1000, .material = {Scalar(young), Scalar(0.4)}, .damping = {.alpha = 30}});
   for (int i = 0; i < tissue.size(); ++i)
     if (tissue.rest_position(i)[2] < Scalar(1e-6)) tissue.nail(i);
   return SoftBody(std::move(tissue), BackwardEuler{});
@@ -39,7 +39,7 @@ auto make_body() {
 
 using Body = decltype(make_body<double>());
 using Knife = VolumeCutter<double>;
-static_assert(FeelsReaction<Knife, Body> && ResettableCutter<Knife, Body> && ResistsBlade<Knife, Body> && CountsArea<Knife> && !HoldsTissue<Knife, Body>);
+static_assert(FeelsReaction<Knife, Body> && ResettableCutter<Knife, Body> && ResistsBlade<Knife, Body> && CountsWork<Knife, Body> && CountsArea<Knife> && !HoldsTissue<Knife, Body>);
 
 struct Result {
   Recording recording;
@@ -47,8 +47,9 @@ struct Result {
   VolumeCutReport report{};
 };
 template <class Scalar>
-Result cut_along(Trajectory<Scalar> const& path, VolumeCutOptions<Scalar> const& options, SimulatorOptions const& of_simulator = {}) {
-  Simulator simulator(ScriptedDevice<Scalar>(path, {.max_force = 10.0}), make_body<Scalar>(), VolumeCutter<Scalar>(options), TissueReaction{}, of_simulator);
+Result cut_along(Trajectory<Scalar> const& path, VolumeCutOptions<Scalar> const& options, SimulatorOptions const& of_simulator = {},
+                 double young = 6e4) {
+  Simulator simulator(ScriptedDevice<Scalar>(path, {.max_force = 10.0}), make_body<Scalar>(young), VolumeCutter<Scalar>(options), TissueReaction{}, of_simulator);
   Result result{.recording = simulator.run(static_cast<double>(path.duration()))};
   result.area = simulator.cutter().area(), result.report = simulator.cutter().report();
   REQUIRE(simulator.statistics().body_counts.diverged == 0);
@@ -100,6 +101,43 @@ TEMPLATE_TEST_CASE("the hand's work is at least the toughness times the area tha
   double worst = 0;   // what is owed at any time, in steps of an edge: an event of area is paid right after
   for (Tick const& tick : result.recording.ticks()) worst = std::max(worst, toughness * tick.cut_area - tick.energy);
   CHECK(worst < 0.25 * toughness * 0.005 * depth);
+}
+
+TEST_CASE("the hand pays for the area however it saws, goes in zigzag or turns round, in firm and in stiff tissue", "[volume_cutter][cut_force]") {
+  // Yardstick: Gc times the area at the end, and less an event of area at any time, against the work since the puncture; the force changes by no more than
+  // stiffness times way and the slew limit.
+  double const toughness = 120, slew = 500, low = top - depth;
+  struct Way {
+    char const* name;
+    Vector3<double> back;   // m, from where it turns round; ahead are 1 mm along it, or 3
+    double ahead;
+  };
+  for (Way const& way : {Way{"sawing", {0, 0, 0.004}, 0.001}, Way{"long sawing", {0, 0, 0.009}, 0.003}, Way{"zigzag", {0, 0.003, 0}, 0.003},
+                         Way{"forward and back", {0.002, 0, 0}, 0.003}})
+    for (double const young : {6e4, 5e5}) {
+      INFO(way.name << ", " << young << " Pa");
+      auto path = Trajectory<double>::start({0.012, 0.0113, top + 0.004});
+      path.line({0.012, 0.0113, low}, 0.2);
+      Vector3<double> at(0.012, 0.0113, low);
+      for (int k = 1; 0.012 + way.ahead * k <= 0.0421; ++k) {
+        Vector3<double> const next = Vector3<double>(0.012 + way.ahead * k, 0.0113, low) + (k % 2 == 1 ? way.back : Vector3<double>::Zero());
+        path.line(next, (next - at).norm() / 0.1), at = next;
+      }
+      path.line({at[0], at[1], top + 0.01}, 0.2);
+      auto const result = cut_along<double>(path, {.puncture_depth = 0.003, .toughness = toughness}, {.servo = {.safety = {.slew = slew}}}, young);
+      auto const& ticks = result.recording.ticks();
+      auto const first = std::find_if(ticks.begin(), ticks.end(), [](Tick const& tick) { return tick.phase == CuttingPhase::moving; });
+      REQUIRE(first != ticks.end());
+      CHECK(result.area > 0.3 * 0.030 * depth);
+      CHECK(ticks.back().energy - first->energy >= toughness * result.area);
+      double owed = 0;
+      for (auto tick = first; tick != ticks.end(); ++tick) {
+        owed = std::max(owed, toughness * tick->cut_area - (tick->energy - first->energy));
+        double const jump = (tick->force - (tick - 1)->force).norm(), moved = (tick->tip - (tick - 1)->tip).norm();
+        if (jump > 2000 * moved + 1.001e-3 * slew) FAIL_CHECK("at " << tick->time << " s the force jumps by " << jump << " N");
+      }
+      CHECK(owed < 0.4 * toughness * 0.005 * depth);
+    }
 }
 
 TEST_CASE("a blade that cuts is resisted with toughness times its length in tissue, and friction", "[volume_cutter][cut_force]") {

@@ -97,6 +97,10 @@ concept ResistsBlade = Cutter<C, Body> && requires(C const& cutter) {
   { cutter.grip() } -> std::same_as<std::optional<BladeGrip<typename Body::Scalar>>>;
 };
 
+/// Refinement: one that is told after the steps of a tick what the tissue has resisted its tool with through that grip, in the mean [N], to count the hand's work.
+template <class C, class Body>
+concept CountsWork = ResistsBlade<C, Body> && requires(C& cutter, Vector3<typename Body::Scalar> const& force) { cutter.resisted(force); };
+
 /// Refinement: a cutter that states the area that it has cut since it was made [m²], undeformed, of one wall.
 template <class C>
 concept CountsArea = requires(C const& cutter) {

@@ -186,6 +186,12 @@ class VolumeCutter {
   std::optional<BladeGrip<Scalar>> grip() const noexcept {
     return resistance_.holds() ? std::optional(resistance_.grip()) : std::nullopt;
   }
+  /// What the tissue has resisted the tool with, through that grip, since the last tick, in the mean [N]: the hand's work is counted by that, or by the spring of
+  /// the grip where it is not told.
+  void resisted(Vector const& force) {
+    detail::require_finite("VolumeCutter: the force that the tissue resists with", force, "N");
+    resistance_.felt(-force.template cast<double>());
+  }
   /// m², cut since it was made: of the faces cut, undeformed.
   double area() const noexcept { return cut_.area(); }
 

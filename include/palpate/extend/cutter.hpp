@@ -15,6 +15,7 @@
 ///   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force)         force on the tissue, last tick [N]  FeelsReaction
 ///   template <class Body> std::optional<BladeHold<Scalar>> held(Body const& body) const    what it drags along       HoldsTissue
 ///   std::optional<BladeGrip<Scalar>> grip() const                                what of a solid resists the blade  ResistsBlade
+///   void resisted(Vector3<Scalar> const& force)                                  what that was, last tick [N]        CountsWork
 ///   Vector3<Scalar> press(Body& body, Scalar share, Scalar h), Vector3<Scalar> haptic_point() const      a long tool  PressesTissue
 ///   double area() const                                                          cut so far [m²]                    CountsArea
 ///

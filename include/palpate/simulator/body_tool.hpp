@@ -9,8 +9,10 @@
 #include <palpate/haptics/local_model.hpp>
 #include <palpate/haptics/surface_sensor.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace palpate {
@@ -52,7 +54,7 @@ class BodyTool {
     else
       cutter_.advance(body, tool);
     presses_ = cutter_.state() == CuttingPhase::indenting;
-    reaction_.setZero(), moment_.setZero();
+    reaction_.setZero(), moment_.setZero(), resistance_.setZero();
     renumberings_ = renumberings(body);
   }
   /// It is nowhere in this tick.
@@ -67,7 +69,10 @@ class BodyTool {
       if (auto const held = cutter_.held(body))
         reaction_ += coupling_.drag(body, *held, cutter_.contact().normal, now, tool_.velocity, each) / Scalar(steps);
     if constexpr (ResistsBlade<CutterType, BodyType>)
-      if (auto const grip = cutter_.grip()) reaction_ += coupling_.resist(body, *grip, tip - now, tool_.velocity, each) / Scalar(steps);
+      if (auto const grip = cutter_.grip()) {
+        Vector const resists = coupling_.resist(body, *grip, tip - now, tool_.velocity, each) / Scalar(steps);
+        reaction_ += resists, resistance_ += resists;
+      }
     if constexpr (PressesTissue<CutterType, BodyType>) {
       reaction_ += cutter_.press(body, Scalar(i) / Scalar(steps), each) / Scalar(steps);
       if constexpr (TellsMoment<CutterType, BodyType>) moment_ += cutter_.moment() / Scalar(steps);
@@ -79,7 +84,8 @@ class BodyTool {
 
   /// After the steps of a tick.
   LocalModel<Scalar> model(BodyType& body, bool diverged) {
-    pressed_ = reaction_.norm();
+    pressed_ = std::min(std::numeric_limits<Scalar>::max(), reaction_.norm());   // its square may be too large for a number
+    if constexpr (CountsWork<CutterType, BodyType>) cutter_.resisted(resistance_);
     LocalModel<Scalar> model;
     SurfaceContact<Scalar> const& contact = cutter_.contact();
     model.phase = cutter_.state();
@@ -130,6 +136,7 @@ class BodyTool {
   Vector from_ = Vector::Zero();       // where the tip was at the tick's begin
   Vector reaction_ = Vector::Zero();   // N, of this tick
   Vector moment_ = Vector::Zero();     // N m, likewise, about the tool's origin
+  Vector resistance_ = Vector::Zero(); // N, of that what resists a blade in a solid
   Scalar pressed_ = 0;                 // N, of the last tick
   bool ticked_ = false, is_here_ = false, presses_ = false;
   std::uint64_t pose_discontinuities_ = 0;

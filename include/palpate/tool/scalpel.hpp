@@ -89,6 +89,11 @@ class Scalpel {
   {
     return blade_.grip();
   }
+  void resisted(Vector const& force)
+    requires requires(BladeType& blade) { blade.resisted(force); }
+  {
+    blade_.resisted(force);
+  }
   double area() const noexcept
     requires CountsArea<BladeType>
   {

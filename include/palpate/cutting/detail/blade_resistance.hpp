@@ -6,6 +6,7 @@
 #include <palpate/cutting/detail/traced_blade.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -18,6 +19,8 @@ namespace palpate::detail {
 /// L is the blade's length in tissue and L⊥ its part across the way, so that Gc L⊥ is toughness times new area per way. The blade stays behind the tool by F_s/K,
 /// and cuts where it is, not where the tool is: what it cuts has been paid for. u ends at 0 where the blade has been paid for two edges of way that made
 /// no area: it moves in a cut that was there. Area beyond the way, as where the cut bends to vertices, is owed, and paid over the next half edge.
+/// Paid is what the hand has really done: the force that was felt times the way of the tool through the tissue, less friction's share and what the spring would
+/// give back, F²/2K. A coupling that is slower than the spring, as in stiff tissue, resists with less than F_s, and gives back more where the hand turns round.
 /// Source     elastic up to the toughness, then plastic, as in \cite mahvash2001.
 /// Cost       O(tetrahedra on the blade); memory is kept.
 template <RealScalar Scalar>
@@ -32,26 +35,27 @@ class BladeResistance {
 
   /// By how much the blade stays behind its targets, so that the tissue is not pulled with more than it stands; with so much area [m²] cut so far.
   Vector3<double> stays_behind(std::span<BladeSample const> samples, std::span<Vector3<double> const> from, std::span<Vector3<double> const> to, double area, double edge) noexcept {
-    credit_ -= options_.toughness * (area - area_);
-    area_ = area;
+    double const owed = options_.toughness * (area - std::exchange(area_, area)), work = felt_.dot(lag_of(from, to) - lag_);
+    credit_ += (std::isfinite(work) ? work : 0) - owed;
+    double const credit = credit_ - felt_.squaredNorm() / (2 * options_.stiffness);
     double length = 0;
     Vector3<double> lag = Vector3<double>::Zero();
     for_each_piece(samples, from, [&](std::size_t i, double piece) { length += piece, lag += piece / 2 * (to[i] - from[i] + to[i + 1] - from[i + 1]); });
-    slip_force_ = fracture_ = moved_ = 0;
+    slip_force_ = rubbed_ = 0;
     if (!(length > 0)) return Vector3<double>::Zero();
     lag /= length;
     double const size = lag.norm();
     double across = 0;
     for_each_piece(samples, from, [&](std::size_t i, double piece) { across += size > 0 ? (from[i + 1] - from[i]).cross(lag).norm() / size : piece; });
-    double const fracture = options_.toughness * across, unit = fracture * edge;
-    fracture_ = (unit > 0 ? fracture * std::clamp(2 - credit_ / unit, 0.0, 1.0) : 0) + 2 * std::max(0.0, -credit_) / edge;
-    slip_force_ = fracture_ + options_.friction * length;
+    double const fracture = options_.toughness * across, unit = fracture * edge, friction = options_.friction * length;
+    double const debt = options_.toughness > 0 ? std::max(0.0, -credit) : 0;
+    slip_force_ = (unit > 0 ? fracture * std::clamp(2 - credit / unit, 0.0, 1.0) : 0) + 2 * debt / edge + friction;
     double const stays = options_.stiffness * size > slip_force_ ? slip_force_ / (options_.stiffness * size) : 1;
-    moved_ = (1 - stays) * size;
+    rubbed_ = stays < 1 && friction > 0 ? (1 - stays) * size * friction * std::min(1.0, felt_.norm() / slip_force_) : 0;
     return stays * lag;
   }
   /// It has been moved there.
-  void moved() noexcept { credit_ += fracture_ * moved_; }
+  void moved() noexcept { credit_ -= rubbed_; }
 
   /// What hangs on to the blade where it is; `end(share)` is where a point of the blade would be on the tool.
   template <class Body, class End>
@@ -61,23 +65,28 @@ class BladeResistance {
     double length = 0;
     shares_.assign(samples.size(), 0.0);
     for_each_piece(samples, points_, [&](std::size_t i, double piece) { length += piece, shares_[i] += piece / 2, shares_[i + 1] += piece / 2; });
-    target_.setZero();
-    if (!(length > 0)) return;
+    target_.setZero(), lag_.setZero(), felt_.setZero();
+    for (double& share : shares_) share = length > 0 ? share / length : 0;
     for (std::size_t i = 0; i < samples.size(); ++i) {
       if (!(shares_[i] > 0)) continue;
-      target_ += shares_[i] / length * end(samples[i].share);
+      Vector3<double> const on_tool = end(samples[i].share);
+      target_ += shares_[i] * on_tool, lag_ += shares_[i] * (on_tool - points_[i]);
       auto const c = body.tissue().topology().corners(samples[i].tetrahedron);
-      for (std::size_t k = 0; k < 4; ++k) entries_.emplace_back(c[k], shares_[i] / length * samples[i].weights[k]);
+      for (std::size_t k = 0; k < 4; ++k) entries_.emplace_back(c[k], shares_[i] * samples[i].weights[k]);
     }
     std::sort(entries_.begin(), entries_.end());
     for (auto const& [particle, weight] : entries_) {
       if (particles_.empty() || particles_.back() != particle) particles_.push_back(particle), weights_.push_back(0);
       weights_.back() += static_cast<Scalar>(weight);
     }
+    if (double const force = options_.stiffness * lag_.norm(); force > 0) felt_ = std::min(1.0, slip_force_ / force) * options_.stiffness * lag_;
   }
+  /// What the hand has pulled the tissue with since it was held so [N]; without this it is what the spring says.
+  void felt(Vector3<double> const& force) noexcept { felt_ = force; }
   /// The stroke ends: what has been paid for nothing is lost.
   void let_go() noexcept {
-    particles_.clear();
+    particles_.clear(), shares_.clear();
+    felt_.setZero();
     credit_ = std::min(credit_, 0.0);
   }
 
@@ -87,6 +96,12 @@ class BladeResistance {
   }
 
  private:
+  /// How far what hangs on to the blade, where it is now, is behind its places on the tool.
+  Vector3<double> lag_of(std::span<Vector3<double> const> from, std::span<Vector3<double> const> to) const noexcept {
+    Vector3<double> lag = Vector3<double>::Zero();
+    for (std::size_t i = 0; i < std::min(shares_.size(), from.size()); ++i) lag += shares_[i] * (to[i] - from[i]);
+    return lag;
+  }
   template <class Visit>
   static void for_each_piece(std::span<BladeSample const> samples, std::span<Vector3<double> const> at, Visit const& visit) {
     for (std::size_t i = 0; i + 1 < samples.size(); ++i)
@@ -96,11 +111,11 @@ class BladeResistance {
 
   Options options_;
   double credit_ = 0, area_ = 0;         // J paid beyond the area made; m² that were counted
-  double slip_force_ = 0, fracture_ = 0;   // N, of the last tick
-  double moved_ = 0;                       // m, beyond the lag
+  double slip_force_ = 0, rubbed_ = 0;   // N, of the last tick; J of friction on the way beyond the lag
   Vector3<double> target_ = Vector3<double>::Zero();
+  Vector3<double> lag_ = Vector3<double>::Zero(), felt_ = Vector3<double>::Zero();   // m, of the target before what hangs on to it; N, since then
   std::vector<std::pair<int, double>> entries_;
-  std::vector<double> shares_;
+  std::vector<double> shares_;   // of the samples in what hangs on to the blade; the sum is 1, or 0
   std::vector<Vector3<double>> points_;
   std::vector<int> particles_;
   std::vector<Scalar> weights_;
