@@ -412,8 +412,33 @@ TEST_CASE("what can not be cut with is refused in a sentence, and leaves the bod
   CHECK_THROWS_WITH(VolumeCutter<double>({.puncture_depth = -1}), Catch::Contains("puncture depth is -1"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.most_tetrahedra = 0}), Catch::Contains("at least 1"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.edge = {{0, 0, 0}, {0, 0, 1}, {1, 1, INFINITY}}}), Catch::Contains("point 2 of the edge is (1, 1, inf) m"));
+  CHECK_THROWS_WITH(knife.advance(body, {Vector(0, 0, 1), Vector(0, 0, 1)}),
+                    Catch::Contains("the tick was not taken: the blade has no length from point 0 to point 1: both are (0, 0, 1) m; give it two different ends"));
+  std::array const bent{Vector(0, 0, 0), Vector(0, 0, 0.01), Vector(0, 0, 0.01), Vector(0, 0.01, 0.02)};
+  CHECK_THROWS_WITH(knife.advance(body, std::span<Vector const>(bent)), Catch::Contains("from point 1 to point 2"));
+  CHECK_THROWS_WITH(VolumeCutter<double>({.edge = {{0, 0, 0.02}, {0, 0, 0.02}}}), Catch::Contains("both are (0, 0, 0.02) m in the tool's frame"));
   CHECK(body.tissue().tetrahedra() == 40);
   CHECK(body.size() == 27);
+}
+
+TEST_CASE("a tool whose force is no number is refused in mid-cut, and the cut goes on as if it had not been", "[volume_cutter]") {
+  // Yardstick: the same cut without those ticks.
+  auto const cut = [](bool disturbed) {
+    auto body = block_body<Elements>(4);
+    VolumeCutter<double> knife({.edge = {{0, 0, 0}, {0, 0, 0.03}}, .puncture_force = 0.2, .toughness = 50});
+    for (int tick = 0; tick <= 40; ++tick) {
+      ToolPose<double> const tool{.position = {0.0071, -0.002 + 0.019 * tick / 40, tick == 0 ? 0.02 : 0.004}};
+      auto const refuse = [&](double force, char const* sentence) {
+        CHECK_THROWS_WITH(knife.advance(body, tool, force), Catch::Contains(sentence));
+        CHECK_THROWS_WITH(knife.resisted(Vector(0, force, 0)), Catch::Contains("it must be finite"));
+      };
+      if (disturbed) refuse(std::nan(""), "the tool presses with nan N; give a finite force"), refuse(INFINITY, "the tool presses with inf N"), refuse(-INFINITY, "with -inf N");
+      knife.advance(body, tool, tick < 10 ? 0.1 : 0.3);
+    }
+    REQUIRE(knife.area() > 1e-5);
+    return std::pair(shape(body), knife.area());
+  };
+  CHECK(cut(true) == cut(false));
 }
 
 TEST_CASE("a stroke goes on after a restore as it did before, where the cutter is restored as well; on another body it begins anew", "[volume_cutter]") {

@@ -26,6 +26,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace palpate {
@@ -35,6 +36,19 @@ template <RealScalar Scalar>
 struct BladeSegment {
   Vector3<Scalar> from = Vector3<Scalar>::Zero(), to = Vector3<Scalar>::Zero();
 };
+
+namespace detail {
+
+/// Throws InvalidArgument where a piece of a blade has no length.
+template <RealScalar Scalar>
+void require_pieces(std::string_view blade, std::span<Vector3<Scalar> const> points, std::string_view unit) {
+  for (std::size_t k = 1; k < points.size(); ++k)
+    if (Vector3<Scalar> const& p = points[k]; p == points[k - 1])
+      throw InvalidArgument(message("VolumeCutter: ", blade, " has no length from point ", k - 1, " to point ", k, ": both are (", p[0], ", ", p[1], ", ", p[2], ") ",
+                                    unit, "; give it two different ends, or leave one of the points out"));
+}
+
+}  // namespace detail
 
 /// How a VolumeCutter cuts.
 template <RealScalar Scalar>
@@ -57,6 +71,7 @@ struct VolumeCutOptions {
     if (edge.size() < 2) throw InvalidArgument(detail::message("VolumeCutter: an edge of ", edge.size(), " points; it takes at least two"));
     for (std::size_t k = 0; k < edge.size(); ++k)
       if (!is_finite(edge[k])) detail::require_finite(detail::message("VolumeCutter: point ", k, " of the edge"), edge[k], "m in the tool's frame");
+    detail::require_pieces("the edge", std::span<Vector3<Scalar> const>(edge), "m in the tool's frame");
     detail::require_non_negative("VolumeCutter: the puncture depth", puncture_depth, "m");
     if (!(puncture_force > 0)) throw InvalidArgument(detail::message("VolumeCutter: the puncture force is ", puncture_force, " N; it must be positive"));
     detail::require_non_negative("VolumeCutter: the toughness", toughness, "J/m2");
@@ -96,8 +111,8 @@ struct VolumeCutOptions {
 ///            blade's length in tissue and L⊥ its part across the way. So the hand's work is Gc times the area cut or more, but for what is still owed where the blade leaves; see grip().
 /// Debris     where a stroke that has cut ends, pieces with a wound and fewer tetrahedra than `debris`, none of them nailed or held, go as under an Aspirator.
 /// Cost       O(tetrahedra near the way of the blade). Memory grows as the body does. With debris, at a stroke's end, O(triangles of wounds · debris²).
-/// Errors     InvalidArgument where the blade is not finite, or longer than 4,000 mean edges, and for debris of tissue from which no tetrahedra can be taken; the
-///            body stays as it was.
+/// Errors     InvalidArgument where the blade or what it is pressed with is not finite, where a piece of it has no length or all of it is longer than 4,000 mean
+///            edges, and for debris of tissue from which no tetrahedra can be taken; the body stays as it was.
 /// Limits     where a blade bends by more than 60 degrees, or its way by more than 120, now and then a tetrahedron at the bend still joins both sides; so it is where
 ///            two blades pass one place within an edge of each other. A blade that comes back on its way cuts nothing new. Two edges with a gap between them are one
 ///            blade of three pieces. A blade that begins where another one ended has to come from an edge back, or up to that stays uncut; one that is itself
@@ -118,11 +133,14 @@ class VolumeCutter {
   explicit VolumeCutter(Options const& options) : options_(options), touch_(options.tip_radius), resistance_(of_resistance(options)) { options_.validate(); }
 
   /// One tick of a tool that presses, punctures and cuts; `force` is what it presses the tissue with [N], for puncture_force. The edge turns with the tool.
-  /// Throws InvalidArgument for a pose that is not finite; then nothing has changed.
+  /// Throws InvalidArgument for a pose or a force that is not finite; then nothing has changed.
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
     if constexpr (can_cut<Body>()) {
       detail::require_pose("VolumeCutter", tool);
+      if (!std::isfinite(force))
+        throw InvalidArgument(
+            detail::message("VolumeCutter: the tick was not taken: the tool presses with ", force, " N; give a finite force, or 0 where it is not known"));
       use(detail::shape_of(body), tool, force);
     }
   }
@@ -138,6 +156,7 @@ class VolumeCutter {
   void advance(Body& body, std::span<Vector const> blade) {
     if constexpr (can_cut<Body>()) {
       require_sound(body, blade);
+      detail::require_pieces("the tick was not taken: the blade", blade, "m");
       cut(detail::shape_of(body), blade, options_.puncture_depth);
     }
   }
