@@ -257,7 +257,7 @@ int cut_at_random(std::uint64_t otherwise, Make const& make, bool linear = false
   }
   CHECK(count.made > 10 * static_cast<int>(strokes));
   INFO(count.touching << " of " << count.lifted << " strokes have left an edge of the border with more than two triangles");
-  CHECK(count.touching <= 1 + count.lifted / 50);
+  CHECK(count.touching <= 2 + count.lifted / 50);
   return count.made;
 }
 

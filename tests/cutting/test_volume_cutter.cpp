@@ -8,6 +8,7 @@
 
 #include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
+#include <palpate/core/random.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
@@ -24,6 +25,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -134,6 +137,41 @@ TEMPLATE_LIST_TEST_CASE("a cut is the same however finely its way is divided int
       CHECK(again.area == Approx(once.area).epsilon(1e-12));
     }
   }
+}
+
+TEST_CASE("a cut of a blade that bends is the same however finely its way is divided into ticks", "[volume_cutter]") {
+  // Yardstick: the corners of all tetrahedra at rest, of two straight pieces at an angle, along a way of any direction. PALPATE_BENDS sets how many ways.
+  std::uint64_t const ways = from_environment("PALPATE_BENDS", 12);
+  std::uint64_t differ = 0;
+  for (double const bend : {20.0, 40.0, 60.0})
+    for (std::uint64_t seed = 1; seed <= ways; ++seed) {
+      INFO("bent by " << bend << " degrees, seed " << seed);
+      Random random(Seed{seed});
+      auto const any = [&] { return Vector(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
+      Vector const middle = Vector::Constant(0.0075) + 0.002 * any(), way = any().normalized(), up = way.cross(any()).normalized(), side = up.cross(way);
+      double const half = bend * std::numbers::pi / 360;
+      auto const cut = [&](int ticks) {
+        auto body = block_body<Elements>(4, seed % 2 == 0 ? BlockPattern::alternating : BlockPattern::kuhn);
+        VolumeCutter<double> knife;
+        for (int tick = 0; tick <= ticks; ++tick) {
+          Vector const at = middle + 0.04 * (static_cast<double>(tick) / ticks - 0.5) * way;
+          Vector const one = std::sin(half) * side + std::cos(half) * up, other = std::sin(half) * side - std::cos(half) * up;
+          std::array const blade{Vector(at + 0.04 * one), at, Vector(at + 0.04 * other)};
+          knife.advance(body, std::span<Vector const>(blade));
+        }
+        knife.lift(body);
+        return body;
+      };
+      auto const coarse = cut(10);
+      CHECK(pieces(coarse) == 2);
+      for (int const ticks : {100, 1000}) {
+        auto const fine = cut(ticks);
+        bool const same = shape(fine) == shape(coarse) && fine.size() == coarse.size() && fine.triangles().cols() == coarse.triangles().cols();
+        differ += same ? 0 : 1;
+      }
+    }
+  INFO(differ << " of " << 6 * ways << " differ from the cut in ten ticks");
+  CHECK(differ <= 6 * ways / 100);
 }
 
 TEMPLATE_LIST_TEST_CASE("the same stroke again, and to and fro, adds nothing", "[volume_cutter]",

@@ -233,12 +233,14 @@ class SolidCut {
     }
   }
 
+  /// From a time on. What a new edge meets of a sheet that bends where the blade was before is not crossed: in the next tick it would not be seen either.
   template <class Body>
   void find_crossings(Body const& body, BladeSweep const& swept, int a, int b, double earliest) {
     if (a > b) std::swap(a, b);
     swept.for_each_crossing(now(body, a), now(body, b), [&](SweepCrossing const& found) {
-      double const digits = 1e6;   // what differs by rounding alone is at one time
-      crossings_.push_back({std::max(earliest, std::round(found.time * digits) / digits), a, b, found.s, found.normal});
+      double const digits = 1e6, time = std::round(found.time * digits) / digits;   // what differs by rounding alone is at one time
+      if (time < earliest - 1.5 / digits) return;
+      crossings_.push_back({std::max(earliest, time), a, b, found.s, found.normal});
       std::push_heap(crossings_.begin(), crossings_.end(), later);
     });
   }
@@ -312,7 +314,8 @@ class SolidCut {
     double const own = std::abs(on.normal.dot(rest(body, v) - on.at));
     return height_over(body, v, at) <= own + snap_.height;
   }
-  /// Whether a vertex is on the wall of an earlier cut along the sheet, and as near to it as such a wall may be to its own: the cut is there already.
+  /// Whether a vertex is on the wall of an earlier cut along the sheet, and as near to it as such a wall may be to its own: the cut is there already. Walls of this
+  /// stroke do not count: they open with the ticks.
   template <class Body>
   bool is_on_old_cut(Body const& body, int v, Crossing const& at) const {
     auto const& surface = body.tissue().surface();
@@ -320,6 +323,7 @@ class SolidCut {
     auto const is_along = [&](int t) {
       if (!body.tissue().is_wound(t)) return false;
       auto const c = surface.corners(t);
+      if (std::ranges::all_of(c, [&](int i) { return is_on(i); })) return false;
       Vector3<double> const area = (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0]));
       return std::abs(area.dot(at.normal)) > parallel * area.norm();
     };
