@@ -171,9 +171,10 @@ inline SolidCase strokes_of(std::uint64_t seed) {
   return all;
 }
 
-/// Tetrahedra that were made, strokes that were lifted, and how many of those have left edges of the border with more than two triangles, or more of them.
+/// Tetrahedra that were made, strokes that were lifted, and how many of those have left edges of the border with more than two triangles, or more of them; ticks of
+/// strokes, and after how many of them there were such edges, whether they parted later or not.
 struct CutCount {
-  int made = 0, lifted = 0, touching = 0;
+  int made = 0, lifted = 0, touching = 0, ticks = 0, ticks_touching = 0;
 };
 /// Cuts a body so, with all invariants after each tick; after the last one the blade stays. What is wrong first, or nothing.
 template <class Body, class Before, class S>
@@ -200,6 +201,7 @@ std::string cut_and_check(SolidCase const& all, Body& body, Before const& before
       knife.advance(body, {from.template cast<S>(), to.template cast<S>()});
       auto const is = momentum();
       wrong = testing::to_text(before.check(body));
+      ++count.ticks, count.ticks_touching += before.check_border(body).empty() ? 0 : 1;
       double const digits = sizeof(S) == sizeof(float) ? 1e-5 : 1e-12;
       double const size = std::sqrt(was.second * static_cast<double>(body.total_mass()));
       if (!((is.first - was.first).norm() <= digits * size)) wrong += "the momentum is not what it was\n";
@@ -256,7 +258,8 @@ int cut_at_random(std::uint64_t otherwise, Make const& make, bool linear = false
     CHECK(body.size() == particles);
   }
   CHECK(count.made > 10 * static_cast<int>(strokes));
-  INFO(count.touching << " of " << count.lifted << " strokes have left an edge of the border with more than two triangles");
+  INFO(count.touching << " of " << count.lifted << " strokes have left an edge of the border with more than two triangles; such were there after "
+                      << count.ticks_touching << " of " << count.ticks << " ticks");
   CHECK(count.touching <= 2 + count.lifted / 50);
   return count.made;
 }
