@@ -15,6 +15,8 @@ namespace detail {
 
 template <class C>
 concept TellsGrip = requires(C const& cutter) { cutter.grip(); };
+template <class C, class Scalar>
+concept TakesResistance = requires(C& cutter, Vector3<Scalar> const& force) { cutter.resisted(force); };
 
 }  // namespace detail
 
@@ -90,7 +92,7 @@ class Scalpel {
     return blade_.grip();
   }
   void resisted(Vector const& force)
-    requires requires(BladeType& blade) { blade.resisted(force); }
+    requires detail::TakesResistance<BladeType, Scalar>
   {
     blade_.resisted(force);
   }
