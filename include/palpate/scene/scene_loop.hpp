@@ -74,13 +74,16 @@ class BodyTool<Scene<Bodies...>, CutterType> {
   void advance(SceneType& scene, ToolPose<Scalar> const& tool, std::uint64_t pose_discontinuities) {
     tip_ = tool.position;
     scene.for_each_body([&](auto i, auto& body) {
-      if (scene.is_here(i))
+      acts_[i] = scene.is_here(i);
+      if (acts_[i])
         std::get<i>(tools_).advance(body, tool, pose_discontinuities + scene.returns(i));   // one that was put back is come to from outside
       else
         std::get<i>(tools_).rest();
     });
   }
-  void rest() noexcept { for_each([](auto& tool) { tool.rest(); }); }
+  void rest() noexcept {
+    for_each([](auto& tool) { tool.rest(); });
+  }
   template <std::size_t I, class Body>
   void push(ScenePart<I, Body>& part, int i, int steps, Scalar each) {
     std::get<I>(tools_).push(part.body, i, steps, each);
@@ -120,7 +123,8 @@ class BodyTool<Scene<Bodies...>, CutterType> {
   /// Moving where it moves through one body, indenting where it indents one.
   CuttingPhase state() const noexcept {
     CuttingPhase most = CuttingPhase::no_contact;
-    std::apply([&](auto const&... tool) { ((most = std::max(most, tool.cutter().state())), ...); }, tools_);
+    std::size_t place = 0;
+    std::apply([&](auto const&... tool) { ((most = acts_[place++] ? std::max(most, tool.cutter().state()) : most), ...); }, tools_);
     return most;
   }
   Scalar tip_radius() const noexcept { return std::get<0>(tools_).cutter().tip_radius(); }
@@ -141,6 +145,7 @@ class BodyTool<Scene<Bodies...>, CutterType> {
 
   typename Each::type tools_;
   Vector3<Scalar> tip_ = Vector3<Scalar>::Zero();
+  std::array<bool, sizeof...(Bodies)> acts_{};   // on these, in this tick
   std::size_t chosen_ = 0;
 };
 
