@@ -13,6 +13,7 @@
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/force/tissue_reaction.hpp>
+#include <palpate/haptics/proxy_force.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/vertices_where.hpp>
@@ -191,6 +192,25 @@ TEST_CASE("a scene goes on as it did after it is restored, and so does a copy", 
   CHECK(scene.body<1>().positions() == expected);
   CHECK(copy.body<1>().positions() == expected);
   CHECK(scene.contact<1, 0>().force() == force);
+  scene.restore(then);
+  auto const again = scene.save();   // nothing has happened in between
+  scene.restore(again);
+  for (int k = 0; k < 50; ++k) scene.advance(1e-3);
+  CHECK(scene.body<1>().positions() == expected);
+}
+
+TEST_CASE("a hand that feels a surface feels nothing of a body that was taken out", "[scene][simulator]") {
+  auto const mesh = block(4, 4, 3, 0.01, {-0.015, -0.015, -0.02});
+  auto body = solid(mesh, BackwardEuler{}, 1e4, 5.0);
+  for (int const i : vertices_where(mesh, [](Vector const& p) { return p[2] < -0.019; })) body.nail(i);
+  Simulator simulator(Scene(std::move(body), table(-0.02)), Tool(press(0.0007, 0.0003, 0.02, 0.002), Probe({.tip_radius = 0.004}), ProxyForce<double>()));
+  double before = 0, after = 0;
+  simulator.run(0.55, [&](std::span<Tick const> ticks) {
+    if (ticks[0].time == 0.4) before = ticks[0].force.norm(), simulator.body().take_out<0>();
+    if (ticks[0].time > 0.5) after = std::max(after, ticks[0].force.norm());
+  });
+  CHECK(before > 0.05);
+  CHECK(after < 1e-9);
 }
 
 TEST_CASE("a body that is taken out leaves no force behind, and comes back where it was", "[scene][simulator]") {

@@ -133,6 +133,7 @@ class BodyContact {
     Scalar last_step = 0;
   };
   State save() const {
+    if (was_restored_) return {{last_.begin(), last_.begin() + static_cast<std::ptrdiff_t>(last_count_)}, last_step_};
     State state{.anchors = std::vector<Anchor>(regions_.size()), .last_step = last_step_};
     for (std::size_t n = 0; n < regions_.size(); ++n) take(n, state.anchors[n]);
     return state;

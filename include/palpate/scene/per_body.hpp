@@ -11,7 +11,7 @@
 namespace palpate {
 
 /// What one tool does to each body of a scene: a cutter for each, in their order. A cutter that is not in one acts on all bodies, a copy of it on each.
-///   Tool(device, PerBody(ProgressiveCutter<double>(), VolumeCutter<double>({{0, 0, 0}, {0, 0, 0.02}})), force)
+///   Tool(device, PerBody(ProgressiveCutter<double>(), VolumeCutter<double>({.edge = {{0, 0, 0}, {0, 0, 0.02}}})), force)
 /// On an obstacle a tool never acts but as a NoCutter of its tip's radius.
 template <class... Cutters>
 struct PerBody {

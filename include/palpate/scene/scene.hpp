@@ -124,7 +124,7 @@ class Scene {
   SceneReport advance(Scalar h, Substeps const& substeps, Push const& push) {
     detail::require_positive("Scene: a tick", h, "s");
     if (substeps.most < 1) throw InvalidArgument(detail::message("Scene: at most ", substeps.most, " steps a tick; it must be at least 1"));
-    for_each_body([&](auto i, auto& body) { std::get<i>(control_).allow(substeps.most), stand_[i] = std::get<i>(control_).step_for(body, h); });
+    for_each_body([&](auto i, auto& body) { std::get<i>(control_).allow(substeps.most), stand_[i] = is_here_[i] ? std::get<i>(control_).step_for(body, h) : h; });
     gather(h);
     SceneReport report;
     for (std::size_t group = 0; group < bodies; ++group)

@@ -97,11 +97,11 @@ class BodyTool<Scene<Bodies...>, CutterType> {
     for (std::size_t i = 0; i < models.size(); ++i)
       if (i != chosen_ && is_before(models[i], models[chosen_])) chosen_ = i;
     LocalModel<Scalar> all = models[chosen_];
-    all.tissue_force.setZero(), all.tissue_moment.setZero(), all.cut_area = 0, all.surface.sequence = 0;
+    all.tissue_force.setZero(), all.tissue_moment.setZero(), all.cut_area = 0;
     for (LocalModel<Scalar> const& one : models) {
       all.tissue_force += one.tissue_force, all.tissue_moment += one.tissue_moment, all.cut_area += one.cut_area;
-      all.surface.sequence += one.surface.sequence;   // rises with each that looked
     }
+    all.surface.sequence = ++models_;   // of bodies that come and go no sum would rise
     all.restorations = scene.restorations(), all.diverged = diverged;
     return all;
   }
@@ -147,6 +147,7 @@ class BodyTool<Scene<Bodies...>, CutterType> {
   Vector3<Scalar> tip_ = Vector3<Scalar>::Zero();
   std::array<bool, sizeof...(Bodies)> acts_{};   // on these, in this tick
   std::size_t chosen_ = 0;
+  std::uint64_t models_ = 0;
 };
 
 /// A scene controls the steps of its bodies itself.
