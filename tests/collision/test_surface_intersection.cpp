@@ -148,6 +148,23 @@ TEST_CASE("faces that are in one plane but for rounding, and a surface on itself
   }
 }
 
+// Yardstick: sides a, b, c of the common box; of its border ∫ x² dA = a²/2 · bc + a³(b + c)/6 about its middle, and nothing of mixed products.
+TEST_CASE("what two boxes have in common has the middle and the second moments of a box", "[collision][intersection]") {
+  auto one = block<double>(4, 0.01), other = block<double>(6, 0.007);
+  one.move({0.1, -0.2, 0.3}), other.move(Place(0.1, -0.2, 0.3) + Place(0.0213, 0.0177, 0.0121));
+  SurfaceIntersection<double> common;
+  common.find(one.now(), other.now());
+  REQUIRE(common.regions().size() == 1);
+  auto const& region = common.regions()[0];
+  Place const sides = Place::Constant(0.03) - Place(0.0213, 0.0177, 0.0121), middle = Place(0.1, -0.2, 0.3) + Place::Constant(0.03) - sides / 2;
+  CHECK((region.middle - middle).norm() < 1e-9);
+  for (int k = 0; k < 3; ++k) {
+    double const a = sides[k], b = sides[(k + 1) % 3], c = sides[(k + 2) % 3], wanted = a * a / 2 * b * c + a * a * a * (b + c) / 6;
+    CHECK(region.spread(k, k) == Approx(wanted / 2).epsilon(1e-6));
+    CHECK(std::abs(region.spread(k, (k + 1) % 3)) < 1e-6 * wanted);
+  }
+}
+
 TEST_CASE("half a ball is in a block, by its own volume", "[collision][intersection]") {
   auto a = block<double>(2, 0.1);
   Body<double> b(make_sphere<double>(0.02, 9));

@@ -131,7 +131,9 @@ class SurfaceIntersection {
   struct Integrals {
     std::array<double, 3> shape{};     // of the corners' shape functions
     std::array<double, 6> products{};  // of pairs of them: 00, 01, 02, 11, 12, 22
+    bool is_part = false;              // a piece of its boundary is on it
   };
+  static constexpr Integrals whole{.shape = {1.0 / 6, 1.0 / 6, 1.0 / 6}, .products = {1.0 / 12, 1.0 / 24, 1.0 / 24, 1.0 / 12, 1.0 / 24, 1.0 / 12}};
   struct Moments {                     // of a region, from the reference
     Place volume = Place::Zero(), first = Place::Zero();   // ∫ x dV, ∮ x dA
     Matrix<double, 3, 3> second = Matrix<double, 3, 3>::Zero();
@@ -165,7 +167,8 @@ class SurfaceIntersection {
   static void add_piece(Side& side, int triangle, Uv const& p, Uv const& q) noexcept {
     double const area = (p[0] * q[1] - p[1] * q[0]) / 6;
     std::array<double, 3> const a{1 - p[0] - p[1], p[0], p[1]}, b{1 - q[0] - q[1], q[0], q[1]}, sum{1 + a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-    auto& [shape, products] = side.integrals[at(triangle)];
+    auto& [shape, products, is_part] = side.integrals[at(triangle)];
+    is_part = true;
     for (std::size_t i = 0, n = 0; i < 3; ++i) {
       shape[i] += area * sum[i];
       for (std::size_t j = i; j < 3; ++j, ++n) products[n] += area / 4 * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + (i == 0 && j == 0 ? 1.0 : 0.0));
@@ -278,7 +281,13 @@ class SurfaceIntersection {
       }
     for (int const t : side.triangles) {
       auto const c = surface.topology.corners(t);
-      for (std::size_t k = 0; k < 3; ++k) add_edge(side, t, c, k, (k + 1) % 3);
+      std::array<std::span<Crossing const>, 3> const crossings{crossings_of(side, c[0], c[1]), crossings_of(side, c[1], c[2]), crossings_of(side, c[2], c[0])};
+      Integrals& all = side.integrals[at(t)];
+      bool const is_whole = !all.is_part && std::ranges::all_of(c, [&](int i) { return is_inside(side, i); }) && std::ranges::all_of(crossings, [](auto const& on) { return on.empty(); });
+      if (is_whole)
+        all = whole;
+      else
+        for (std::size_t k = 0; k < 3; ++k) add_edge(side, t, c, crossings[k], k, (k + 1) % 3);
     }
     for (std::size_t k = 0; k < side.inside.size(); ++k) {   // what meets at a vertex inside is of one region
       auto const around = surface.topology.triangles_at(side.inside[k]);
@@ -321,7 +330,7 @@ class SurfaceIntersection {
       auto const c = surface.topology.corners(t);
       Corners const x{place(surface, c[0], shift), place(surface, c[1], shift), place(surface, c[2], shift)};
       Place const normal = (x[1] - x[0]).cross(x[2] - x[0]);
-      auto const& [shape, products] = side.integrals[at(t)];
+      auto const& [shape, products, is_part] = side.integrals[at(t)];
       for (std::size_t k = 0; k < 3; ++k) parts_.push_back({region, c[k], t, shape[k] * normal});
       add_moments(moments_[at(region)], x, normal, shape, products);
     }
@@ -340,20 +349,15 @@ class SurfaceIntersection {
   }
   static void add_moments(Moments& to, Corners const& x, Place const& normal, std::array<double, 3> const& shape, std::array<double, 6> const& products) noexcept {
     double const twice = normal.norm();
-    Matrix<double, 3, 3> second = Matrix<double, 3, 3>::Zero();   // per twice the area
-    for (std::size_t i = 0, n = 0; i < 3; ++i) {
-      to.area += twice * shape[i], to.first += twice * shape[i] * x[i];
-      for (std::size_t j = i; j < 3; ++j, ++n) {
-        Matrix<double, 3, 3> const product = products[n] * x[i] * x[j].transpose();
-        second += product;
-        if (i != j) second += product.transpose();
-      }
-    }
+    auto const& p = products;
+    Matrix<double, 3, 3> second = x[0] * (p[0] * x[0] + p[1] * x[1] + p[2] * x[2]).transpose();   // per twice the area
+    second += x[1] * (p[1] * x[0] + p[3] * x[1] + p[4] * x[2]).transpose();
+    second += x[2] * (p[2] * x[0] + p[4] * x[1] + p[5] * x[2]).transpose();
+    to.area += twice * (shape[0] + shape[1] + shape[2]), to.first += twice * (shape[0] * x[0] + shape[1] * x[1] + shape[2] * x[2]);
     to.second += twice * second, to.volume += second.diagonal().cwiseProduct(normal) / 2;
   }
   /// What of an edge of a triangle is inside.
-  static void add_edge(Side& side, int t, SurfaceTopology::Corners const& c, std::size_t from, std::size_t to) {
-    auto const crossings = crossings_of(side, c[from], c[to]);
+  static void add_edge(Side& side, int t, SurfaceTopology::Corners const& c, std::span<Crossing const> crossings, std::size_t from, std::size_t to) {
     std::size_t const low = c[from] < c[to] ? from : to, high = c[from] < c[to] ? to : from;
     if (crossings.empty()) {
       if (is_inside(side, c[from])) add_piece(side, t, on_corner(from), on_corner(to));
