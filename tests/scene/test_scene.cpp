@@ -211,6 +211,50 @@ TEST_CASE("a hand that feels a surface feels nothing of a body that was taken ou
   });
   CHECK(before > 0.05);
   CHECK(after < 1e-9);
+  CHECK(simulator.tool<0>().state() == CuttingPhase::no_contact);   // the tip is where the body was
+  BodyCounts const counts = simulator.statistics<0>().body_counts;
+  CHECK(counts.ticks == 550);
+  CHECK(counts.seconds == Approx(0.55));
+  CHECK(std::isinf(counts.stable_step));
+}
+
+TEST_CASE("what lies on an obstacle goes along with it, and stays with it where it stops", "[scene]") {
+  Scene scene(upper(), table(0.02));
+  scene.touch<0, 1>(pressed);
+  for (int k = 0; k < 300; ++k) scene.advance(1e-3);
+  Vector const before = scene.body<0>().positions().rowwise().mean();
+  double const rests = scene.contact<0, 1>().regions()[0].volume / scene.contact<0, 1>().regions()[0].area;
+  double deepest = 0, least = 1;
+  for (int k = 1; k <= 400; ++k) {
+    scene.body<1>().move_to({.position = {2.5e-5 * k, 0, 5e-5 * k}}, 1e-3);   // 10 and 20 mm
+    scene.advance(1e-3);
+    if (k < 200) continue;   // evenly by now
+    auto const& region = scene.contact<0, 1>().regions()[0];
+    deepest = std::max(deepest, region.volume / region.area), least = std::min(least, region.volume / region.area);
+  }
+  double const borne = 1 + 40.0 * 0.05 / g;   // weight and drag, at 50 mm/s
+  CHECK(deepest == Approx(rests * borne).epsilon(0.02));
+  CHECK(least == Approx(rests * borne).epsilon(0.02));
+  for (int k = 0; k < 400; ++k) scene.advance(1e-3);
+  Vector const way = scene.body<0>().positions().rowwise().mean() - before;
+  CHECK(way[0] == Approx(0.010).epsilon(0.01));
+  CHECK(std::abs(way[1]) < 1e-5);
+  CHECK(way[2] == Approx(0.020).epsilon(1e-3));
+  CHECK(scene.body<0>().velocities().cwiseAbs().maxCoeff() < 1e-5);
+  CHECK(scene.body<1>().velocities().cwiseAbs().maxCoeff() == 0);
+}
+
+TEST_CASE("a body that was all held when its stable step was found keeps to it when it is let go", "[scene]") {
+  auto held = lower();
+  for (int i = 0; i < held.size(); ++i) held.hold(i);
+  Scene scene(std::move(held), table());
+  scene.touch<0, 1>(pressed);
+  for (int k = 0; k < 20; ++k) scene.advance(1e-2);
+  for (int i = 0; i < scene.body<0>().size(); ++i) scene.body<0>().release(i);
+  for (int k = 0; k < 50; ++k) scene.advance(1e-2);
+  CHECK(scene.counts<0>().diverged <= 1);   // the step in which it is let go
+  CHECK(scene.counts<0>().steps > 300);
+  CHECK(scene.body<0>().velocities().cwiseAbs().maxCoeff() < 0.01);
 }
 
 TEST_CASE("a body that is taken out leaves no force behind, and comes back where it was", "[scene][simulator]") {
@@ -298,6 +342,14 @@ TEST_CASE("what a scene refuses", "[scene][errors]") {
   auto scene = stack();
   CHECK(message_of([&] { scene.touch<0, 1>(); }) == "Scene: bodies 0 and 1 touch each other already; contact<1, 0>() is theirs");
   CHECK(message_of([&] { scene.contact<1, 2>(); }) == "Scene: nobody said that bodies 1 and 2 touch each other; touch<1, 2>() does");
+  CHECK(message_of([&] { scene.contact<0, 1>(); }) == "Scene: the contact of bodies 0 and 1 is contact<1, 0>()");
+  Scene other(lower(), upper(), table());
+  other.touch<1, 0>(pressed), other.touch<0, 2>(pressed);
+  Matrix3X<double> const there = other.body<0>().positions();
+  for (int k = 0; k < 5; ++k) scene.advance(1e-3);
+  CHECK(message_of([&] { other.restore(scene.save()); }) ==
+        "Scene: the state is of a scene whose contact 0 is of bodies 0 and 2; name the same contacts in the same order here");
+  CHECK(other.body<0>().positions() == there);
   CHECK(message_of([&] { scene.advance(0); }).find("0 s") != std::string::npos);
   CHECK(message_of([&] { scene.advance(1e-3, {.most = 0}); }).find("at most 0 steps") != std::string::npos);
   CHECK_THROWS_AS((scene.touch<1, 2>({.pressure = -1.0})), InvalidArgument);

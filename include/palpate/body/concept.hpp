@@ -46,6 +46,10 @@ concept SimulatedBody = TouchableBody<B> && requires(B& body, B const& seen, typ
   body.restore(seen.save());
 };
 
+/// Refinement: a body of which any step is stable, whatever happens to it.
+template <class B>
+concept AnyStepIsStable = SimulatedBody<B> && B::any_step_is_stable;
+
 /// Refinement: a body that finds the triangles near a tool that is longer than a point: those in a box.
 template <class B>
 concept SearchableBody = TouchableBody<B> && requires(B& body, typename B::Vector const& corner, void (*visit)(int)) {

@@ -87,6 +87,8 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
     return 0.0;
   }();
 
+  static constexpr bool any_step_is_stable = StepsOfAnySize<IntegratorType>;
+
   /// The acceleration [m/s²] that springs, gravity and the forces applied so far will give a particle in the next step of h seconds,
   /// as the integrator will see it; zero for one that is nailed or held. What a contact has to work against.
   Vector predicted_acceleration(int i, Scalar h) const {

@@ -14,6 +14,7 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <tuple>
 #include <type_traits>
@@ -100,7 +101,8 @@ class Scene {
     return contacts_.template get<I, J>();
   }
 
-  /// Body I is taken out: nothing moves, touches or draws it, until it is put back where it was. Tools come to it from outside again.
+  /// Body I is taken out: nothing moves, touches or draws it, until it is put back where it was. Tools come to it from outside again. A force that was applied to
+  /// it and has not acted yet waits for that.
   template <std::size_t I>
   void take_out() {
     if (std::exchange(is_here_[I], false)) ++came_and_went_;
@@ -126,6 +128,7 @@ class Scene {
     if (substeps.most < 1) throw InvalidArgument(detail::message("Scene: at most ", substeps.most, " steps a tick; it must be at least 1"));
     for_each_body([&](auto i, auto& body) { std::get<i>(control_).allow(substeps.most), stand_[i] = is_here_[i] ? std::get<i>(control_).step_for(body, h) : h; });
     gather(h);
+    ++ticks_, seconds_ += static_cast<double>(h);
     SceneReport report;
     for (std::size_t group = 0; group < bodies; ++group)
       if (is_here_[group] && group_[group] == group) advance_group(group, h, substeps, push, report);
@@ -143,10 +146,12 @@ class Scene {
     return report;
   }
 
-  /// The smallest of all bodies' [s].
+  /// The smallest of those that are here [s].
   Scalar stable_step() {
     Scalar least = std::numeric_limits<Scalar>::infinity();
-    for_each_body([&](auto, auto& body) { least = std::min(least, body.stable_step()); });
+    for_each_body([&](auto i, auto& body) {
+      if (is_here_[i]) least = std::min(least, body.stable_step());
+    });
     return least;
   }
   /// What happened to one of the bodies.
@@ -154,22 +159,28 @@ class Scene {
   BodyCounts const& counts() const noexcept {
     return std::get<I>(control_).counts(body<I>());
   }
-  /// Sums over all bodies; the largest lag and numbers of steps, the smallest stable step.
+  /// Ticks and seconds of the scene; sums over all bodies, the largest lag and numbers of steps in a tick, the smallest stable step of those that are here.
   BodyCounts counts() const noexcept {
     BodyCounts all = counts<0>();
+    all.ticks = ticks_, all.seconds = seconds_;
+    if (!is_here_[0]) all.stable_step = std::numeric_limits<double>::infinity();
     for_each(std::make_index_sequence<bodies>{}, [&](auto i) {
       BodyCounts const& one = counts<i>();
       if (i == 0) return;
       all.steps += one.steps, all.capped += one.capped, all.stable_steps += one.stable_steps, all.stability_checks += one.stability_checks;
       all.guarded += one.guarded, all.diverged += one.diverged;
       all.max_steps_a_tick = std::max(all.max_steps_a_tick, one.max_steps_a_tick), all.max_steps_wanted = std::max(all.max_steps_wanted, one.max_steps_wanted);
-      all.stable_step = std::min(all.stable_step, one.stable_step), all.lag = std::max(all.lag, one.lag);
+      all.lag = std::max(all.lag, one.lag);
+      if (is_here_[i]) all.stable_step = std::min(all.stable_step, one.stable_step);
     });
     return all;
   }
   /// So many seconds will have no tick.
   void leave_out(double seconds) noexcept {
-    for_each_body([&](auto i, auto& body) { std::get<i>(control_).leave_out(body, seconds); });
+    seconds_ += seconds;
+    for_each_body([&](auto i, auto& body) {
+      if (is_here_[i]) std::get<i>(control_).leave_out(body, seconds);
+    });
   }
 
   struct State {
@@ -180,8 +191,10 @@ class Scene {
   State save() const {
     return {std::apply([](auto const&... body) { return std::tuple(body.save()...); }, bodies_), contacts_.save(), is_here_};
   }
-  /// Back to the state of then, to the byte: where friction sticks, too. Contacts named since begin anew.
+  /// Back to the state of then, to the byte: where friction sticks, too. Contacts named since begin anew. What follows is the same, but where bodies moved so fast,
+  /// or had just been cut, that their steps were guarded then: see StepControl. Throws InvalidArgument for a state of a scene whose contacts are others.
   void restore(State const& state) {
+    contacts_.check(state.contacts);
     for_each_body([&](auto i, auto& body) { body.restore(std::get<i>(state.bodies)); });
     contacts_.restore(state.contacts, bodies_);
     if (std::exchange(is_here_, state.is_here) != state.is_here) ++came_and_went_;
@@ -302,6 +315,8 @@ class Scene {
   std::array<bool, bodies> is_here_ = all_here();
   std::array<std::size_t, bodies> returns_{};
   std::size_t came_and_went_ = 0;
+  std::uint64_t ticks_ = 0;
+  double seconds_ = 0;   // of its ticks
   std::array<Scalar, bodies> stand_{};         // s, the largest step of each in this tick
   std::array<std::size_t, bodies> group_{};    // of each body the first that it takes equal steps with
   std::array<Vector, bodies> low_, high_;      // m

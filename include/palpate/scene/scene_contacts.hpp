@@ -62,21 +62,34 @@ class SceneContacts {
   }
   template <std::size_t I, std::size_t J>
   auto& get() const {
-    for (auto const& pair : pairs_)
+    for (auto const& pair : pairs_) {
       if (pair->first == I && pair->second == J) return static_cast<Of<I, J>&>(*pair).contact;
+      if (pair->first == J && pair->second == I) throw InvalidArgument(message("Scene: the contact of bodies ", I, " and ", J, " is contact<", J, ", ", I, ">()"));
+    }
     throw InvalidArgument(message("Scene: nobody said that bodies ", I, " and ", J, " touch each other; touch<", I, ", ", J, ">() does"));
   }
   auto const& pairs() const noexcept { return pairs_; }
 
-  using State = std::vector<std::any>;
+  struct PairState {
+    std::size_t first, second;
+    std::any contact;
+  };
+  using State = std::vector<PairState>;
   State save() const {
     State state;
-    for (auto const& pair : pairs_) state.push_back(pair->save());
+    for (auto const& pair : pairs_) state.push_back({pair->first, pair->second, pair->save()});
     return state;
+  }
+  /// Throws where a state is not of these contacts, or of the first of them.
+  void check(State const& state) const {
+    for (std::size_t k = 0; k < state.size(); ++k)
+      if (k >= pairs_.size() || pairs_[k]->first != state[k].first || pairs_[k]->second != state[k].second)
+        throw InvalidArgument(message("Scene: the state is of a scene whose contact ", k, " is of bodies ", state[k].first, " and ", state[k].second,
+                                      "; name the same contacts in the same order here"));
   }
   /// Contacts that were not there yet begin anew.
   void restore(State const& state, All const& bodies) {
-    for (std::size_t k = 0; k < pairs_.size(); ++k) k < state.size() ? pairs_[k]->restore(state[k], bodies) : pairs_[k]->part(bodies);
+    for (std::size_t k = 0; k < pairs_.size(); ++k) k < state.size() ? pairs_[k]->restore(state[k].contact, bodies) : pairs_[k]->part(bodies);
   }
 
  private:

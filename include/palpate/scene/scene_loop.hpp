@@ -11,6 +11,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -92,14 +93,17 @@ class BodyTool<Scene<Bodies...>, CutterType> {
   LocalModel<Scalar> model(SceneType& scene, bool diverged) {
     std::array<LocalModel<Scalar>, sizeof...(Bodies)> models;
     scene.for_each_body([&](auto i, auto& body) {
-      if (scene.is_here(i)) models[i] = std::get<i>(tools_).model(body, diverged);
+      if (!scene.is_here(i)) return;
+      models[i] = std::get<i>(tools_).model(body, diverged);
+      cut_areas_[i] = models[i].cut_area;
     });
     for (std::size_t i = 0; i < models.size(); ++i)
       if (i != chosen_ && is_before(models[i], models[chosen_])) chosen_ = i;
     LocalModel<Scalar> all = models[chosen_];
-    all.tissue_force.setZero(), all.tissue_moment.setZero(), all.cut_area = 0;
+    all.tissue_force.setZero(), all.tissue_moment.setZero();
+    all.cut_area = std::accumulate(cut_areas_.begin(), cut_areas_.end(), 0.0);   // also of bodies that were taken out
     for (LocalModel<Scalar> const& one : models) {
-      all.tissue_force += one.tissue_force, all.tissue_moment += one.tissue_moment, all.cut_area += one.cut_area;
+      all.tissue_force += one.tissue_force, all.tissue_moment += one.tissue_moment;
     }
     all.surface.sequence = ++models_;   // of bodies that come and go no sum would rise
     all.restorations = scene.restorations(), all.diverged = diverged;
@@ -146,6 +150,7 @@ class BodyTool<Scene<Bodies...>, CutterType> {
   typename Each::type tools_;
   Vector3<Scalar> tip_ = Vector3<Scalar>::Zero();
   std::array<bool, sizeof...(Bodies)> acts_{};   // on these, in this tick
+  std::array<double, sizeof...(Bodies)> cut_areas_{};   // m²
   std::size_t chosen_ = 0;
   std::uint64_t models_ = 0;
 };

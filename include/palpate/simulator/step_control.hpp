@@ -43,8 +43,10 @@ class StepControl {
   /// The largest step for a tick of h seconds.
   Scalar step_for(BodyType& body, Scalar h) {
     taken_ = 0, covered_ = 0;
-    if (revision(body) == stable_for_ && !std::isfinite(stable_step_)) return stable_step_;   // nothing can fall
-    if (revision(body) != stable_for_) {
+    if (revision(body) == stable_for_ && !std::isfinite(stable_step_)) {   // nothing can fall, unless what was held was let go
+      if (moves_ && !AnyStepIsStable<BodyType>) find_stable_step(body);
+      if (!std::isfinite(stable_step_)) return stable_step_;
+    } else if (revision(body) != stable_for_) {
       find_stable_step(body);
       guard(body);
     } else if (was_guarded_ && guarded_ticks_ == 0) {   // what moved so fast, or was cut, lies otherwise now

@@ -84,7 +84,7 @@ class SkinBody {
   std::size_t topology_revision() const noexcept { return topology_revision_; }
   std::size_t restorations() const noexcept { return restorations_; }
 
-  /// Any step is stable.
+  static constexpr bool any_step_is_stable = true;
   Scalar stable_step() const noexcept { return std::numeric_limits<Scalar>::infinity(); }
   Scalar guaranteed_stable_step() const noexcept { return stable_step(); }
   bool stable_step_fell() const noexcept { return false; }
