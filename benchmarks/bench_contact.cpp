@@ -20,7 +20,7 @@
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/repair.hpp>
 #include <palpate/mesh/sphere.hpp>
-#include <palpate/scene/scene_loop.hpp>
+#include <palpate/scene/scene_tool.hpp>
 #include <palpate/simulator/simulator.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 

@@ -12,7 +12,7 @@
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/vertices_where.hpp>
-#include <palpate/scene/scene_loop.hpp>
+#include <palpate/scene/scene_tool.hpp>
 #include <palpate/simulator/simulator.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tool/forceps.hpp>

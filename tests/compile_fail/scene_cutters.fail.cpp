@@ -2,7 +2,7 @@
 // expect: palpate: not every body of the scene takes this cutter; give Tool
 // One cutter for two bodies.
 #include <palpate/palpate.hpp>
-#include <palpate/scene/scene_loop.hpp>
+#include <palpate/scene.hpp>
 
 using namespace palpate;
 

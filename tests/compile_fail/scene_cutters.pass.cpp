@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A cutter for each of two bodies.
 #include <palpate/palpate.hpp>
-#include <palpate/scene/scene_loop.hpp>
+#include <palpate/scene.hpp>
 
 using namespace palpate;
 

@@ -18,7 +18,7 @@
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/vertices_where.hpp>
 #include <palpate/region/zone_of_influence.hpp>
-#include <palpate/scene/scene_loop.hpp>
+#include <palpate/scene/scene_tool.hpp>
 #include <palpate/simulator/simulator.hpp>
 
 #include <algorithm>

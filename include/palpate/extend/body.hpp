@@ -14,6 +14,7 @@
 ///   stable_step(), guaranteed_stable_step(), stable_step_fell()    any step is stable, if you do not say otherwise
 /// Optional
 ///   visit_triangles_in_box(low, high, visit)               tools longer than a point; SkinBody has it                                     SearchableBody
+///   static constexpr bool any_step_is_stable = true        whatever happens to it: its stable step is asked for once                   AnyStepIsStable
 ///   std::size_t renumberings() const                       where triangles get other numbers                                              CountsRenumberings
 /// Battery
 ///   testing::to_text(testing::check_body(my_body)) == ""

@@ -4,6 +4,7 @@
 #include <palpate/body/concept.hpp>
 #include <palpate/body/substeps.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/core/for_each_place.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/scene/per_body.hpp>
 #include <palpate/scene/scene_contacts.hpp>
@@ -17,7 +18,6 @@
 #include <cstdint>
 #include <limits>
 #include <tuple>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -44,7 +44,7 @@ struct SceneReport {
 ///   scene.touch<0, 2>({.friction = 0.4}), scene.touch<1, 2>();
 ///   scene.advance(1e-3);                                        // each tick
 ///
-/// A simulator takes a scene where it takes a body: see scene_loop.hpp.
+/// A simulator takes a scene where it takes a body: see scene_tool.hpp.
 /// Steps      each body takes the fewest equal steps of a tick that it stands; see StepControl. Bodies whose boxes meet, and that touch each other, take as many as
 ///            the one that needs most: contact is found anew in each of these steps, as at its end. An obstacle binds nobody.
 /// Order      tools, then contacts in the order in which they were named, then steps in the order of bodies: the same bytes in every run.
@@ -82,11 +82,11 @@ class Scene {
   /// use(place, body), the place a constant, in their order.
   template <class Use>
   void for_each_body(Use const& use) {
-    for_each(std::make_index_sequence<bodies>{}, [&](auto i) { use(i, std::get<i>(bodies_)); });
+    detail::for_each_place<bodies>([&](auto i) { use(i, std::get<i>(bodies_)); });
   }
   template <class Use>
   void for_each_body(Use const& use) const {
-    for_each(std::make_index_sequence<bodies>{}, [&](auto i) { use(i, std::get<i>(bodies_)); });
+    detail::for_each_place<bodies>([&](auto i) { use(i, std::get<i>(bodies_)); });
   }
 
   /// From now on bodies I and J press and rub each other. The contact stays where it is.
@@ -164,7 +164,7 @@ class Scene {
     BodyCounts all = counts<0>();
     all.ticks = ticks_, all.seconds = seconds_;
     if (!is_here_[0]) all.stable_step = std::numeric_limits<double>::infinity();
-    for_each(std::make_index_sequence<bodies>{}, [&](auto i) {
+    detail::for_each_place<bodies>([&](auto i) {
       BodyCounts const& one = counts<i>();
       if (i == 0) return;
       all.steps += one.steps, all.capped += one.capped, all.stable_steps += one.stable_steps, all.stability_checks += one.stability_checks;
@@ -231,10 +231,6 @@ class Scene {
   }
 
  private:
-  template <std::size_t... I, class Use>
-  static void for_each(std::index_sequence<I...>, Use const& use) {
-    (use(std::integral_constant<std::size_t, I>{}), ...);
-  }
   template <class Of>
   std::size_t sum(Of const& of) const noexcept {
     return std::apply([&](auto const&... body) { return (of(body) + ...); }, bodies_);
@@ -322,6 +318,31 @@ class Scene {
   std::array<Vector, bodies> low_, high_;      // m
   std::vector<char> near_;                     // of each contact
   mutable std::array<BodySnapshot<Scalar>, bodies> drawn_;
+};
+
+/// A scene controls the steps of its bodies itself.
+template <class... Bodies>
+class StepControl<Scene<Bodies...>> {
+  using SceneType = Scene<Bodies...>;
+
+ public:
+  using Scalar = typename SceneType::Scalar;
+
+  template <class Push>
+  bool advance(SceneType& scene, Scalar h, Push const& push) {
+    return static_cast<bool>(scene.advance(h, {.most = allowed_}, push));
+  }
+  void reset(SceneType&) noexcept {}   // it does that as it is made and restored
+  void leave_out(SceneType& scene, double seconds) noexcept { scene.leave_out(seconds); }
+  void allow(int steps) noexcept { allowed_ = steps; }
+  BodyCounts counts(SceneType const& scene) const noexcept {
+    BodyCounts counts = scene.counts();
+    counts.steps_allowed = allowed_;
+    return counts;
+  }
+
+ private:
+  int allowed_ = 1;
 };
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/substeps.hpp>
+#include <palpate/core/for_each_place.hpp>
 #include <palpate/simulator/body_tool.hpp>
 #include <palpate/simulator/step_control.hpp>
 
@@ -75,7 +76,9 @@ class BodyLoop {
   template <class Use>
   void for_each_tool(Use const& use) {
     for (std::size_t const k : order_)
-      [&]<std::size_t... I>(std::index_sequence<I...>) { ((I == k ? use(I, std::get<I>(tools_)) : void()), ...); }(std::index_sequence_for<Cutters...>{});
+      detail::for_each_place<tools>([&](auto i) {
+        if (i == k) use(i, std::get<i>(tools_));
+      });
   }
   template <std::size_t I>
   auto& tool() noexcept {

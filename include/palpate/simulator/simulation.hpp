@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/for_each_place.hpp>
 #include <palpate/device/session.hpp>
 #include <palpate/simulator/body_loop.hpp>
 #include <palpate/simulator/budget.hpp>
@@ -272,11 +273,11 @@ class Simulation {
   /// use(place, servo), the place a constant.
   template <class Use>
   void for_each_servo(Use const& use) {
-    [&]<std::size_t... I>(std::index_sequence<I...>) { (use(std::integral_constant<std::size_t, I>{}, std::get<I>(servos_)), ...); }(std::make_index_sequence<tools>{});
+    for_each_place<tools>([&](auto i) { use(i, std::get<i>(servos_)); });
   }
   template <class Use>
   void for_each_servo(Use const& use) const {
-    [&]<std::size_t... I>(std::index_sequence<I...>) { (use(std::integral_constant<std::size_t, I>{}, std::get<I>(servos_)), ...); }(std::make_index_sequence<tools>{});
+    for_each_place<tools>([&](auto i) { use(i, std::get<i>(servos_)); });
   }
 
   void begin_lockstep() {
@@ -350,10 +351,10 @@ class Simulation {
   /// Opened one after the other, closed the other way round.
   struct OpenDevices {
     explicit OpenDevices(std::tuple<Servo<Tools>...>& servos) {
-      [&]<std::size_t... I>(std::index_sequence<I...>) { (std::get<I>(sessions).emplace(std::get<I>(servos).loop.device()), ...); }(std::make_index_sequence<tools>{});
+      for_each_place<tools>([&](auto i) { std::get<i>(sessions).emplace(std::get<i>(servos).loop.device()); });
     }
     ~OpenDevices() {
-      [&]<std::size_t... I>(std::index_sequence<I...>) { (std::get<tools - 1 - I>(sessions).reset(), ...); }(std::make_index_sequence<tools>{});
+      for_each_place<tools>([&](auto i) { std::get<tools - 1 - i>(sessions).reset(); });
     }
     std::tuple<std::optional<DeviceSession<typename Tools::Device, typename decltype(Servo<Tools>::loop)::DeviceScalar>>...> sessions;
   };

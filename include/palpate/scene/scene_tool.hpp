@@ -155,29 +155,4 @@ class BodyTool<Scene<Bodies...>, CutterType> {
   std::uint64_t models_ = 0;
 };
 
-/// A scene controls the steps of its bodies itself.
-template <class... Bodies>
-class StepControl<Scene<Bodies...>> {
-  using SceneType = Scene<Bodies...>;
-
- public:
-  using Scalar = typename SceneType::Scalar;
-
-  template <class Push>
-  bool advance(SceneType& scene, Scalar h, Push const& push) {
-    return static_cast<bool>(scene.advance(h, {.most = allowed_}, push));
-  }
-  void reset(SceneType&) noexcept {}   // it does that as it is made and restored
-  void leave_out(SceneType& scene, double seconds) noexcept { scene.leave_out(seconds); }
-  void allow(int steps) noexcept { allowed_ = steps; }
-  BodyCounts counts(SceneType const& scene) const noexcept {
-    BodyCounts counts = scene.counts();
-    counts.steps_allowed = allowed_;
-    return counts;
-  }
-
- private:
-  int allowed_ = 1;
-};
-
 }  // namespace palpate
