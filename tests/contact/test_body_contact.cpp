@@ -51,27 +51,6 @@ TetrahedralMesh<double> egg(int n, Vector3<double> const& half, Vector3<double> 
   }
   return mesh;
 }
-template <class Body>
-void throw_particle(Body& body, int i, Vector3<double> const& velocity) {
-  body.drag(i, Vector3<double>(body.positions().col(i)), velocity);
-  body.release(i);
-}
-template <class Body>
-Vector3<double> momentum(Body const& body) {
-  Vector3<double> sum = Vector3<double>::Zero();
-  for (int i = 0; i < body.size(); ++i) sum += double(body.tissue().mass(i)) * Vector3<typename Body::Scalar>(body.velocities().col(i)).template cast<double>();
-  return sum;
-}
-template <class Body>
-Vector3<double> middle(Body const& body) {
-  Vector3<double> sum = Vector3<double>::Zero();
-  double mass = 0;
-  for (int i = 0; i < body.size(); ++i) {
-    double const m = double(body.tissue().mass(i));
-    sum += m * Vector3<typename Body::Scalar>(body.positions().col(i)).template cast<double>(), mass += m;
-  }
-  return sum / mass;
-}
 
 }  // namespace
 

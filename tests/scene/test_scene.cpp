@@ -257,6 +257,35 @@ TEST_CASE("a body that was all held when its stable step was found keeps to it w
   CHECK(scene.body<0>().velocities().cwiseAbs().maxCoeff() < 0.01);
 }
 
+TEST_CASE("a body that lies on itself does so in a scene as in a loop by hand, to the byte, and after it is restored", "[scene]") {
+  auto made = [] {
+    auto body = solid<double>(coil(2, 32, 1.4, 0.02, 0.01, 0.0101, 0.0007), BackwardEuler{}, 5e3);
+    body.set_gravity({0, 0, -9.81});
+    return body;
+  };
+  auto by_hand = made();
+  auto ground = table<double>(-0.0055, 0.2);
+  Scene scene(by_hand, ground);
+  auto& on_ground = scene.touch<0, 1>(pressed);
+  auto& own = scene.touch<0, 0>({.pressure = 3e3, .friction = 0.2});
+  BodyContact below(by_hand, ground, pressed);
+  SelfContact folded(by_hand, {.pressure = 3e3, .friction = 0.2});
+  for (int k = 0; k < 40; ++k) {
+    scene.advance(2e-3);
+    below.apply(by_hand, ground, 2e-3), folded.apply(by_hand, 2e-3), by_hand.step(2e-3);
+  }
+  REQUIRE(!own.regions().empty());
+  CHECK(&own == &scene.contact<0, 0>());
+  CHECK(scene.body<0>().positions() == by_hand.positions());
+  auto const state = scene.save();
+  for (int k = 0; k < 20; ++k) scene.advance(2e-3);
+  Matrix3X<double> const once = scene.body<0>().positions();
+  scene.restore(state);
+  for (int k = 0; k < 20; ++k) scene.advance(2e-3);
+  CHECK(scene.body<0>().positions() == once);
+  CHECK(on_ground.force()[2] > 0.1);
+}
+
 TEST_CASE("a body that is taken out leaves no force behind, and comes back where it was", "[scene][simulator]") {
   Simulator simulator(stack(), SimulatorOptions{.coupling = {.stiffness = 300.0}}, tool(press(0.0007, 0.0003, 0.05, 0.040)));
   auto& scene = simulator.body();

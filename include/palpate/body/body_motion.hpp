@@ -69,6 +69,12 @@ class BodyMotion : public BodyShape<TissueType> {
     forces_.add(state_, i, force);
   }
 
+  /// What was applied to a particle since the last step [N].
+  Vector applied_force(int i) const {
+    this->check(i);
+    return state_.applied[i];
+  }
+
   /// A uniform acceleration of every particle [m/s²]. Wakes the whole body; settle() finds the new equilibrium at once.
   void set_gravity(Vector const& gravity) {
     detail::require_finite("gravity", gravity, "m/s²");

@@ -13,7 +13,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -75,8 +74,7 @@ class SurfaceIntersection {
   /// A surface has topology, points and visit_triangles_in_box(low, high, visit).
   template <class First, class Second>
   void find(First&& first, Second&& second) {
-    begin(sides_[0], first), begin(sides_[1], second);
-    pairs_ = visited_ = 0, regions_.clear(), joints_.clear(), candidates_.clear();
+    clear(), begin(sides_[0], first), begin(sides_[1], second);
     if (first.topology.triangle_count() == 0 || second.topology.triangle_count() == 0) return;
     Vector3<Scalar> const low = first.points.rowwise().minCoeff(), high = first.points.rowwise().maxCoeff();
     reference_ = ((low + high) / 2).template cast<double>();
@@ -90,17 +88,46 @@ class SurfaceIntersection {
       first.visit_triangles_in_box(p.cwiseMin(q).cwiseMin(r) - margin, p.cwiseMax(q).cwiseMax(r) + margin, [&](int a) { candidates_.push_back({a, b}); });
     });
     std::sort(candidates_.begin(), candidates_.end());   // sums do not depend on how the trees are fitted
-    for (auto const& [a, b] : candidates_) meet(first, second, a, b);
+    for (auto const& [a, b] : candidates_) meet(sides_[0], first, a, sides_[1], second, b);
     if (pairs_ == 0) return;
-    close(sides_[0], first), close(sides_[1], second);
+    close(0, first), close(1, second);
     join();
-    moments_.assign(regions_.size(), {});
-    sum(0, first, Place::Zero()), sum(1, second, shift_);
-    for (std::size_t n = 0; n < regions_.size(); ++n) {
-      Moments const& of = moments_[n];
-      if (regions_[n].volume > 0) regions_[n].middle = of.volume / regions_[n].volume + reference_;
-      if (of.area > 0) regions_[n].spread = (of.second - of.first * of.first.transpose() / of.area) / 2;
+    sum(0, 0, first, Place::Zero()), sum(1, 1, second, shift_);
+    finish();
+  }
+
+  /// Where a closed surface is in itself: each region has two sheets, which are its sides. near.visit(surface, visit) calls visit(a, b) for all pairs of triangles that
+  /// may meet and have no vertex in common, each pair once and in the same order; see NearTriangles. A region counts where presses(a, b) is true of a pair that crosses.
+  /// One whose sheets hang together, as where a fold is pinched, is none: see folds().
+  template <class Surface, class Near, class Presses>
+  void find_own(Surface const& surface, Near& near, Presses const& presses) {
+    clear(), begin(sides_[0], surface), sides_[1].triangles.clear(), sides_[1].gradient.clear();
+    if (surface.topology.triangle_count() == 0) return;
+    reference_ = ((surface.points.rowwise().minCoeff() + surface.points.rowwise().maxCoeff()) / 2).template cast<double>();
+    shift_ = Place::Zero();
+    near.visit(surface, [&](int a, int b) { meet(sides_[0], surface, a, sides_[0], surface, b); });
+    if (pairs_ == 0) return;
+    close(0, surface);
+    join();
+    is_apart_.assign(regions_.size(), 0);
+    for (auto const& [a, b] : joints_)
+      if (presses(a, b)) is_apart_[at(region_[at(sides_[0].place[at(a)])])] = 1;
+    for (int const t : torn_)
+      if (char& apart = is_apart_[at(region_[at(sides_[0].place[at(t)])])]; apart == 1) apart = 2;
+    folds_ = static_cast<int>(std::count(is_apart_.begin(), is_apart_.end(), 2));
+    for (int& region : region_)
+      if (is_apart_[at(region)] != 1) region = -1;
+    sum(0, 0, surface, Place::Zero()), sum(1, 0, surface, Place::Zero());
+    for (Region& one : regions_) {
+      Place off = Place::Zero();
+      double size = 0;
+      for (int side = 0; side < 2; ++side)
+        for (auto const& part : gradient(side, one)) off += part.gradient.template cast<double>(), size += static_cast<double>(part.gradient.norm());
+      if (off.norm() <= 1e-4 * size) continue;   // else its contour is not whole
+      for (int side = 0; side < 2; ++side) one.end[at(side)] = one.begin[at(side)];
+      one.volume = 0, ++folds_;
     }
+    finish();
   }
 
   bool touches() const noexcept { return pairs_ > 0; }
@@ -118,6 +145,7 @@ class SurfaceIntersection {
   }
   int pairs() const noexcept { return pairs_; }       ///< triangles that cross each other
   int visited() const noexcept { return visited_; }   ///< pairs that were looked at
+  int folds() const noexcept { return folds_; }       ///< regions of a surface in itself whose sheets are not told apart
 
  private:
   using Uv = std::array<double, 2>;        // weights of a triangle's corners 1 and 2
@@ -139,22 +167,30 @@ class SurfaceIntersection {
     Matrix<double, 3, 3> second = Matrix<double, 3, 3>::Zero();
     double area = 0;
   };
+  struct Link {                        // of a triangle to one of its region, on the other side of it or not
+    int to;
+    bool is_opposite;
+  };
   struct Side {
     std::vector<Crossing> crossings;
     std::vector<int> triangles, inside;                   // those that count; vertices inside the other surface
     std::vector<int> place;                               // of each triangle among those that count
     std::vector<Integrals> integrals;                     // of each triangle, over its part, per twice its area
-    std::vector<std::uint64_t> triangle_stamp, vertex_stamp;
+    std::vector<std::uint64_t> triangle_stamp, vertex_stamp, outside_stamp;
     std::vector<VertexGradient> gradient;
     std::uint64_t stamp = 0;
   };
   static std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
 
+  void clear() noexcept {
+    pairs_ = visited_ = folds_ = 0;
+    regions_.clear(), joints_.clear(), candidates_.clear(), torn_.clear();
+  }
   template <class Surface>
   static void begin(Side& side, Surface const& surface) {
     auto const triangles = at(surface.topology.triangle_count()), vertices = at(surface.topology.vertex_count());
     if (side.integrals.size() < triangles) side.integrals.resize(triangles), side.triangle_stamp.resize(triangles, 0), side.place.resize(triangles);
-    if (side.vertex_stamp.size() < vertices) side.vertex_stamp.resize(vertices, 0);
+    if (side.vertex_stamp.size() < vertices) side.vertex_stamp.resize(vertices, 0), side.outside_stamp.resize(vertices, 0);
     ++side.stamp;
     side.crossings.clear(), side.triangles.clear(), side.inside.clear(), side.gradient.clear();
   }
@@ -222,7 +258,7 @@ class SurfaceIntersection {
   }
 
   template <class First, class Second>
-  void meet(First const& first, Second const& second, int a, int b) {
+  void meet(Side& its, First const& first, int a, Side& others, Second const& second, int b) {
     ++visited_;
     auto const ca = first.topology.corners(a), cb = second.topology.corners(b);
     Corners x, y;
@@ -234,16 +270,16 @@ class SurfaceIntersection {
     if ((over_a[0] > 0) == (over_a[1] > 0) && (over_a[1] > 0) == (over_a[2] > 0)) return;
     std::array<End, 6> ends;
     std::size_t n = 0;
-    cross(sides_[0], ca, x, over_b, cb, y, true, ends, n), cross(sides_[1], cb, y, over_a, ca, x, false, ends, n);
+    cross(its, ca, x, over_b, cb, y, true, ends, n), cross(others, cb, y, over_a, ca, x, false, ends, n);
     if (n == 0) return;
     ++pairs_;
-    count(sides_[0], a), count(sides_[1], b);
+    count(its, a), count(others, b);
     joints_.push_back({a, b});
     if (n != 2) return;   // by rounding alone
     Place const along = (x[1] - x[0]).cross(x[2] - x[0]).cross((y[1] - y[0]).cross(y[2] - y[0]));
     if ((ends[1].place - ends[0].place).dot(along) < 0) std::swap(ends[0], ends[1]);
-    add_piece(sides_[0], a, ends[0].on_first, ends[1].on_first);
-    add_piece(sides_[1], b, ends[1].on_second, ends[0].on_second);
+    add_piece(its, a, ends[0].on_first, ends[1].on_first);
+    add_piece(others, b, ends[1].on_second, ends[0].on_second);
   }
   template <class Surface>
   Place place(Surface const& surface, int vertex, Place const& shift) const {
@@ -259,10 +295,12 @@ class SurfaceIntersection {
     return {begin, end};
   }
   static bool is_inside(Side const& side, int vertex) noexcept { return side.vertex_stamp[at(vertex)] == side.stamp; }
+  static bool is_outside(Side const& side, int vertex) noexcept { return side.outside_stamp[at(vertex)] == side.stamp; }
 
   /// From the contour to what is inside it.
   template <class Surface>
-  void close(Side& side, Surface const& surface) {
+  void close(int which, Surface const& surface) {
+    Side& side = sides_[at(which)];
     std::sort(side.crossings.begin(), side.crossings.end(), [](Crossing const& a, Crossing const& b) { return a.key() < b.key(); });
     auto const mark = [&](int vertex) {
       if (std::exchange(side.vertex_stamp[at(vertex)], side.stamp) != side.stamp) side.inside.push_back(vertex);
@@ -270,14 +308,17 @@ class SurfaceIntersection {
     for (std::size_t k = 0; k < side.crossings.size(); ++k) {
       Crossing const& one = side.crossings[k];
       auto const same = [&](std::size_t other) { return other < side.crossings.size() && side.crossings[other].low == one.low && side.crossings[other].high == one.high; };
-      if (!one.enters && (k == 0 || !same(k - 1))) mark(one.low);
-      if (one.enters && !same(k + 1)) mark(one.high);
+      if (k == 0 || !same(k - 1)) one.enters ? void(side.outside_stamp[at(one.low)] = side.stamp) : mark(one.low);
+      if (!same(k + 1)) one.enters ? mark(one.high) : void(side.outside_stamp[at(one.high)] = side.stamp);
     }
+    for (int const vertex : side.inside)
+      if (is_outside(side, vertex)) torn_.push_back(surface.topology.triangles_at(vertex)[0]);
     for (std::size_t k = 0; k < side.inside.size(); ++k)   // grows
       for (int const t : surface.topology.triangles_at(side.inside[k])) {
         count(side, t);
         for (int const other : surface.topology.corners(t))
-          if (other != side.inside[k] && !is_inside(side, other) && crossings_of(side, side.inside[k], other).empty()) mark(other);
+          if (other != side.inside[k] && !is_inside(side, other) && crossings_of(side, side.inside[k], other).empty())
+            is_outside(side, other) ? torn_.push_back(t) : mark(other);   // it stops where the contour is not whole
       }
     for (int const t : side.triangles) {
       auto const c = surface.topology.corners(t);
@@ -291,47 +332,60 @@ class SurfaceIntersection {
     }
     for (std::size_t k = 0; k < side.inside.size(); ++k) {   // what meets at a vertex inside is of one region
       auto const around = surface.topology.triangles_at(side.inside[k]);
-      for (int const t : around) (&side == &sides_[0] ? inner_[0] : inner_[1]).push_back({around[0], t});
+      for (int const t : around) inner_[at(which)].push_back({around[0], t});
     }
   }
-  /// Which triangles are of one region: those of the first surface come before those of the second.
+  /// Which triangles are of one region, and on which side of it: those of the first surface come before those of the second.
   void join() {
-    std::size_t const firsts = sides_[0].triangles.size();
-    root_.resize(firsts + sides_[1].triangles.size());
-    std::iota(root_.begin(), root_.end(), 0);
-    auto const unite = [&](int a, int b) {
-      a = root_of(a), b = root_of(b);
-      root_[at(std::max(a, b))] = std::min(a, b);
-    };
-    int const beyond = static_cast<int>(firsts);
-    for (auto const& [a, b] : joints_) unite(sides_[0].place[at(a)], beyond + sides_[1].place[at(b)]);
+    int const seconds = static_cast<int>(sides_[0].triangles.size()), other = sides_[1].triangles.empty() ? 0 : 1;
+    root_.resize(at(seconds) + sides_[1].triangles.size());
+    for (std::size_t k = 0; k < root_.size(); ++k) root_[k] = {static_cast<int>(k), false};
+    auto const number = [&](int side, int triangle) { return side * seconds + sides_[at(side)].place[at(triangle)]; };
+    for (auto const& [a, b] : joints_) unite(number(0, a), number(other, b), true, a);
     for (int side = 0; side < 2; ++side) {
-      for (auto const& [a, b] : inner_[at(side)]) unite(side * beyond + sides_[at(side)].place[at(a)], side * beyond + sides_[at(side)].place[at(b)]);
+      for (auto const& [a, b] : inner_[at(side)]) unite(number(side, a), number(side, b), false, a);
       inner_[at(side)].clear();
     }
-    region_.assign(root_.size(), -1);
+    region_.assign(root_.size(), -1), is_second_.assign(root_.size(), false);
     for (int k = 0; k < static_cast<int>(root_.size()); ++k) {
-      int const root = root_of(k);
+      auto const [root, is_opposite] = root_of(k);
       if (root == k) region_[at(k)] = static_cast<int>(regions_.size()), regions_.push_back({});
-      region_[at(k)] = region_[at(root)];
+      region_[at(k)] = region_[at(root)], is_second_[at(k)] = is_opposite;
     }
   }
-  int root_of(int k) noexcept {
-    while (root_[at(k)] != k) k = root_[at(k)] = root_[at(root_[at(k)])];
-    return k;
+  Link root_of(int k) noexcept {
+    bool is_opposite = false;
+    while (root_[at(k)].to != k) {
+      Link& link = root_[at(k)];
+      Link const next = root_[at(link.to)];
+      link = {next.to, link.is_opposite != next.is_opposite};
+      is_opposite = is_opposite != link.is_opposite, k = link.to;
+    }
+    return {k, is_opposite};
   }
-  /// The parts of a surface, by region and vertex.
+  /// a and b are of one region, on the same side of it or not; `triangle` is one of it.
+  void unite(int a, int b, bool is_opposite, int triangle) {
+    Link const one = root_of(a), two = root_of(b);
+    bool const turned = (one.is_opposite != two.is_opposite) != is_opposite;
+    if (one.to != two.to) return void(root_[at(std::max(one.to, two.to))] = {std::min(one.to, two.to), turned});
+    if (turned) torn_.push_back(triangle);
+  }
+  /// The parts of a side of all regions, by region and vertex: they are of the surface whose triangles are in sides_[from].
   template <class Surface>
-  void sum(int which, Surface const& surface, Place const& shift) {
+  void sum(int which, int from, Surface const& surface, Place const& shift) {
     Side& side = sides_[at(which)];
+    Side const& source = sides_[at(from)];
+    moments_.resize(regions_.size());
     parts_.clear();
-    for (std::size_t n = 0; n < side.triangles.size(); ++n) {
-      int const t = side.triangles[n], region = region_[n + (which == 0 ? 0 : sides_[0].triangles.size())];
+    for (std::size_t n = 0; n < source.triangles.size(); ++n) {
+      std::size_t const k = n + (from == 0 ? 0 : sides_[0].triangles.size());
+      if (region_[k] < 0 || is_second_[k] != (which == 1)) continue;
+      int const t = source.triangles[n], region = region_[k];
       auto const c = surface.topology.corners(t);
       Corners const x{place(surface, c[0], shift), place(surface, c[1], shift), place(surface, c[2], shift)};
       Place const normal = (x[1] - x[0]).cross(x[2] - x[0]);
-      auto const& [shape, products, is_part] = side.integrals[at(t)];
-      for (std::size_t k = 0; k < 3; ++k) parts_.push_back({region, c[k], t, shape[k] * normal});
+      auto const& [shape, products, is_part] = source.integrals[at(t)];
+      for (std::size_t j = 0; j < 3; ++j) parts_.push_back({region, c[j], t, shape[j] * normal});
       add_moments(moments_[at(region)], x, normal, shape, products);
     }
     std::sort(parts_.begin(), parts_.end(), [](Part const& a, Part const& b) { return a.key() < b.key(); });
@@ -346,6 +400,14 @@ class SurfaceIntersection {
       }
       regions_[n].end[at(which)] = side.gradient.size();
     }
+  }
+  void finish() {
+    for (std::size_t n = 0; n < regions_.size(); ++n) {
+      Moments const& of = moments_[n];
+      if (regions_[n].volume > 0) regions_[n].middle = of.volume / regions_[n].volume + reference_;
+      if (of.area > 0) regions_[n].spread = (of.second - of.first * of.first.transpose() / of.area) / 2;
+    }
+    moments_.clear();
   }
   static void add_moments(Moments& to, Corners const& x, Place const& normal, std::array<double, 3> const& shape, std::array<double, 6> const& products) noexcept {
     double const twice = normal.norm();
@@ -389,8 +451,12 @@ class SurfaceIntersection {
   std::vector<Moments> moments_;                                 // of each region
   std::vector<std::array<int, 2>> candidates_, joints_;          // triangles of the two whose boxes overlap, and that cross each other
   std::array<std::vector<std::array<int, 2>>, 2> inner_;         // of one surface that meet inside the other
-  std::vector<int> root_, region_;                               // of each triangle that counts
-  int pairs_ = 0, visited_ = 0;
+  std::vector<Link> root_;                                       // of each triangle that counts
+  std::vector<int> region_;
+  std::vector<bool> is_second_;                                  // on which side of it
+  std::vector<int> torn_;                                        // triangles of regions whose sides are not told apart
+  std::vector<char> is_apart_;                                   // of each region of a surface in itself: 1 it counts, 2 its sheets hang together
+  int pairs_ = 0, visited_ = 0, folds_ = 0;
 };
 
 }  // namespace palpate

@@ -6,11 +6,13 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/padded_columns.hpp>
 #include <palpate/integrator/concept.hpp>
+#include <palpate/tissue/concept.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace palpate::detail {
@@ -56,10 +58,17 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
     auto&& inverse = inverse_.padded_view();
     inverse = (inverse.array() > 0).select(inverse.array().inverse(), Scalar(0)).matrix();
     inverse.rightCols(all() - moving()).setZero();
-    direction_.set_zero();
-    for (int k = 0; k < moving(); ++k) direction_[k] = body.velocities().col(chosen_[at(k)]);
+    direction_.set_zero(), force_.set_zero();
+    for (int k = 0; k < all(); ++k) velocity_[k] = body.velocities().col(assembly_.particles()[at(k)]);
+    for (int k = 0; k < moving(); ++k) direction_[k] = velocity_[k];
     assembly_.multiply_tangent(Scalar(0), Scalar(0), h * h, direction_.padded_view().data(), product_.padded_view().data());
-    for (int k = 0; k < moving(); ++k) residual_[k] = h / inverse_mass_[at(k)] * Vector(body.predicted_acceleration(chosen_[at(k)], h)) - Vector(product_[k]);
+    if constexpr (HasHistory<Tissue>) assembly_.take_history(body.tissue());
+    auto force = force_.view();
+    assembly_.add_forces(std::as_const(x_).view(), std::as_const(velocity_).view(), force);
+    for (int k = 0; k < moving(); ++k) {
+      Vector const pushed = Vector(force_[k]) + body.applied_force(chosen_[at(k)]) + body.gravity() / inverse_mass_[at(k)];
+      residual_[k] = h * pushed - Vector(product_[k]);
+    }
     solve(change_, Scalar(1e-3));
   }
   Vector velocity(Body const& body, int i, Scalar) const {
@@ -97,7 +106,7 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
     tissue.assemble(chosen_, assembly_);
     place_.assign(at(tissue.size()), -1), inverse_mass_.clear();
     for (int k = 0; k < moving(); ++k) place_[at(chosen_[at(k)])] = k, inverse_mass_.push_back(1 / tissue.mass(chosen_[at(k)]));
-    for (auto* columns : {&x_, &inverse_, &residual_, &direction_, &product_, &change_, &response_}) columns->resize(0), columns->resize(all());
+    for (auto* columns : {&x_, &velocity_, &force_, &inverse_, &residual_, &direction_, &product_, &change_, &response_}) columns->resize(0), columns->resize(all());
   }
   /// A to = residual_, which is spent, to this share of it. From zero: what is found depends on the body alone, also after a restore.
   void solve(PaddedColumns<Scalar>& to, Scalar tolerance) {
@@ -128,7 +137,7 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
   std::vector<int> chosen_, free_, place_;   // particles that move; place_: of each of the body among them, −1 of others
   std::vector<Scalar> inverse_mass_;         // 1/kg
   std::array<std::size_t, 2> made_of_{};     // revision and restorations
-  PaddedColumns<Scalar> x_, inverse_, residual_, direction_, product_, change_, response_;
+  PaddedColumns<Scalar> x_, velocity_, force_, inverse_, residual_, direction_, product_, change_, response_;
   Scalar h_ = 0;
 };
 

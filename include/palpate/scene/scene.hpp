@@ -37,11 +37,12 @@ struct SceneReport {
   explicit operator bool() const noexcept { return diverged < 0; }
 };
 
-/// Several bodies, each of its own tissue, integrator and region, and rigid obstacles: those that are told to touch each other do.
+/// Several bodies, each of its own tissue, integrator and region, and rigid obstacles: those that are told to touch each other, or themselves, do.
 ///
 ///   Scene scene(std::move(liver), std::move(kidney), Obstacle<double>(table));
 ///   scene.touch<0, 1>({.pressure = 5e3});                       // Pa
 ///   scene.touch<0, 2>({.friction = 0.4}), scene.touch<1, 2>();
+///   scene.touch<0, 0>();                                        // where it is folded
 ///   scene.advance(1e-3);                                        // each tick
 ///
 /// A simulator takes a scene where it takes a body: see scene_tool.hpp.
@@ -50,7 +51,7 @@ struct SceneReport {
 /// Order      tools, then contacts in the order in which they were named, then steps in the order of bodies: the same bytes in every run.
 /// Shapes     what is drawn: bodies one behind the other, in their order; see BodySnapshot::bodies.
 /// Units      m, N, s; world frame.
-/// Errors     those of BodyContact. InvalidArgument where a pair is named twice, and for a pair that nobody named.
+/// Errors     those of BodyContact and SelfContact. InvalidArgument where a pair is named twice, and for a pair that nobody named.
 /// Threads    one thread at a time; a body's own execution may have more.
 /// Cost       the bodies' steps, one BodyContact::apply a step of each pair whose boxes meet, and O(particles) a tick for the boxes.
 template <SimulatedBody... Bodies>
@@ -89,11 +90,10 @@ class Scene {
     detail::for_each_place<bodies>([&](auto i) { use(i, std::get<i>(bodies_)); });
   }
 
-  /// From now on bodies I and J press and rub each other. The contact stays where it is.
+  /// From now on bodies I and J press and rub each other, or, where I is J, the body itself, with SelfContactOptions. The contact stays where it is.
   template <std::size_t I, std::size_t J>
-  auto& touch(BodyContactOptions<Scalar> const& options = {}) {
-    static_assert(I != J, "Scene: touch<I, J>() is of two bodies.");
-    static_assert(!detail::is_obstacle<Body<I>> || !detail::is_obstacle<Body<J>>, "Scene: two obstacles do not touch each other; no force moves them.");
+  auto& touch(typename detail::SceneContacts<Bodies...>::template Options<I, J> const& options = {}) {
+    static_assert(!detail::is_obstacle<Body<I>> || !detail::is_obstacle<Body<J>>, "Scene: obstacles do not touch each other, or themselves; no force moves them.");
     return contacts_.template add<I, J>(bodies_, options);
   }
   template <std::size_t I, std::size_t J>

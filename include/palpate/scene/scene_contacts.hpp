@@ -2,6 +2,8 @@
 #pragma once
 
 #include <palpate/contact/body_contact.hpp>
+#include <palpate/contact/contact_options.hpp>
+#include <palpate/contact/self_contact.hpp>
 #include <palpate/core/error.hpp>
 
 #include <algorithm>
@@ -15,7 +17,7 @@
 
 namespace palpate::detail {
 
-/// Which bodies of a scene touch each other, in the order in which that was said. A pair that is not named costs nothing, in compiling either.
+/// Which bodies of a scene touch each other, or themselves, in the order in which that was said. A pair that is not named costs nothing, in compiling either.
 template <class... Bodies>
 class SceneContacts {
   using All = std::tuple<Bodies...>;
@@ -25,7 +27,10 @@ class SceneContacts {
  public:
   using Scalar = typename Body<0>::Scalar;
 
-  /// Two of them, by their places.
+  template <std::size_t I, std::size_t J>
+  using Options = std::conditional_t<I == J, SelfContactOptions<Scalar>, BodyContactOptions<Scalar>>;
+
+  /// Two of them, by their places, or one and itself.
   class Pair {
    public:
     Pair(std::size_t its_first, std::size_t its_second) : first(its_first), second(its_second) {}
@@ -51,7 +56,7 @@ class SceneContacts {
   ~SceneContacts() = default;
 
   template <std::size_t I, std::size_t J>
-  auto& add(All const& bodies, BodyContactOptions<Scalar> const& options) {
+  auto& add(All const& bodies, Options<I, J> const& options) {
     for (auto const& pair : pairs_)
       if (std::minmax(pair->first, pair->second) == std::minmax(I, J))
         throw InvalidArgument(message("Scene: bodies ", I, " and ", J, " touch each other already; contact<", pair->first, ", ", pair->second, ">() is theirs"));
@@ -97,14 +102,27 @@ class SceneContacts {
   struct Of final : Pair {
     using Contact = BodyContact<Body<I>, Body<J>>;
 
-    Of(All const& bodies, BodyContactOptions<Scalar> const& options) : Pair(I, J), contact(std::get<I>(bodies), std::get<J>(bodies), options) {}
+    Of(All const& bodies, Options<I, J> const& options) : Pair(I, J), contact(std::get<I>(bodies), std::get<J>(bodies), options) {}
     std::unique_ptr<Pair> copy() const override { return std::make_unique<Of>(*this); }
     void apply(All& bodies, Scalar h) override { contact.apply(std::get<I>(bodies), std::get<J>(bodies), h); }
     void part(All const& bodies) override { contact.reset(std::get<I>(bodies), std::get<J>(bodies)); }
     std::any save() const override { return contact.save(); }
     void restore(std::any const& state, All const& bodies) override {
-      contact.restore(std::any_cast<typename Contact::State const&>(state), std::get<I>(bodies), std::get<J>(bodies));
+      contact.restore(std::any_cast<ContactState<Scalar> const&>(state), std::get<I>(bodies), std::get<J>(bodies));
     }
+
+    Contact contact;
+  };
+  template <std::size_t I>
+  struct Of<I, I> final : Pair {
+    using Contact = SelfContact<Body<I>>;
+
+    Of(All const& bodies, Options<I, I> const& options) : Pair(I, I), contact(std::get<I>(bodies), options) {}
+    std::unique_ptr<Pair> copy() const override { return std::make_unique<Of>(*this); }
+    void apply(All& bodies, Scalar h) override { contact.apply(std::get<I>(bodies), h); }
+    void part(All const& bodies) override { contact.reset(std::get<I>(bodies)); }
+    std::any save() const override { return contact.save(); }
+    void restore(std::any const& state, All const& bodies) override { contact.restore(std::any_cast<ContactState<Scalar> const&>(state), std::get<I>(bodies)); }
 
     Contact contact;
   };
