@@ -3,13 +3,16 @@
 //   surfaces   two balls that overlap by a tenth: search, volume in common and its gradient [us], a pair of triangles that cross [us]; beside it FCL's mesh against mesh,
 //              which finds the same pairs and nothing else; `fit` of the trees at all vertices
 //   bodies     two solids on one another, of so many cells an edge, explicit (0) or implicit (1) steps of 1 ms: BodyContact::apply, and a step of both [us]
-//   scene      two solids of 3,840 tetrahedra on one another and on a table, with four tools, a thousand ticks of 1 ms: a tick of the body [us]
+//   folded     a coil that lies on itself: the contact [us]
+//   scene      two solids of 3,840 tetrahedra on one another and on a table, with four tools, a thousand ticks of 1 ms: a tick of the body [us]; where asked
+//              for, each solid is watched for contact with itself, too
 // Processor time of the thread; of a tick, the clock.
 //   bench_contact --benchmark_counters_tabular=true
 #include <palpate/body/soft_body.hpp>
 #include <palpate/collision/fcl_surface.hpp>
 #include <palpate/contact/body_contact.hpp>
 #include <palpate/contact/obstacle.hpp>
+#include <palpate/contact/self_contact.hpp>
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/force/tissue_reaction.hpp>
@@ -30,7 +33,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <utility>
 
 namespace {
@@ -100,6 +105,28 @@ void press(benchmark::State& state, Integrator integrator) {
 void bodies(benchmark::State& state) { state.range(1) == 0 ? press(state, LeapfrogVerlet{}) : press(state, BackwardEuler{}); }
 BENCHMARK(bodies)->ArgNames({"cells", "implicit"})->ArgsProduct({{5, 9}, {0, 1}})->Iterations(2)->Unit(benchmark::kMillisecond);
 
+/// A coil whose turns lie on each other: the search, and how many pairs are watched.
+void folded(benchmark::State& state) {
+  int const along = static_cast<int>(state.range(0));
+  auto bar = make_block<double>(along + 1, 5, 5, 1.0, BlockPattern::alternating);
+  for (auto p : bar.points.colwise()) {
+    double const turn = 2 * std::numbers::pi * 2.5 * p.x() / along, out = 0.06 + 0.003 * (2 - p.y());
+    p = Vector3<double>(out * std::cos(turn), out * std::sin(turn), 0.0119 * turn / (2 * std::numbers::pi) + 0.003 * p.z());
+  }
+  SoftBody body(FiniteElements<double, StableNeoHookean<double>>(bar, {.density = 1000.0, .material = {.young = 1e4, .poisson = 0.3}}), LeapfrogVerlet{});
+  SelfContact contact(body);
+  double found = 1e9;
+  for (auto _ : state) {
+    body.step(1e-5);
+    double const start = benchmarks::thread_time();
+    contact.apply(body, 1e-5);
+    found = std::min(found, benchmarks::thread_time() - start);
+  }
+  state.counters["triangles"] = body.tissue().surface().triangle_count(), state.counters["pairs"] = contact.intersection().pairs();
+  state.counters["looked_at"] = contact.intersection().visited(), state.counters["us_contact"] = 1e6 * found;
+}
+BENCHMARK(folded)->ArgName("along")->Arg(60)->Arg(240)->Arg(960)->Iterations(20)->Unit(benchmark::kMillisecond);
+
 template <class Integrator>
 void four_tools(benchmark::State& state, Integrator integrator) {
   auto const solid = [&](double low) {
@@ -122,6 +149,7 @@ void four_tools(benchmark::State& state, Integrator integrator) {
     Scene scene(solid(-1e-5), solid(0.04 - 2e-5), Obstacle<double>(skin));
     BodyContactOptions<double> const options{.pressure = 5e3, .depth = 3e-3};
     scene.template touch<0, 2>(options), scene.template touch<1, 0>(options);
+    if (state.range(1) != 0) scene.template touch<0, 0>(), scene.template touch<1, 1>();
     Simulator simulator(std::move(scene), SimulatorOptions{.coupling = {.stiffness = 300.0}}, tool(-0.02, -0.01), tool(-0.02, 0.011), tool(0.013, -0.012), tool(0.011, 0.009));
     simulator.run(1.0);
     auto const all = simulator.template statistics<0>();
@@ -132,6 +160,6 @@ void four_tools(benchmark::State& state, Integrator integrator) {
   }
 }
 void scene(benchmark::State& state) { state.range(0) == 0 ? four_tools(state, LeapfrogVerlet{}) : four_tools(state, BackwardEuler{}); }
-BENCHMARK(scene)->ArgName("implicit")->Arg(0)->Arg(1)->Iterations(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(scene)->ArgNames({"implicit", "in_itself"})->ArgsProduct({{0, 1}, {0, 1}})->Iterations(1)->Unit(benchmark::kMillisecond);
 
 }  // namespace
