@@ -5,6 +5,8 @@
 #include <palpate/contact/body_contact.hpp>
 #include <palpate/contact/obstacle.hpp>
 #include <palpate/contact/self_contact.hpp>
+#include <palpate/mesh/box.hpp>
+#include <palpate/mesh/capsule.hpp>
 #include <palpate/scene/per_body.hpp>
 #include <palpate/scene/scene.hpp>
 #include <palpate/scene/scene_tool.hpp>

@@ -4,6 +4,8 @@
 
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/box.hpp>
+#include <palpate/mesh/capsule.hpp>
 #include <palpate/mesh/components.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/heart.hpp>
@@ -280,4 +282,28 @@ TEST_CASE("generators refuse what has no mesh", "[mesh]") {
   REQUIRE_THROWS_WITH(make_organ<double>({.vertices = 100}), says("an organ of 100 vertices", "300 … 10000000"));
   REQUIRE_THROWS_WITH(make_organ<double>({.length = 0}), says("organ length is 0 m", "positive"));
   REQUIRE_THROWS_AS(make_heart<float>({.vertices = 500}), InvalidArgument);
+}
+
+TEMPLATE_TEST_CASE("a box and a capsule are closed, outward, and as large as they should be", "[mesh]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  using Place = Vector3<S>;
+  auto const box = make_box<S>({S(-0.02), S(-0.03), S(0.01)}, {S(0.04), S(0.01), S(0.06)});
+  check_closed_ball(box, 8);
+  CHECK(double(volume(box)) == Approx(0.06 * 0.04 * 0.05).epsilon(1e-5));
+  for (double const length : {0.0, 0.001, 0.1}) {
+    double last = 1;
+    for (int const around : {8, 16, 32, 64}) {
+      auto const rod = make_capsule<S>({S(0.01), S(0.02), S(0.03)}, Place(S(0.01), S(0.02), S(0.03)) + S(length) * Place(1, 2, -2) / 3, S(0.006), around);
+      check_closed_ball(rod, int(rod.points.cols()));
+      double const exact = std::numbers::pi * 0.006 * 0.006 * (length + 4.0 / 3 * 0.006), off = 1 - double(volume(rod)) / exact;
+      CAPTURE(length, around, off);
+      CHECK(off > 0);
+      CHECK(off < 0.35 * last + 1e-5);
+      last = off;
+    }
+    CHECK(last < 0.005);
+  }
+  CHECK_THROWS_AS(make_capsule<S>({0, 0, 0}, {0, 0, 1}, S(0.1), 6), InvalidArgument);
+  CHECK_THROWS_AS(make_capsule<S>({0, 0, 0}, {0, 0, 1}, S(0)), InvalidArgument);
+  CHECK_THROWS_AS(make_box<S>({0, 0, 0}, {1, 0, 1}), InvalidArgument);
 }
