@@ -54,6 +54,8 @@ class BodySystem {
   using State = ParticleState<Scalar>;
   using Layout = typename detail::LayoutOf<Tissue>::type;
 
+  static constexpr bool damps_by_tangent = DampsByTangent<Tissue>;
+
   StridedView<Scalar> positions() noexcept { return now(x_, &State::position).view(moving_); }
   StridedView<Scalar> velocities() noexcept { return now(v_, &State::velocity).view(moving_); }
   StridedView<Scalar> previous_acceleration() noexcept { return now(memory_, &State::remembered).view(moving_); }

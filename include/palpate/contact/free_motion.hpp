@@ -58,10 +58,10 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
     auto&& inverse = inverse_.padded_view();
     inverse = (inverse.array() > 0).select(inverse.array().inverse(), Scalar(0)).matrix();
     inverse.rightCols(all() - moving()).setZero();
-    direction_.set_zero(), force_.set_zero();
-    for (int k = 0; k < all(); ++k) velocity_[k] = body.velocities().col(assembly_.particles()[at(k)]);
-    for (int k = 0; k < moving(); ++k) direction_[k] = velocity_[k];
-    assembly_.multiply_tangent(Scalar(0), Scalar(0), h * h, direction_.padded_view().data(), product_.padded_view().data());
+    direction_.set_zero(), force_.set_zero(), velocity_.set_zero();
+    for (int k = 0; k < moving(); ++k) direction_[k] = body.velocities().col(chosen_[at(k)]);
+    for (int k = DampsByTangent<Tissue> ? moving() : 0; k < all(); ++k) velocity_[k] = body.velocities().col(assembly_.particles()[at(k)]);
+    assembly_.multiply_tangent(Scalar(0), DampsByTangent<Tissue> ? h : Scalar(0), h * h, direction_.padded_view().data(), product_.padded_view().data());
     if constexpr (HasHistory<Tissue>) assembly_.take_history(body.tissue());
     auto force = force_.view();
     assembly_.add_forces(std::as_const(x_).view(), std::as_const(velocity_).view(), force);

@@ -44,6 +44,10 @@ concept LinearisedSystem = System<S> && requires(S& system, typename S::Matrix& 
   system.tangent_diagonal(factor, factor, factor, columns);
 };
 
+/// A LinearisedSystem whose forces at rest, less multiply_tangent(0, 1, 0, v), are those at velocities v, and cost less: `static constexpr bool damps_by_tangent = true`.
+template <class S>
+concept DampedByTangent = LinearisedSystem<S> && requires { requires S::damps_by_tangent; };
+
 /// A LinearisedSystem that knows its potential at positions x, a 3 × n of the moving particles [J]: the energy inside less the work of applied forces and
 /// gravity, up to a constant; infinite or NaN where there is none. And what rounding may add to that.
 template <class S>

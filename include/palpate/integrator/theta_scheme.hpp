@@ -56,12 +56,21 @@ struct ThetaScheme {
     auto&& a = padded_view(system.scratch(5));
     auto const norm = [&](auto const& r) { return r.cwiseProduct(r).cwiseProduct(inverse).sum(); };
 
-    system.acceleration(x, v, a);
+    Scalar damped = 0;   // s, for which damping at v is not yet in a: where θ = 1 nothing else asks for a
+    if constexpr (DampedByTangent<S>)
+      if (theta == 1) damped = h;
+    if (damped > 0) {
+      auto&& still = padded_view(system.scratch(still_at));
+      still.setZero();
+      system.acceleration(x, still, a);
+    } else {
+      system.acceleration(x, v, a);
+    }
     system.linearise();
     system.tangent_diagonal(Scalar(1), damping, stiffness, inverse);
     inverse = (inverse.array() > 0).select(inverse.array().inverse(), Scalar(0)).matrix();
     system.multiply_tangent(h, Scalar(0), Scalar(0), a, residual);
-    system.multiply_tangent(Scalar(0), Scalar(0), h * damping, v, product);
+    system.multiply_tangent(Scalar(0), damped, h * damping, v, product);
     residual -= product;
     Scalar size = norm(residual);
     change.setZero();
@@ -130,7 +139,7 @@ struct ThetaScheme {
   }
 
  private:
-  static constexpr int change_at = 0, residual_at = 1, inverse_at = 2, product_at = 3, direction_at = 4, scaled_at = 8, from_at = 9;
+  static constexpr int change_at = 0, residual_at = 1, inverse_at = 2, product_at = 3, direction_at = 4, scaled_at = 8, from_at = 9, still_at = 10;
   static constexpr int block = 64;   // columns that stay in the fastest cache while they are worked on
 
   /// Halves the way that an iteration took the change, from the mean velocity in scratch(from_at), until the incremental potential is not above that there;

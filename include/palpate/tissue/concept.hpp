@@ -258,6 +258,11 @@ concept HasDefaultIntegrator = requires { typename T::DefaultIntegrator; };
 template <class T>
 concept HasFastTangent = HasTangentOperator<T> && requires { requires T::Assembly::fast_tangent; };
 
+/// Refinement: the damping force that its Assembly adds is linear in the velocities, and dearer than multiply_tangent() gives it once the tangent is there: `static
+/// constexpr bool damps_by_tangent = true` in it. Without velocities add_forces() costs less.
+template <class T>
+concept DampsByTangent = HasTangentOperator<T> && requires { requires T::Assembly::damps_by_tangent; };
+
 /// Refinement: its Assembly computes some of the chosen particles alone, at their cost: their accelerations, as accelerate(), and after linearise() their
 /// part of a product and of the diagonal. d is zero in the others, whose `out` stays; `run` is as in accelerate().
 template <class T>

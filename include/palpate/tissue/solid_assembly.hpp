@@ -39,7 +39,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   using Packs = detail::TetrahedronPacks<Scalar, Law>;
 
  public:
-  static constexpr bool fast_tangent = true;
+  static constexpr bool fast_tangent = true, damps_by_tangent = true;
   using Element = LinearTetrahedron<Scalar, Law>;
   using Base::blocks, Base::moving, Base::particles;
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/huge_page_vector.hpp>
+#include <palpate/core/simd.hpp>
 #include <palpate/core/simd_columns.hpp>
 #include <palpate/core/tensor3.hpp>
 #include <palpate/material/concept.hpp>
@@ -439,8 +440,8 @@ class TetrahedronPacks {
   }
   [[gnu::noinline]] void add_damping(std::size_t k, Tensor3<T> const& F, Scalar const* v, Scalar damping, Scalar const* pressure, Scalar const* pressure_rate,
                                      Tensor3<T>& P) const noexcept {
-    FullTangent const tangent(tangent_law(k, pressure), F);
-    P = P + number<T>(static_cast<double>(damping)) * tangent.stress_change(gradient(packs_[k], v));
+    if (Tensor3<T> const rate = gradient(packs_[k], v); !simd::all_below(double_contraction(rate, rate), std::numeric_limits<Scalar>::min()))   // not where nothing moves
+      P = P + number<T>(static_cast<double>(damping)) * FullTangent(tangent_law(k, pressure), F).stress_change(rate);
     if constexpr (can_average)
       if (!stars_.empty()) P = P + (number<T>(static_cast<double>(damping)) * of_corners(k, pressure_rate)) * cofactor(F);
   }
