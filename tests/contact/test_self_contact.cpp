@@ -93,6 +93,62 @@ TEST_CASE("two boxes of one surface are in each other by a box, as two surfaces 
   }
 }
 
+TEST_CASE("boxes of one surface whose faces and vertices coincide are in each other by a box, too", "[contact][intersection]") {
+  auto const lower = skin_of(make_block<double>(4, 4, 4, 0.01, BlockPattern::alternating));
+  for (Place const& at : {Place(0.01, 0, 0), Place(0.01, 0.02, 0), Place(0.005, 0.005, 0.02), Place(0, 0, 0.015), Place(0.02, 0.02, 0.02), Place(0, 0, 0)}) {
+    auto upper = lower;
+    upper.points.colwise() += at;
+    Folded both{together(lower, upper)};
+    both.find();
+    CAPTURE(at.transpose(), both.own.pairs(), both.own.folds());
+    CHECK(both.own.volume() == Approx((Place::Constant(0.03) - at).prod()).epsilon(1e-6));
+    Place sum = Place::Zero();
+    for (int sheet = 0; sheet < 2; ++sheet)
+      for (auto const& one : both.own.gradient(sheet)) sum += one.gradient;
+    CHECK(sum.norm() < 1e-12 * 0.03 * 0.03);
+  }
+}
+
+TEST_CASE("a place that is crumpled does not end the contact of another one", "[contact][intersection]") {
+  Random random(Seed{3});
+  auto const smooth = skin_of(coil(3, 78, 1.3, 0.05, 0.012, 0.009, 0.0023));
+  Folded coiled{smooth};
+  coiled.find();
+  double const volume = coiled.own.volume();
+  int crumpled = 0;
+  for (int round = 0; round < 30; ++round) {
+    Folded one{smooth};
+    for (Eigen::Index i = 0; i < one.skin.points.cols(); ++i)
+      if (Place const p = smooth.points.col(i); p[0] < -0.045) one.skin.points.col(i) += 0.004 * Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0));
+    one.find();
+    crumpled += one.own.pairs() != coiled.own.pairs() || one.own.folds() > 0 ? 1 : 0;
+    CHECK(one.own.volume() == Approx(volume).epsilon(1e-9));
+  }
+  CAPTURE(crumpled);
+  CHECK(crumpled > 3);
+}
+
+TEST_CASE("what was held back does not throw a body apart as it begins to press", "[contact]") {
+  auto const below = block<double>(4, 4, 4, 0.01, {0, 0, 0}), above = block<double>(4, 4, 4, 0.01, {0.0013, 0.0017, 0.031});
+  for (double const apart : {0.0, 0.006}) {   // with the second they are neighbours in the rest shape: they press where they are shifted by more
+    auto body = solid<double>(together(below, above), SymplecticEuler{}, 1e4, 0, 0);
+    for (int i = 0; i < body.size(); ++i) throw_particle(body, i, i < body.size() / 2 ? Place(0, 0, 0) : Place(0.25, 0, -0.25));
+    SelfContact contact(body, {.friction = 0, .apart = apart});
+    double const h = 5e-5, begun = energy(body);
+    double highest = begun;
+    int pressed = 0;
+    for (int k = 0; k < 4000; ++k) {
+      contact.apply(body, h);
+      REQUIRE(body.step(h));
+      pressed += std::ranges::any_of(contact.regions(), [](auto const& region) { return region.pressure > 0; }) ? 1 : 0;
+      highest = std::max(highest, energy(body));
+    }
+    CAPTURE(apart, pressed, highest / begun);
+    CHECK(pressed > 50);
+    CHECK(highest < 1.002 * begun);
+  }
+}
+
 TEST_CASE("a coil whose turns are in each other by a known volume", "[contact][intersection]") {
   double const radius = 0.05, side = 0.012, rise = 0.009, spread = 0.0023, turns = 1.3;
   double const exact = (side - rise) * (side - spread) * 2 * std::numbers::pi * (turns - 1) * (radius + spread * turns / 2);

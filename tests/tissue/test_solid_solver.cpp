@@ -13,6 +13,8 @@
 #include <palpate/statics/newton_raphson.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 #include <concepts>
@@ -20,6 +22,7 @@
 #include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 using namespace palpate;
 
@@ -215,4 +218,53 @@ TEST_CASE("Crank-Nicolson swings a solid on, and takes its line search", "[tissu
   CHECK(swing(CrankNicolson{}) > 0.95);
   CHECK(swing(CrankNicolson{}) < 1.01);
   CHECK(swing(BackwardEuler{}) < 0.9);
+}
+
+// Yardstick: (M + hC + h²K) Δv = h (f(x) − C v − h K v), C = αM + βK, with K by differences of the forces at rest, solved densely. The dragged particle is in C v alone.
+TEST_CASE("a step of a damped solid solves the equation it states, beside a particle that is dragged", "[tissue][solid_solver]") {
+  double const h = 3e-3, alpha = 4, beta = 5e-3;
+  for (Pressure const pressure : {Pressure::element, Pressure::nodal}) {
+    auto const mesh = make_block<double>(4, 3, 3, 0.01, BlockPattern::alternating);
+    Stable tissue(mesh, {.density = 1000, .material = {.young = 1e4, .poisson = 0.35}, .pressure = pressure, .damping = {.alpha = alpha, .beta = beta}});
+    tissue.nail(vertices_where(mesh, [](auto const& p) { return p.x() < 1e-9; }));
+    SoftBody body(std::move(tissue), BackwardEuler{.tolerance = 1e-12, .max_iterations = 1000, .halvings = 0});
+    int const dragged = body.size() - 1;
+    for (int i = 0; i < body.size(); ++i) {
+      Vector3<double> const rest = body.tissue().rest_position(i);
+      if (body.tissue().nailed(i)) continue;
+      Vector3<double> const place(1.2 * rest[0], 1.15 * rest[1] + 0.05 * rest[0], 1.1 * rest[2]);   // in tension: its tangent is semidefinite as it is
+      body.drag(i, place, Vector3<double>(0.1 * std::sin(3.0 * i), 0.2 * std::cos(2.0 * i), 0.05 * i));
+      if (i != dragged) body.release(i);
+    }
+    Matrix3X<double> const x = body.positions(), v = body.velocities(), still = Matrix3X<double>::Zero(3, body.size());
+    Eigen::Index const n = 3 * body.size();
+    auto const forces = [&](Matrix3X<double> const& at) {
+      Eigen::VectorXd f(n);
+      for (int i = 0; i < body.size(); ++i) f.segment<3>(3 * i) = body.tissue().internal_force(i, at, still);
+      return f;
+    };
+    Eigen::MatrixXd K(n, n), M = Eigen::MatrixXd::Zero(n, n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      Matrix3X<double> high = x, low = x;
+      high(k % 3, k / 3) += 1e-7, low(k % 3, k / 3) -= 1e-7;
+      K.col(k) = (forces(low) - forces(high)) / 2e-7;
+    }
+    Eigen::VectorXd speeds(n), free_speeds = Eigen::VectorXd::Zero(n);
+    std::vector<Eigen::Index> moves;
+    for (int i = 0; i < body.size(); ++i) {
+      bool const is_free = !body.tissue().nailed(i) && i != dragged;
+      for (Eigen::Index k = 3 * i; k < 3 * i + 3; ++k) {
+        M(k, k) = body.tissue().mass(i), speeds[k] = v(k % 3, i);
+        if (is_free) free_speeds[k] = speeds[k], moves.push_back(k);
+      }
+    }
+    Eigen::MatrixXd const C = alpha * M + beta * K, A = M + h * C + h * h * K;
+    Eigen::VectorXd const right = h * (forces(x) - C * speeds - h * K * free_speeds);
+    Eigen::VectorXd const change = Eigen::MatrixXd(A(moves, moves)).ldlt().solve(Eigen::VectorXd(right(moves)));
+    REQUIRE(body.step(h));
+    double worst = 0;
+    for (std::size_t k = 0; k < moves.size(); ++k)
+      worst = std::max(worst, std::abs(body.velocities()(moves[k] % 3, moves[k] / 3) - speeds[moves[k]] - change[static_cast<Eigen::Index>(k)]));
+    CHECK(worst < 1e-6 * change.cwiseAbs().maxCoeff());
+  }
 }

@@ -15,9 +15,9 @@ namespace palpate {
 ///
 ///   NearTriangles<double> near;
 ///   near.follow(skin, reach);                       // each tick
-///   near.visit(skin, [&](int a, int b) { … });
+///   near.visit(skin, margin, [&](int a, int b) { … });
 ///
-/// Pairs      have no vertex in common, and boxes that overlap. Those that an edge joins are visited where their normals are opposite alone: a surface that is not
+/// Pairs      have no vertex in common, and boxes that are not farther from each other than a margin, much less than the reach. Those that an edge joins are visited where their normals are opposite alone: a surface that is not
 ///            folded has none.
 /// Order      by numbers, whatever was looked for when: what is visited depends on the points alone.
 /// Units      m.
@@ -60,12 +60,13 @@ class NearTriangles {
 
   /// visit(a, b), a < b.
   template <class Surface, class Visit>
-  void visit(Surface const& skin, Visit const& visit) {
+  void visit(Surface const& skin, Scalar margin, Visit const& visit) {
     boxes_.resize(static_cast<std::size_t>(skin.topology.triangle_count()));
     for (std::size_t t = 0; t < boxes_.size(); ++t) {
       auto const c = skin.topology.corners(static_cast<int>(t));
       Vector const p = skin.points.col(c[0]), q = skin.points.col(c[1]), r = skin.points.col(c[2]);
-      boxes_[t] = {p.cwiseMin(q).cwiseMin(r), p.cwiseMax(q).cwiseMax(r), (q - p).cross(r - p)};
+      Vector const wider = Vector::Constant(margin);
+      boxes_[t] = {p.cwiseMin(q).cwiseMin(r), p.cwiseMax(q).cwiseMax(r) + wider, (q - p).cross(r - p)};
     }
     for (auto const& [a, b, is_near] : pairs_) {
       Box const &one = boxes_[static_cast<std::size_t>(a)], &two = boxes_[static_cast<std::size_t>(b)];

@@ -96,38 +96,54 @@ class SurfaceIntersection {
     finish();
   }
 
-  /// Where a closed surface is in itself: each region has two sheets, which are its sides. near.visit(surface, visit) calls visit(a, b) for all pairs of triangles that
-  /// may meet and have no vertex in common, each pair once and in the same order; see NearTriangles. A region counts where presses(a, b) is true of a pair that crosses.
-  /// One whose sheets hang together, as where a fold is pinched, is none: see folds().
+  /// Where a closed surface is in itself: each region has two sheets, which are its sides. near.visit(surface, margin, visit) calls visit(a, b) for all pairs of
+  /// triangles that may meet and have no vertex in common, each pair once and in the same order; see NearTriangles. A region counts where presses(a, b) is true of a
+  /// pair that crosses; the vertices of others are in held_back(). What is none: a contour that ends somewhere, as at a vertex where a fold is pinched, and a region
+  /// whose sheets hang together; see folds(). Where faces are in one plane each vertex is
+  /// shifted by 1e-10 of the size, its own way.
   template <class Surface, class Near, class Presses>
   void find_own(Surface const& surface, Near& near, Presses const& presses) {
     clear(), begin(sides_[0], surface), sides_[1].triangles.clear(), sides_[1].gradient.clear();
     if (surface.topology.triangle_count() == 0) return;
-    reference_ = ((surface.points.rowwise().minCoeff() + surface.points.rowwise().maxCoeff()) / 2).template cast<double>();
-    shift_ = Place::Zero();
-    near.visit(surface, [&](int a, int b) { meet(sides_[0], surface, a, sides_[0], surface, b); });
-    if (pairs_ == 0) return;
+    Vector3<Scalar> const low = surface.points.rowwise().minCoeff(), high = surface.points.rowwise().maxCoeff();
+    reference_ = ((low + high) / 2).template cast<double>(), shift_ = Place::Zero();
+    double const scatter = 1e-10 * static_cast<double>((high - low).norm());
+    Scalar const margin = static_cast<Scalar>(4 * scatter) + 4 * std::numeric_limits<Scalar>::epsilon() * low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
+    near.visit(surface, margin, [&](int a, int b) { candidates_.push_back({a, b}); });
+    meet_itself(surface);
+    if (is_degenerate_ || !find_open()) {   // as it is, there is no answer
+      scatter_ = scatter;
+      meet_itself(surface);
+      if (!find_open()) keep_closed(surface);
+    }
+    if (pairs_ == 0) return void(scatter_ = 0);
     close(0, surface);
     join();
     is_apart_.assign(regions_.size(), 0);
     for (auto const& [a, b] : joints_)
       if (presses(a, b)) is_apart_[at(region_[at(sides_[0].place[at(a)])])] = 1;
-    for (int const t : torn_)
-      if (char& apart = is_apart_[at(region_[at(sides_[0].place[at(t)])])]; apart == 1) apart = 2;
-    folds_ = static_cast<int>(std::count(is_apart_.begin(), is_apart_.end(), 2));
-    for (int& region : region_)
-      if (is_apart_[at(region)] != 1) region = -1;
+    for (int const t : torn_) is_apart_[at(region_[at(sides_[0].place[at(t)])])] = 2;
+    folds_ += static_cast<int>(std::count(is_apart_.begin(), is_apart_.end(), 2));
+    for (std::size_t n = 0; n < region_.size(); ++n)
+      if (char const is = is_apart_[at(region_[n])]; is != 1) {
+        region_[n] = -1;
+        if (is == 0)
+          for (int const vertex : surface.topology.corners(sides_[0].triangles[n])) held_back_.push_back(vertex);
+      }
+    std::sort(held_back_.begin(), held_back_.end());
+    held_back_.erase(std::unique(held_back_.begin(), held_back_.end()), held_back_.end());
     sum(0, 0, surface, Place::Zero()), sum(1, 0, surface, Place::Zero());
     for (Region& one : regions_) {
       Place off = Place::Zero();
       double size = 0;
       for (int side = 0; side < 2; ++side)
         for (auto const& part : gradient(side, one)) off += part.gradient.template cast<double>(), size += static_cast<double>(part.gradient.norm());
-      if (off.norm() <= 1e-4 * size) continue;   // else its contour is not whole
+      if (off.norm() <= std::max(1e-9, 100.0 * static_cast<double>(std::numeric_limits<Scalar>::epsilon())) * size) continue;   // else rounding tore it
       for (int side = 0; side < 2; ++side) one.end[at(side)] = one.begin[at(side)];
       one.volume = 0, ++folds_;
     }
     finish();
+    scatter_ = 0;
   }
 
   bool touches() const noexcept { return pairs_ > 0; }
@@ -145,7 +161,8 @@ class SurfaceIntersection {
   }
   int pairs() const noexcept { return pairs_; }       ///< triangles that cross each other
   int visited() const noexcept { return visited_; }   ///< pairs that were looked at
-  int folds() const noexcept { return folds_; }       ///< regions of a surface in itself whose sheets are not told apart
+  int folds() const noexcept { return folds_; }       ///< places where a surface is in itself whose sheets are not told apart
+  std::span<int const> held_back() const noexcept { return held_back_; }   ///< vertices at places where a surface is in itself and does not press, ascending
 
  private:
   using Uv = std::array<double, 2>;        // weights of a triangle's corners 1 and 2
@@ -171,6 +188,11 @@ class SurfaceIntersection {
     int to;
     bool is_opposite;
   };
+  struct ContourEnd {                  // where an edge crosses a triangle, of a pair of them
+    std::array<int, 2> edge;
+    int triangle, joint;
+    auto key() const noexcept { return std::tuple(edge, triangle, joint); }
+  };
   struct Side {
     std::vector<Crossing> crossings;
     std::vector<int> triangles, inside;                   // those that count; vertices inside the other surface
@@ -184,7 +206,7 @@ class SurfaceIntersection {
 
   void clear() noexcept {
     pairs_ = visited_ = folds_ = 0;
-    regions_.clear(), joints_.clear(), candidates_.clear(), torn_.clear();
+    regions_.clear(), joints_.clear(), candidates_.clear(), torn_.clear(), ends_.clear(), held_back_.clear();
   }
   template <class Surface>
   static void begin(Side& side, Surface const& surface) {
@@ -233,6 +255,8 @@ class SurfaceIntersection {
   struct End {   // of a piece of the contour
     Uv on_first, on_second;
     Place place;
+    std::array<int, 2> edge;   // that crosses the other triangle
+    bool is_of_first;
   };
 
   /// Where the edges of one triangle cross the other.
@@ -253,7 +277,7 @@ class SurfaceIntersection {
       if (low == k) side.crossings.push_back({c[low], c[high], share, height[low] > 0});
       if (count == 6) return;
       Uv const own = between(low, high, share), there{weight[1] / sum, weight[2] / sum};
-      ends[count++] = {is_first ? own : there, is_first ? there : own, Place(x[low] + share * (x[high] - x[low]))};
+      ends[count++] = {is_first ? own : there, is_first ? there : own, Place(x[low] + share * (x[high] - x[low])), {c[low], c[high]}, is_first};
     }
   }
 
@@ -265,6 +289,7 @@ class SurfaceIntersection {
     for (std::size_t k = 0; k < 3; ++k) x[k] = place(first, ca[k], Place::Zero()), y[k] = place(second, cb[k], shift_);
     std::array<double, 3> over_b, over_a;
     for (std::size_t k = 0; k < 3; ++k) over_b[k] = above(cb, y, x[k]);
+    if (over_b[0] == 0 && over_b[1] == 0 && over_b[2] == 0) is_degenerate_ = true;
     if ((over_b[0] > 0) == (over_b[1] > 0) && (over_b[1] > 0) == (over_b[2] > 0)) return;
     for (std::size_t k = 0; k < 3; ++k) over_a[k] = above(ca, x, y[k]);
     if ((over_a[0] > 0) == (over_a[1] > 0) && (over_a[1] > 0) == (over_a[2] > 0)) return;
@@ -275,7 +300,9 @@ class SurfaceIntersection {
     ++pairs_;
     count(its, a), count(others, b);
     joints_.push_back({a, b});
-    if (n != 2) return;   // by rounding alone
+    if (&its == &others)
+      for (std::size_t k = 0; k < n; ++k) ends_.push_back({ends[k].edge, ends[k].is_of_first ? b : a, static_cast<int>(joints_.size()) - 1});
+    if (n != 2) return void(is_degenerate_ = true);   // by rounding alone
     Place const along = (x[1] - x[0]).cross(x[2] - x[0]).cross((y[1] - y[0]).cross(y[2] - y[0]));
     if ((ends[1].place - ends[0].place).dot(along) < 0) std::swap(ends[0], ends[1]);
     add_piece(its, a, ends[0].on_first, ends[1].on_first);
@@ -283,7 +310,39 @@ class SurfaceIntersection {
   }
   template <class Surface>
   Place place(Surface const& surface, int vertex, Place const& shift) const {
-    return Vector3<Scalar>(surface.points.col(vertex)).template cast<double>() - reference_ + shift;
+    Place const exact = Vector3<Scalar>(surface.points.col(vertex)).template cast<double>() - reference_ + shift;
+    if (!(scatter_ > 0)) return exact;
+    std::uint32_t const mixed = (static_cast<std::uint32_t>(vertex) + 1) * 2654435769U;   // any numbers, other ones for each vertex
+    auto const any = [&](std::uint32_t factor) { return static_cast<double>((mixed ^ (mixed >> 15)) * factor) / 4294967296.0 - 0.5; };
+    return exact + scatter_ * Place(any(2246822519U), any(3266489917U), any(668265263U));
+  }
+  template <class Surface>
+  void meet_itself(Surface const& surface) {
+    begin(sides_[0], surface);
+    pairs_ = visited_ = 0, is_degenerate_ = false, joints_.clear(), ends_.clear();
+    for (auto const& [a, b] : candidates_) meet(sides_[0], surface, a, sides_[0], surface, b);
+  }
+  /// Which contours of a surface in itself are closed, true where all are: where an edge crosses a triangle both triangles at the edge do.
+  bool find_open() {
+    std::sort(ends_.begin(), ends_.end(), [](ContourEnd const& a, ContourEnd const& b) { return a.key() < b.key(); });
+    root_.resize(joints_.size());
+    for (std::size_t k = 0; k < root_.size(); ++k) root_[k] = {static_cast<int>(k), false};
+    auto const is_same = [&](std::size_t a, std::size_t b) { return b < ends_.size() && ends_[a].edge == ends_[b].edge && ends_[a].triangle == ends_[b].triangle; };
+    for (std::size_t k = 0; k < ends_.size(); ++k)
+      if (is_same(k, k + 1)) unite(ends_[k].joint, ends_[k + 1].joint, false, 0);
+    is_open_.assign(joints_.size(), 0);
+    for (std::size_t k = 0; k < ends_.size(); ++k)
+      if (!is_same(k, k + 1) && !is_same(k, k - 1)) is_open_[at(root_of(ends_[k].joint).to)] = 1;
+    return std::ranges::count(is_open_, 1) == 0;
+  }
+  /// Forgets the pairs of those that are not.
+  template <class Surface>
+  void keep_closed(Surface const& surface) {
+    folds_ = static_cast<int>(std::ranges::count(is_open_, 1));
+    candidates_.clear();
+    for (std::size_t k = 0; k < joints_.size(); ++k)
+      if (is_open_[at(root_of(static_cast<int>(k)).to)] == 0) candidates_.push_back(joints_[k]);
+    meet_itself(surface);
   }
 
   /// The crossings of an edge, in order.
@@ -447,6 +506,7 @@ class SurfaceIntersection {
   std::array<Side, 2> sides_;
   std::vector<Part> parts_;
   Place reference_ = Place::Zero(), shift_ = Place::Zero();   // m; the second surface is shifted
+  double scatter_ = 0;                                           // m; each vertex of a surface in itself is, by less
   std::vector<Region> regions_;
   std::vector<Moments> moments_;                                 // of each region
   std::vector<std::array<int, 2>> candidates_, joints_;          // triangles of the two whose boxes overlap, and that cross each other
@@ -455,8 +515,12 @@ class SurfaceIntersection {
   std::vector<int> region_;
   std::vector<bool> is_second_;                                  // on which side of it
   std::vector<int> torn_;                                        // triangles of regions whose sides are not told apart
+  std::vector<ContourEnd> ends_;
+  std::vector<char> is_open_;                                    // of each joint that stands for a contour
+  std::vector<int> held_back_;
   std::vector<char> is_apart_;                                   // of each region of a surface in itself: 1 it counts, 2 its sheets hang together
   int pairs_ = 0, visited_ = 0, folds_ = 0;
+  bool is_degenerate_ = false;                                   // of what has met so far
 };
 
 }  // namespace palpate

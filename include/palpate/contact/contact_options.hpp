@@ -30,7 +30,7 @@ struct SelfContactOptions {
   Scalar depth = Scalar(3e-3);       ///< m
   Scalar settling = Scalar(2e-3);    ///< s
   Scalar friction = Scalar(0.3);     ///< Coulomb
-  Scalar apart = Scalar(0);          ///< m: triangles whose corners are nearer than this in the rest shape do not press each other; 0 is a tenth of the mean edge
+  Scalar apart = Scalar(0);          ///< m: triangles whose corners are nearer than this in the rest shape do not press each other; 0 is a thousandth of the mean edge
 
   BodyContactOptions<Scalar> of_bodies() const { return {.pressure = pressure, .depth = depth, .settling = settling, .friction = friction}; }
   void validate() const {

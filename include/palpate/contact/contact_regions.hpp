@@ -28,6 +28,7 @@ struct ContactRegion {
   using Vector = Vector3<Scalar>;
 
   double volume = 0;                   ///< m³ in common
+  double spared = 0;                   ///< m³ of it that were there as it began to press, where a body in itself had been held back: they do not
   Scalar area = 0, pressure = 0;       ///< m², across the normal; Pa
   Vector point = Vector::Zero();       ///< m, its middle
   Vector normal = Vector::UnitZ();     ///< from the first body into the second
@@ -46,8 +47,10 @@ struct ContactState {
     std::vector<int> vertices;                                // of the first side, ascending
     Vector3<Scalar> slip = Vector3<Scalar>::Zero();           // m, of the first side against the second since it holds
     Scalar turn = 0, most = 0, most_turn = 0;                 // rad; as far as friction holds
+    double presses = 0, spared = 0;                           // m³
   };
   std::vector<Anchor> anchors;
+  std::vector<int> held_back;                                 // vertices, see SurfaceIntersection
   Scalar last_step = 0;
 };
 
@@ -173,13 +176,14 @@ class ContactRegions {
   }
 
   State save() const {
-    if (was_restored_) return {{last_.begin(), last_.begin() + static_cast<std::ptrdiff_t>(last_count_)}, last_step_};
-    State state{.anchors = std::vector<Anchor>(regions_.size()), .last_step = last_step_};
+    if (was_restored_) return {{last_.begin(), last_.begin() + static_cast<std::ptrdiff_t>(last_count_)}, held_back_, last_step_};
+    State state{.anchors = std::vector<Anchor>(regions_.size()), .held_back = {common_.held_back().begin(), common_.held_back().end()}, .last_step = last_step_};
     for (std::size_t n = 0; n < regions_.size(); ++n) take(n, state.anchors[n]);
     return state;
   }
   void restore(State const& state) {
     forget();
+    held_back_ = state.held_back;
     last_count_ = state.anchors.size(), last_step_ = state.last_step, was_restored_ = true;
     if (last_.size() < last_count_) last_.resize(last_count_);
     std::copy(state.anchors.begin(), state.anchors.end(), last_.begin());   // the others keep their memory
@@ -344,9 +348,9 @@ class ContactRegions {
         };
         Scalar const steep = options_.pressure / (options_.depth * now.area);   // Pa/m³
         Scalar const others = rate(n, 0) - h * row.multiplier[0] * row.give[0];
-        set(0, std::clamp((steep * static_cast<Scalar>(now.volume) - steep * ahead * others) / (1 + steep * ahead * h * row.give[0]), Scalar(0), options_.pressure), now.area);
+        set(0, std::clamp((steep * static_cast<Scalar>(now.volume - now.spared) - steep * ahead * others) / (1 + steep * ahead * h * row.give[0]), Scalar(0), options_.pressure), now.area);
         if (!row.turns) continue;
-        Scalar const fills = static_cast<Scalar>(now.volume) / (options_.depth * now.area), tilts = options_.pressure / options_.depth * std::max(Scalar(0), 1 - fills);
+        Scalar const fills = static_cast<Scalar>(now.volume - now.spared) / (options_.depth * now.area), tilts = options_.pressure / options_.depth * std::max(Scalar(0), 1 - fills);
         for (std::size_t axis = 0; axis < 2; ++axis) {
           std::size_t const r = tilt + axis;
           Scalar const without = rate(n, r) - h * row.multiplier[r] * row.give[r], reach = std::sqrt(3 * row.bends[axis] / now.area);
@@ -394,9 +398,11 @@ class ContactRegions {
     Scalar const most = options_.friction * regions_[n].pressure * regions_[n].area;
     to.most = row.stiffness > 0 ? most / row.stiffness : Scalar(0);
     to.most_turn = row.radius > 0 ? to.most * 2 / 3 / row.radius : Scalar(0);
+    to.spared = regions_[n].spared, to.presses = regions_[n].volume - to.spared;
   }
   void remember() {
     if (was_restored_) return void(was_restored_ = false);
+    held_back_.assign(common_.held_back().begin(), common_.held_back().end());
     last_count_ = regions_.size();
     if (last_.size() < last_count_) last_.resize(last_count_);
     for (std::size_t n = 0; n < last_count_; ++n) take(n, last_[n]);
@@ -407,13 +413,19 @@ class ContactRegions {
     Anchor const* from = nullptr;
     std::ptrdiff_t most = 0;
     Scalar turned = 1;   // a body's sheets in itself may have changed places
-    for (Anchor const& one : std::span(last_).first(last_count_))
+    double presses = 0, spared = 0;
+    for (Anchor const& one : std::span(last_).first(last_count_)) {
+      bool is_of_it = false;
       for (int side = 0; side < (is_own_ ? 2 : 1); ++side) {
         auto const gradients = common_.gradient(side, region);
         auto const shared = std::count_if(gradients.begin(), gradients.end(),
                                           [&](auto const& g) { return std::binary_search(one.vertices.begin(), one.vertices.end(), g.vertex); });
         if (shared > most) most = shared, from = &one, turned = side == 0 ? Scalar(1) : Scalar(-1);
+        is_of_it = is_of_it || shared > 0;
       }
+      if (is_of_it) presses += one.presses, spared += one.spared;
+    }
+    if (is_own_) spare(region, row, presses, spared);
     if (from == nullptr || !row.rubs) return;
     std::array<Scalar, rows> moved{};
     for (int side = 0; side < 2; ++side) {
@@ -431,6 +443,18 @@ class ContactRegions {
     row.turn = std::clamp(from->turn + moved[spin], -from->most_turn, from->most_turn);
   }
 
+  /// What was held back until now presses from where it is: a body in itself must not be thrown apart by what nothing had worked against.
+  void spare(typename SurfaceIntersection<Scalar>::Region const& region, Row& row, double presses, double spared) {
+    Region& now = regions_.back();
+    if (!(now.volume > 0)) return;
+    auto const was_held_back = [&](int side) {
+      return std::ranges::any_of(common_.gradient(side, region), [&](auto const& g) { return std::binary_search(held_back_.begin(), held_back_.end(), g.vertex); });
+    };
+    if (!held_back_.empty() && (was_held_back(0) || was_held_back(1))) spared = std::max(spared, now.volume - presses);
+    now.spared = std::min(spared, now.volume);
+    for (Scalar& lean : row.leans) lean *= static_cast<Scalar>(1 - now.spared / now.volume);
+  }
+
   BodyContactOptions<Scalar> options_;
   SurfaceIntersection<Scalar> common_;
   std::array<Owner, 2> owners_;
@@ -438,6 +462,7 @@ class ContactRegions {
   std::vector<Region> regions_;
   std::vector<Row> rows_;
   std::vector<Anchor> last_;   // of the last step, so many
+  std::vector<int> held_back_; // vertices, in the last step
   std::size_t last_count_ = 0;
   Scalar last_step_ = 0;
   bool is_own_, was_restored_ = false, is_solved_ = false;

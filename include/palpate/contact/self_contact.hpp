@@ -25,13 +25,14 @@ namespace palpate {
 /// Regions    of the volume in which the surface is in itself. Each has two sheets, told apart by the contour between them: what of the surface is inside is on one
 ///            side of it or the other.
 /// Rest shape a region presses where triangles cross whose corners are at least `apart` from each other there. So the lips of a cut, which lie on each other in the rest
-///            shape, do not, unless one was shifted along the other by more than a triangle.
+///            shape, do not, unless one was shifted along the other by more than a triangle; what they have in common then does not throw them apart, what is added to
+///            it presses.
 /// Units      m, N, Pa, s; world frame.
 /// Errors     InvalidArgument for options, and for a step that is not positive; InvalidMesh for a body whose surface is open as the contact is made.
 /// Cost       O(triangles) while nothing meets, and a search now and then, see NearTriangles; then that of BodyContact. Allocates until its memory has the size that is
 ///            needed, and after edits.
-/// Limits     a fold that is pinched so that its two sheets hang together inside does not press: intersection().folds() counts these. Triangles with a vertex in common
-///            do not meet. Parts that went through each other wholly, without crossing now, are not seen.
+/// Limits     a fold that is pinched, so that its two sheets hang together inside or the contour between them ends at a vertex, does not press: intersection().folds()
+///            counts these. A fold that is pressed until it is pinched lets go. Triangles with a vertex in common do not meet. Parts that went through each other wholly, without crossing now, are not seen.
 /// Source     \cite deformable_survey, from the contour inwards; the rest distance is the usual criterion for what may touch.
 template <SimulatedBody Body>
 class SelfContact {
@@ -47,7 +48,7 @@ class SelfContact {
 
   explicit SelfContact(Body const& body, Options const& options = {}) : options_((options.validate(), options)), regions_(options.of_bodies(), true) {
     detail::require_closed("SelfContact", "the body", body);
-    if (!(options_.apart > 0)) options_.apart = body.mean_edge() / 10;
+    if (!(options_.apart > 0)) options_.apart = body.mean_edge() / 1000;
     reset(body);
   }
 
