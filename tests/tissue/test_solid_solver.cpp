@@ -225,7 +225,7 @@ TEST_CASE("a step of a damped solid solves the equation it states, beside a part
   double const h = 3e-3, alpha = 4, beta = 5e-3;
   for (Pressure const pressure : {Pressure::element, Pressure::nodal}) {
     auto const mesh = make_block<double>(4, 3, 3, 0.01, BlockPattern::alternating);
-    Stable tissue(mesh, {.density = 1000, .material = {.young = 1e4, .poisson = 0.35}, .pressure = pressure, .damping = {.alpha = alpha, .beta = beta}});
+    Stable tissue(mesh, {.density = 1000, .material = {.young = 1e4, .poisson = 0.35}, .damping = {.alpha = alpha, .beta = beta}, .pressure = pressure});
     tissue.nail(vertices_where(mesh, [](auto const& p) { return p.x() < 1e-9; }));
     SoftBody body(std::move(tissue), BackwardEuler{.tolerance = 1e-12, .max_iterations = 1000, .halvings = 0});
     int const dragged = body.size() - 1;
