@@ -116,9 +116,13 @@ class SurfaceIntersection {
       meet_itself(surface);
       if (!find_open()) keep_closed(surface);
     }
+    if (pairs_ > 0) close(0, surface), join();
+    for (int left = 8; !torn_.empty() && left > 0; --left) {   // a small contour that is no boundary must not end the others
+      drop_smallest_of_torn(surface);
+      torn_.clear(), regions_.clear();
+      if (pairs_ > 0) close(0, surface), join();
+    }
     if (pairs_ == 0) return void(scatter_ = 0);
-    close(0, surface);
-    join();
     is_apart_.assign(regions_.size(), 0);
     for (auto const& [a, b] : joints_)
       if (presses(a, b)) is_apart_[at(region_[at(sides_[0].place[at(a)])])] = 1;
@@ -338,11 +342,31 @@ class SurfaceIntersection {
   /// Forgets the pairs of those that are not.
   template <class Surface>
   void keep_closed(Surface const& surface) {
-    folds_ = static_cast<int>(std::ranges::count(is_open_, 1));
+    folds_ += static_cast<int>(std::ranges::count(is_open_, 1));
     candidates_.clear();
     for (std::size_t k = 0; k < joints_.size(); ++k)
       if (is_open_[at(root_of(static_cast<int>(k)).to)] == 0) candidates_.push_back(joints_[k]);
     meet_itself(surface);
+  }
+
+  /// Of each region whose sheets are not told apart, the contour of fewest pairs.
+  template <class Surface>
+  void drop_smallest_of_torn(Surface const& surface) {
+    auto const region_of = [&](int triangle) { return at(region_[at(sides_[0].place[at(triangle)])]); };
+    is_apart_.assign(regions_.size(), 0);
+    for (int const t : torn_) is_apart_[region_of(t)] = 1;
+    find_open();
+    std::vector<int>& size = contour_size_;
+    size.assign(joints_.size(), 0), smallest_.assign(regions_.size(), -1);
+    for (std::size_t k = 0; k < joints_.size(); ++k) ++size[at(root_of(static_cast<int>(k)).to)];
+    for (std::size_t k = 0; k < joints_.size(); ++k) {
+      std::size_t const region = region_of(joints_[k][0]);
+      int const contour = root_of(static_cast<int>(k)).to;
+      if (int& best = smallest_[region]; is_apart_[region] == 1 && (best < 0 || size[at(contour)] < size[at(best)])) best = contour;
+    }
+    for (int const contour : smallest_)
+      if (contour >= 0) is_open_[at(contour)] = 1;
+    keep_closed(surface);
   }
 
   /// The crossings of an edge, in order.
@@ -517,7 +541,7 @@ class SurfaceIntersection {
   std::vector<int> torn_;                                        // triangles of regions whose sides are not told apart
   std::vector<ContourEnd> ends_;
   std::vector<char> is_open_;                                    // of each joint that stands for a contour
-  std::vector<int> held_back_;
+  std::vector<int> held_back_, contour_size_, smallest_;
   std::vector<char> is_apart_;                                   // of each region of a surface in itself: 1 it counts, 2 its sheets hang together
   int pairs_ = 0, visited_ = 0, folds_ = 0;
   bool is_degenerate_ = false;                                   // of what has met so far
