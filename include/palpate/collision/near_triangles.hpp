@@ -17,8 +17,8 @@ namespace palpate {
 ///   near.follow(skin, reach);                       // each tick
 ///   near.visit(skin, margin, [&](int a, int b) { … });
 ///
-/// Pairs      have no vertex in common, and boxes that are not farther from each other than a margin, much less than the reach. Those that an edge joins are visited where their normals are opposite alone: a surface that is not
-///            folded has none.
+/// Pairs      have no vertex in common, and boxes that are not farther from each other than a margin, much less than the reach. Those that an edge joins are visited
+///            where their normals are opposite alone: a surface that is not folded has none.
 /// Order      by numbers, whatever was looked for when: what is visited depends on the points alone.
 /// Units      m.
 /// Cost       O(triangles) a visit; a search now and then, when a vertex moved by half the reach against the others. Allocates until its memory has the size that is needed.

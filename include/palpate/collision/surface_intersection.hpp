@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/collision/detail/own_contours.hpp>
+#include <palpate/collision/detail/sided_sets.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/surface_topology.hpp>
@@ -99,22 +101,21 @@ class SurfaceIntersection {
   /// Where a closed surface is in itself: each region has two sheets, which are its sides. near.visit(surface, margin, visit) calls visit(a, b) for all pairs of
   /// triangles that may meet and have no vertex in common, each pair once and in the same order; see NearTriangles. A region counts where presses(a, b) is true of a
   /// pair that crosses; the vertices of others are in held_back(). What is none: a contour that ends somewhere, as at a vertex where a fold is pinched, and a region
-  /// whose sheets hang together; see folds(). Where faces are in one plane each vertex is
-  /// shifted by 1e-10 of the size, its own way.
+  /// whose sheets hang together; see folds(). Where faces are in one plane each vertex is shifted by 1e-10 of the size, its own way.
   template <class Surface, class Near, class Presses>
   void find_own(Surface const& surface, Near& near, Presses const& presses) {
     clear(), begin(sides_[0], surface), sides_[1].triangles.clear(), sides_[1].gradient.clear();
     if (surface.topology.triangle_count() == 0) return;
     Vector3<Scalar> const low = surface.points.rowwise().minCoeff(), high = surface.points.rowwise().maxCoeff();
-    reference_ = ((low + high) / 2).template cast<double>(), shift_ = Place::Zero();
+    reference_ = ((low + high) / 2).template cast<double>();
     double const scatter = 1e-10 * static_cast<double>((high - low).norm());
     Scalar const margin = static_cast<Scalar>(4 * scatter) + 4 * std::numeric_limits<Scalar>::epsilon() * low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
     near.visit(surface, margin, [&](int a, int b) { candidates_.push_back({a, b}); });
     meet_itself(surface);
-    if (is_degenerate_ || !find_open()) {   // as it is, there is no answer
+    if (is_degenerate_ || !contours_.find(joints_.size())) {   // as it is, there is no answer
       scatter_ = scatter;
       meet_itself(surface);
-      if (!find_open()) keep_closed(surface);
+      if (!contours_.find(joints_.size())) keep_contours(surface);
     }
     if (pairs_ > 0) close(0, surface), join();
     for (int left = 8; !torn_.empty() && left > 0; --left) {   // a small contour that is no boundary must not end the others
@@ -122,7 +123,7 @@ class SurfaceIntersection {
       torn_.clear(), regions_.clear();
       if (pairs_ > 0) close(0, surface), join();
     }
-    if (pairs_ == 0) return void(scatter_ = 0);
+    if (pairs_ == 0) return;
     is_apart_.assign(regions_.size(), 0);
     for (auto const& [a, b] : joints_)
       if (presses(a, b)) is_apart_[at(region_[at(sides_[0].place[at(a)])])] = 1;
@@ -147,7 +148,6 @@ class SurfaceIntersection {
       one.volume = 0, ++folds_;
     }
     finish();
-    scatter_ = 0;
   }
 
   bool touches() const noexcept { return pairs_ > 0; }
@@ -188,15 +188,6 @@ class SurfaceIntersection {
     Matrix<double, 3, 3> second = Matrix<double, 3, 3>::Zero();
     double area = 0;
   };
-  struct Link {                        // of a triangle to one of its region, on the other side of it or not
-    int to;
-    bool is_opposite;
-  };
-  struct ContourEnd {                  // where an edge crosses a triangle, of a pair of them
-    std::array<int, 2> edge;
-    int triangle, joint;
-    auto key() const noexcept { return std::tuple(edge, triangle, joint); }
-  };
   struct Side {
     std::vector<Crossing> crossings;
     std::vector<int> triangles, inside;                   // those that count; vertices inside the other surface
@@ -210,7 +201,8 @@ class SurfaceIntersection {
 
   void clear() noexcept {
     pairs_ = visited_ = folds_ = 0;
-    regions_.clear(), joints_.clear(), candidates_.clear(), torn_.clear(), ends_.clear(), held_back_.clear();
+    scatter_ = 0, shift_ = Place::Zero();
+    regions_.clear(), joints_.clear(), candidates_.clear(), torn_.clear(), contours_.clear(), held_back_.clear();
   }
   template <class Surface>
   static void begin(Side& side, Surface const& surface) {
@@ -305,7 +297,7 @@ class SurfaceIntersection {
     count(its, a), count(others, b);
     joints_.push_back({a, b});
     if (&its == &others)
-      for (std::size_t k = 0; k < n; ++k) ends_.push_back({ends[k].edge, ends[k].is_of_first ? b : a, static_cast<int>(joints_.size()) - 1});
+      for (std::size_t k = 0; k < n; ++k) contours_.add(ends[k].edge, ends[k].is_of_first ? b : a, static_cast<int>(joints_.size()) - 1);
     if (n != 2) return void(is_degenerate_ = true);   // by rounding alone
     Place const along = (x[1] - x[0]).cross(x[2] - x[0]).cross((y[1] - y[0]).cross(y[2] - y[0]));
     if ((ends[1].place - ends[0].place).dot(along) < 0) std::swap(ends[0], ends[1]);
@@ -323,50 +315,35 @@ class SurfaceIntersection {
   template <class Surface>
   void meet_itself(Surface const& surface) {
     begin(sides_[0], surface);
-    pairs_ = visited_ = 0, is_degenerate_ = false, joints_.clear(), ends_.clear();
+    pairs_ = visited_ = 0, is_degenerate_ = false, joints_.clear(), contours_.clear();
     for (auto const& [a, b] : candidates_) meet(sides_[0], surface, a, sides_[0], surface, b);
   }
-  /// Which contours of a surface in itself are closed, true where all are: where an edge crosses a triangle both triangles at the edge do.
-  bool find_open() {
-    std::sort(ends_.begin(), ends_.end(), [](ContourEnd const& a, ContourEnd const& b) { return a.key() < b.key(); });
-    root_.resize(joints_.size());
-    for (std::size_t k = 0; k < root_.size(); ++k) root_[k] = {static_cast<int>(k), false};
-    auto const is_same = [&](std::size_t a, std::size_t b) { return b < ends_.size() && ends_[a].edge == ends_[b].edge && ends_[a].triangle == ends_[b].triangle; };
-    for (std::size_t k = 0; k < ends_.size(); ++k)
-      if (is_same(k, k + 1)) unite(ends_[k].joint, ends_[k + 1].joint, false, 0);
-    is_open_.assign(joints_.size(), 0);
-    for (std::size_t k = 0; k < ends_.size(); ++k)
-      if (!is_same(k, k + 1) && !is_same(k, k - 1)) is_open_[at(root_of(ends_[k].joint).to)] = 1;
-    return std::ranges::count(is_open_, 1) == 0;
-  }
-  /// Forgets the pairs of those that are not.
+  /// Forgets the pairs of contours that are left out.
   template <class Surface>
-  void keep_closed(Surface const& surface) {
-    folds_ += static_cast<int>(std::ranges::count(is_open_, 1));
+  void keep_contours(Surface const& surface) {
+    folds_ += contours_.left_out();
     candidates_.clear();
     for (std::size_t k = 0; k < joints_.size(); ++k)
-      if (is_open_[at(root_of(static_cast<int>(k)).to)] == 0) candidates_.push_back(joints_[k]);
+      if (!contours_.is_left_out(contours_.of(static_cast<int>(k)))) candidates_.push_back(joints_[k]);
     meet_itself(surface);
   }
-
-  /// Of each region whose sheets are not told apart, the contour of fewest pairs.
+  /// Leaves out, of each region whose sheets are not told apart, the contour of fewest pairs.
   template <class Surface>
   void drop_smallest_of_torn(Surface const& surface) {
     auto const region_of = [&](int triangle) { return at(region_[at(sides_[0].place[at(triangle)])]); };
     is_apart_.assign(regions_.size(), 0);
     for (int const t : torn_) is_apart_[region_of(t)] = 1;
-    find_open();
-    std::vector<int>& size = contour_size_;
-    size.assign(joints_.size(), 0), smallest_.assign(regions_.size(), -1);
-    for (std::size_t k = 0; k < joints_.size(); ++k) ++size[at(root_of(static_cast<int>(k)).to)];
+    contours_.find(joints_.size());
+    size_.assign(joints_.size(), 0), smallest_.assign(regions_.size(), -1);
+    for (std::size_t k = 0; k < joints_.size(); ++k) ++size_[at(contours_.of(static_cast<int>(k)))];
     for (std::size_t k = 0; k < joints_.size(); ++k) {
       std::size_t const region = region_of(joints_[k][0]);
-      int const contour = root_of(static_cast<int>(k)).to;
-      if (int& best = smallest_[region]; is_apart_[region] == 1 && (best < 0 || size[at(contour)] < size[at(best)])) best = contour;
+      int const contour = contours_.of(static_cast<int>(k));
+      if (int& best = smallest_[region]; is_apart_[region] == 1 && (best < 0 || size_[at(contour)] < size_[at(best)])) best = contour;
     }
     for (int const contour : smallest_)
-      if (contour >= 0) is_open_[at(contour)] = 1;
-    keep_closed(surface);
+      if (contour >= 0) contours_.leave_out(contour);
+    keep_contours(surface);
   }
 
   /// The crossings of an edge, in order.
@@ -421,37 +398,21 @@ class SurfaceIntersection {
   /// Which triangles are of one region, and on which side of it: those of the first surface come before those of the second.
   void join() {
     int const seconds = static_cast<int>(sides_[0].triangles.size()), other = sides_[1].triangles.empty() ? 0 : 1;
-    root_.resize(at(seconds) + sides_[1].triangles.size());
-    for (std::size_t k = 0; k < root_.size(); ++k) root_[k] = {static_cast<int>(k), false};
+    sets_.reset(at(seconds) + sides_[1].triangles.size());
     auto const number = [&](int side, int triangle) { return side * seconds + sides_[at(side)].place[at(triangle)]; };
-    for (auto const& [a, b] : joints_) unite(number(0, a), number(other, b), true, a);
+    for (auto const& [a, b] : joints_)
+      if (!sets_.unite(number(0, a), number(other, b), true)) torn_.push_back(a);
     for (int side = 0; side < 2; ++side) {
-      for (auto const& [a, b] : inner_[at(side)]) unite(number(side, a), number(side, b), false, a);
+      for (auto const& [a, b] : inner_[at(side)])
+        if (!sets_.unite(number(side, a), number(side, b), false)) torn_.push_back(a);
       inner_[at(side)].clear();
     }
-    region_.assign(root_.size(), -1), is_second_.assign(root_.size(), false);
-    for (int k = 0; k < static_cast<int>(root_.size()); ++k) {
-      auto const [root, is_opposite] = root_of(k);
-      if (root == k) region_[at(k)] = static_cast<int>(regions_.size()), regions_.push_back({});
-      region_[at(k)] = region_[at(root)], is_second_[at(k)] = is_opposite;
+    region_.assign(sets_.size(), -1), is_second_.assign(sets_.size(), false);
+    for (int k = 0; k < static_cast<int>(sets_.size()); ++k) {
+      auto const [first, is_second] = sets_.of(k);
+      if (first == k) region_[at(k)] = static_cast<int>(regions_.size()), regions_.push_back({});
+      region_[at(k)] = region_[at(first)], is_second_[at(k)] = is_second;
     }
-  }
-  Link root_of(int k) noexcept {
-    bool is_opposite = false;
-    while (root_[at(k)].to != k) {
-      Link& link = root_[at(k)];
-      Link const next = root_[at(link.to)];
-      link = {next.to, link.is_opposite != next.is_opposite};
-      is_opposite = is_opposite != link.is_opposite, k = link.to;
-    }
-    return {k, is_opposite};
-  }
-  /// a and b are of one region, on the same side of it or not; `triangle` is one of it.
-  void unite(int a, int b, bool is_opposite, int triangle) {
-    Link const one = root_of(a), two = root_of(b);
-    bool const turned = (one.is_opposite != two.is_opposite) != is_opposite;
-    if (one.to != two.to) return void(root_[at(std::max(one.to, two.to))] = {std::min(one.to, two.to), turned});
-    if (turned) torn_.push_back(triangle);
   }
   /// The parts of a side of all regions, by region and vertex: they are of the surface whose triangles are in sides_[from].
   template <class Surface>
@@ -535,13 +496,12 @@ class SurfaceIntersection {
   std::vector<Moments> moments_;                                 // of each region
   std::vector<std::array<int, 2>> candidates_, joints_;          // triangles of the two whose boxes overlap, and that cross each other
   std::array<std::vector<std::array<int, 2>>, 2> inner_;         // of one surface that meet inside the other
-  std::vector<Link> root_;                                       // of each triangle that counts
+  detail::SidedSets sets_;                                       // of the triangles that count: regions
   std::vector<int> region_;
   std::vector<bool> is_second_;                                  // on which side of it
   std::vector<int> torn_;                                        // triangles of regions whose sides are not told apart
-  std::vector<ContourEnd> ends_;
-  std::vector<char> is_open_;                                    // of each joint that stands for a contour
-  std::vector<int> held_back_, contour_size_, smallest_;
+  detail::OwnContours contours_;
+  std::vector<int> held_back_, size_, smallest_;                 // size_: of each contour, its pairs; smallest_: contour of each region
   std::vector<char> is_apart_;                                   // of each region of a surface in itself: 1 it counts, 2 its sheets hang together
   int pairs_ = 0, visited_ = 0, folds_ = 0;
   bool is_degenerate_ = false;                                   // of what has met so far

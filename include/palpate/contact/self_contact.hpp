@@ -9,7 +9,6 @@
 #include <palpate/core/error.hpp>
 #include <palpate/tissue/concept.hpp>
 
-#include <array>
 #include <cstddef>
 #include <span>
 #include <type_traits>
@@ -32,7 +31,8 @@ namespace palpate {
 /// Cost       O(triangles) while nothing meets, and a search now and then, see NearTriangles; then that of BodyContact. Allocates until its memory has the size that is
 ///            needed, and after edits.
 /// Limits     a fold that is pinched, so that its two sheets hang together inside or the contour between them ends at a vertex, does not press: intersection().folds()
-///            counts these. A fold that is pressed until it is pinched lets go. Triangles with a vertex in common do not meet. Parts that went through each other wholly, without crossing now, are not seen.
+///            counts these. A fold that is pressed until it is pinched lets go. Triangles with a vertex in common do not meet. Parts that went through each other
+///            wholly, without crossing now, are not seen.
 /// Source     \cite deformable_survey, from the contour inwards; the rest distance is the usual criterion for what may touch.
 template <SimulatedBody Body>
 class SelfContact {

@@ -31,8 +31,9 @@
 ///   Scalar stiffness_bound(int i) const                    ≥ Σ_j ‖K_ij‖ at rest [N/m]
 ///   Scalar damping_bound(int i) const                      ≥ Σ_j ‖C_ij‖ [N·s/m]
 /// Optional, their members in tissue/concept.hpp: HasPotentialEnergy, HasStiffnessRowBoundsAt, HasStiffnessProduct, HasStiffnessBlocks,
-/// HasTangentOperator (implicit integrators), HasHomeSprings, HasLinks, HasPrestrain, ReservesMemory, HasFusedForces, FollowsEdits; CuttableTissue,
-/// CuttableSolid, SeparableTissue, RedistributesMass, DivisibleTissue
+/// HasTangentOperator (implicit integrators), HasAssemblyEnergy, HasFastTangent, DampsByTangent, HasForcesOfSome, HasHistory, HasLowestDeterminant,
+/// HasDefaultIntegrator, HasHomeSprings, HasLinks, HasPrestrain, ReservesMemory, HasFusedForces, FollowsEdits; CuttableTissue, TellsWounds,
+/// CuttableSolid, RemovableSolid, SeparableTissue, RedistributesMass, DivisibleTissue
 /// Battery
 ///   testing::to_text(testing::check_tissue(tissue)) == ""
 
