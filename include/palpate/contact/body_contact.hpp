@@ -73,6 +73,7 @@ class BodyContact {
     if (restorations_ != std::array{first.restorations(), second.restorations()}) reset(first, second);
     regions_.begin();
     regions_.intersection().find(detail::BodySkin(first), detail::BodySkin(second));
+    regions_.take_intersection();
     regions_.gather(0, first, first_motion_, h), regions_.gather(1, second, second_motion_, h);
     regions_.prepare();
     regions_.respond(0, first_motion_), regions_.respond(1, second_motion_);

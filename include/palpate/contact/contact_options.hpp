@@ -31,11 +31,15 @@ struct SelfContactOptions {
   Scalar settling = Scalar(2e-3);    ///< s
   Scalar friction = Scalar(0.3);     ///< Coulomb
   Scalar apart = Scalar(0);          ///< m: triangles whose corners are nearer than this in the rest shape do not press each other; 0 is a thousandth of the mean edge
+  Scalar parted = Scalar(0.01);      ///< mean edges that the lips of a cut have to be apart, on average round a vertex,
+  Scalar parted_for = Scalar(0.01);  ///< s, and for how long, before they press when they meet again
 
   BodyContactOptions<Scalar> of_bodies() const { return {.pressure = pressure, .depth = depth, .settling = settling, .friction = friction}; }
   void validate() const {
     of_bodies().validate("SelfContact");
     detail::OptionCheck{"SelfContact"}.not_negative(".apart", static_cast<double>(apart), " m");
+    detail::OptionCheck{"SelfContact"}.positive(".parted", static_cast<double>(parted), " mean edges");
+    detail::OptionCheck{"SelfContact"}.not_negative(".parted_for", static_cast<double>(parted_for), " s");
   }
 };
 

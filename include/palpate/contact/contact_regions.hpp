@@ -4,7 +4,9 @@
 #include <palpate/body/concept.hpp>
 #include <palpate/collision/surface_intersection.hpp>
 #include <palpate/contact/contact_options.hpp>
+#include <palpate/contact/cut_lips.hpp>
 #include <palpate/contact/free_motion.hpp>
+#include <palpate/contact/region_shapes.hpp>
 #include <palpate/contact/rigid_forces.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
@@ -51,6 +53,7 @@ struct ContactState {
   };
   std::vector<Anchor> anchors;
   std::vector<int> held_back;                                 // vertices, see SurfaceIntersection
+  std::vector<PartedVertex<Scalar>> parted{};                 // of the lips of cuts
   Scalar last_step = 0;
 };
 
@@ -87,6 +90,7 @@ void require_closed(char const* whose, char const* which, Body const& body) {
 /// The pressures and frictions of all regions of a contact, of two bodies or of one in itself, as at the end of a step; see BodyContact. In this order:
 ///   begin()                            what stuck is kept
 ///   intersection().find(…)             or find_own
+///   take_intersection()                and what else is to be added to shapes()
 ///   gather(owner, body, motion, h)     of each body, 0 and 1; 0 alone where it is one
 ///   prepare()
 ///   respond(owner, motion)
@@ -105,18 +109,21 @@ class ContactRegions {
   std::span<Region const> regions() const noexcept { return regions_; }
   SurfaceIntersection<Scalar> const& intersection() const noexcept { return common_; }
   SurfaceIntersection<Scalar>& intersection() noexcept { return common_; }
+  /// Theirs are the first shapes.
+  void take_intersection() { shapes_.take(common_); }
+  RegionShapes<Scalar>& shapes() noexcept { return shapes_; }
 
   void begin() { remember(), regions_.clear(), rows_.clear(); }
   /// The vertices of a body, with the velocities that they will have without the contact.
   template <class Body>
   void gather(int number, Body const& body, FreeMotion<Body>& motion, Scalar h) {
-    if (common_.touches()) motion.begin(body, h);
+    if (!shapes_.regions().empty()) motion.begin(body, h);
     Owner& its = owners_[at(number)];
     its.local.resize(std::max(its.local.size(), static_cast<std::size_t>(body.positions().cols())), -1);
     its.particles.clear(), its.mobility.clear();
     for_each_side_of(number, [&](int side) {
-      entries_[at(side)].assign(common_.gradient(side).size(), Entry{Vector::Zero(), Vector::Zero(), Vector::Zero(), Vector::Zero()});
-      for (auto const& one : common_.gradient(side))
+      entries_[at(side)].assign(shapes_.gradient(side).size(), Entry{Vector::Zero(), Vector::Zero(), Vector::Zero(), Vector::Zero()});
+      for (auto const& one : shapes_.gradient(side))
         if (its.local[at(one.vertex)] < 0) {
           its.local[at(one.vertex)] = static_cast<int>(its.particles.size());
           its.particles.push_back({.index = one.vertex,
@@ -131,7 +138,7 @@ class ContactRegions {
         for (Particle const& b : its.particles) its.mobility.push_back(body.mobility(a.index, b.index, h));
   }
   void prepare() {
-    for (auto const& region : common_.regions()) {
+    for (auto const& region : shapes_.regions()) {
       prepare(region);
       if (last_step_ > 0) inherit(region, rows_.back());
     }
@@ -149,7 +156,7 @@ class ContactRegions {
           motion.respond(
               [&](auto const& add) {
                 for_each_side_of(number, [&](int side) {
-                  auto const gradients = common_.gradient(side, common_.regions()[n]);
+                  auto const gradients = shapes_.gradient(side, shapes_.regions()[n]);
                   auto const entries = entries_of(n, side);
                   for (std::size_t k = 0; k < entries.size(); ++k) add(gradients[k].vertex, entries[k][r]);
                 });
@@ -176,7 +183,7 @@ class ContactRegions {
   }
 
   State save() const {
-    if (was_restored_) return {{last_.begin(), last_.begin() + static_cast<std::ptrdiff_t>(last_count_)}, held_back_, last_step_};
+    if (was_restored_) return {.anchors = {last_.begin(), last_.begin() + static_cast<std::ptrdiff_t>(last_count_)}, .held_back = held_back_, .last_step = last_step_};
     State state{.anchors = std::vector<Anchor>(regions_.size()), .held_back = {common_.held_back().begin(), common_.held_back().end()}, .last_step = last_step_};
     for (std::size_t n = 0; n < regions_.size(); ++n) take(n, state.anchors[n]);
     return state;
@@ -236,7 +243,7 @@ class ContactRegions {
       if (is_own_ || side == number) visit(side);
   }
   auto entries_of(std::size_t region, int side) noexcept {
-    auto const& r = common_.regions()[region];
+    auto const& r = shapes_.regions()[region];
     return std::span(entries_[at(side)]).subspan(r.begin[at(side)], r.end[at(side)] - r.begin[at(side)]);
   }
 
@@ -248,7 +255,7 @@ class ContactRegions {
     std::array<Double, 2> middle{Double::Zero(), Double::Zero()};
     auto const place = [&](int side, int vertex) -> Double { return of(side, vertex).position.template cast<double>(); };
     for (int side = 0; side < 2; ++side)
-      for (auto const& [vertex, gradient] : common_.gradient(side, region)) {
+      for (auto const& [vertex, gradient] : shapes_.gradient(side, region)) {
         Double const g = gradient.template cast<double>();
         if (side == 0) normal += g;
         weight[at(side)] += g.norm(), middle[at(side)] += g.norm() * place(side, vertex);
@@ -265,7 +272,7 @@ class ContactRegions {
     row.stiffness = options_.pressure / options_.depth * now.area;
     double spread = 0;
     for (int side = 0; side < 2; ++side)
-      for (auto const& [vertex, gradient] : common_.gradient(side, region))
+      for (auto const& [vertex, gradient] : shapes_.gradient(side, region))
         spread += static_cast<double>(gradient.norm()) / weight[at(side)] / 2 * (place(side, vertex) - c).squaredNorm();
     double const radius = std::sqrt(spread);
     row.radius = static_cast<Scalar>(radius);
@@ -278,7 +285,7 @@ class ContactRegions {
     }
     row.turns = radius > 0, row.rubs = row.turns && options_.friction > 0;
     for (int side = 0; side < 2; ++side) {
-      auto const gradients = common_.gradient(side, region);
+      auto const gradients = shapes_.gradient(side, region);
       auto const entries = entries_of(n, side);
       for (std::size_t k = 0; k < entries.size(); ++k) entries[k][0] = -gradients[k].gradient;
       if (!row.turns) continue;
@@ -297,7 +304,7 @@ class ContactRegions {
   template <class Visit>
   void for_each(std::size_t region, Visit const& visit) {
     for (int side = 0; side < 2; ++side) {
-      auto const gradients = common_.gradient(side, common_.regions()[region]);
+      auto const gradients = shapes_.gradient(side, shapes_.regions()[region]);
       auto const entries = entries_of(region, side);
       for (std::size_t k = 0; k < entries.size(); ++k) visit(owner(side), entries[k], at(owner(side).local[at(gradients[k].vertex)]));
     }
@@ -393,7 +400,7 @@ class ContactRegions {
   void take(std::size_t n, Anchor& to) const {
     Row const& row = rows_[n];
     to.vertices.clear();
-    for (auto const& one : common_.gradient(0, common_.regions()[n])) to.vertices.push_back(one.vertex);
+    for (auto const& one : shapes_.gradient(0, shapes_.regions()[n])) to.vertices.push_back(one.vertex);
     to.slip = row.slip[0] * row.directions[0] + row.slip[1] * row.directions[1], to.turn = row.turn;
     Scalar const most = options_.friction * regions_[n].pressure * regions_[n].area;
     to.most = row.stiffness > 0 ? most / row.stiffness : Scalar(0);
@@ -417,7 +424,7 @@ class ContactRegions {
     for (Anchor const& one : std::span(last_).first(last_count_)) {
       bool is_of_it = false;
       for (int side = 0; side < (is_own_ ? 2 : 1); ++side) {
-        auto const gradients = common_.gradient(side, region);
+        auto const gradients = shapes_.gradient(side, region);
         auto const shared = std::count_if(gradients.begin(), gradients.end(),
                                           [&](auto const& g) { return std::binary_search(one.vertices.begin(), one.vertices.end(), g.vertex); });
         if (shared > most) most = shared, from = &one, turned = side == 0 ? Scalar(1) : Scalar(-1);
@@ -425,11 +432,11 @@ class ContactRegions {
       }
       if (is_of_it) presses += one.presses, spared += one.spared;
     }
-    if (is_own_) spare(region, row, presses, spared);
+    if (is_own_ && !shapes_.is_of_lips(n)) spare(region, row, presses, spared);
     if (from == nullptr || !row.rubs) return;
     std::array<Scalar, rows> moved{};
     for (int side = 0; side < 2; ++side) {
-      auto const gradients = common_.gradient(side, region);
+      auto const gradients = shapes_.gradient(side, region);
       auto const entries = entries_of(n, side);
       for (std::size_t k = 0; k < entries.size(); ++k) {
         Vector const v = of(side, gradients[k].vertex).speed;
@@ -448,7 +455,7 @@ class ContactRegions {
     Region& now = regions_.back();
     if (!(now.volume > 0)) return;
     auto const was_held_back = [&](int side) {
-      return std::ranges::any_of(common_.gradient(side, region), [&](auto const& g) { return std::binary_search(held_back_.begin(), held_back_.end(), g.vertex); });
+      return std::ranges::any_of(shapes_.gradient(side, region), [&](auto const& g) { return std::binary_search(held_back_.begin(), held_back_.end(), g.vertex); });
     };
     if (!held_back_.empty() && (was_held_back(0) || was_held_back(1))) spared = std::max(spared, now.volume - presses);
     now.spared = std::min(spared, now.volume);
@@ -457,6 +464,7 @@ class ContactRegions {
 
   BodyContactOptions<Scalar> options_;
   SurfaceIntersection<Scalar> common_;
+  RegionShapes<Scalar> shapes_;
   std::array<Owner, 2> owners_;
   std::array<std::vector<Entry>, 2> entries_;   // of each side, in the order of its gradient
   std::vector<Region> regions_;

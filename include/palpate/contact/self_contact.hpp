@@ -5,6 +5,7 @@
 #include <palpate/collision/near_triangles.hpp>
 #include <palpate/contact/contact_options.hpp>
 #include <palpate/contact/contact_regions.hpp>
+#include <palpate/contact/cut_lips.hpp>
 #include <palpate/contact/free_motion.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/tissue/concept.hpp>
@@ -23,9 +24,10 @@ namespace palpate {
 ///
 /// Regions    of the volume in which the surface is in itself. Each has two sheets, told apart by the contour between them: what of the surface is inside is on one
 ///            side of it or the other.
-/// Rest shape a region presses where triangles cross whose corners are at least `apart` from each other there. So the lips of a cut, which lie on each other in the rest
-///            shape, do not, unless one was shifted along the other by more than a triangle; what they have in common then does not throw them apart, what is added to
-///            it presses.
+/// Rest shape a region presses where triangles cross whose corners are at least `apart` from each other there. So what lies on itself in the rest shape does not, unless
+///            it was shifted along itself by more than a triangle; what it has in common then does not throw it apart, what is added to it presses.
+/// Cuts       the lips of a fresh cut lie on each other and do not press. Where they have been parted by `parted` mean edges for `parted_for` seconds they do when they
+///            come together again: by the volume between a face and its twin, up to the front of the cut. See CutLips.
 /// Units      m, N, Pa, s; world frame.
 /// Errors     InvalidArgument for options, and for a step that is not positive; InvalidMesh for a body whose surface is open as the contact is made.
 /// Cost       O(triangles) while nothing meets, and a search now and then, see NearTriangles; then that of BodyContact. Allocates until its memory has the size that is
@@ -61,10 +63,13 @@ class SelfContact {
     detail::require_positive("SelfContact: a step", h, "s");
     if (restorations_ != body.restorations()) reset(body);
     detail::BodySkin skin(body);
-    if (edits_ != body.topology_revision()) near_.forget(), edits_ = body.topology_revision();
+    if (edits_ != body.topology_revision()) near_.forget(), lips_.read(body), edits_ = body.topology_revision();
+    lips_.part(body, options_.parted * body.mean_edge(), options_.parted_for, h);
     near_.follow(skin, body.mean_edge() / 2);
     regions_.begin();
     regions_.intersection().find_own(skin, near_, [&](int a, int b) { return are_apart(body, a, b); });
+    regions_.take_intersection();
+    lips_.press(body, regions_.shapes());
     regions_.gather(0, body, motion_, h);
     regions_.prepare();
     regions_.respond(0, motion_);
@@ -73,15 +78,20 @@ class SelfContact {
   }
 
   /// Where friction sticks; to be restored after the body was.
-  State save() const { return regions_.save(); }
-  void restore(State const& state, Body const& body) { reset(body), regions_.restore(state); }
-  /// Forgets where it sticks.
-  void reset(Body const& body) {
-    restorations_ = body.restorations();
-    regions_.forget(), near_.forget();
+  State save() const {
+    State state = regions_.save();
+    state.parted.assign(lips_.parted().begin(), lips_.parted().end());
+    return state;
   }
+  void restore(State const& state, Body const& body) { begin(body, state.parted), regions_.restore(state); }
+  /// Forgets where it sticks, and which lips were parted.
+  void reset(Body const& body) { begin(body, {}); }
 
  private:
+  void begin(Body const& body, std::span<PartedVertex<Scalar> const> parted) {
+    restorations_ = body.restorations(), edits_ = body.topology_revision();
+    regions_.forget(), near_.forget(), lips_.know(parted), lips_.read(body);
+  }
   bool are_apart(Body const& body, int a, int b) const {
     for (int const i : body.tissue().surface().corners(a))
       for (int const j : body.tissue().surface().corners(b))
@@ -92,6 +102,7 @@ class SelfContact {
   Options options_;
   detail::ContactRegions<Scalar> regions_;
   NearTriangles<Scalar> near_;
+  detail::CutLips<Scalar> lips_;
   detail::FreeMotion<Body> motion_;
   std::size_t restorations_ = 0, edits_ = 0;
 };
