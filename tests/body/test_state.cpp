@@ -12,6 +12,7 @@
 #include "catch.hpp"
 
 #include <utility>
+#include <vector>
 
 using namespace palpate;
 using palpate_test::GridScene;
@@ -69,6 +70,27 @@ TEMPLATE_PRODUCT_TEST_CASE("a restored body goes on as if nothing had been", "",
     play(fresh, moment, moment + 60);
     check_same(fresh, straight);
   }
+}
+
+TEST_CASE("what a restored body says of its stable step is what it would have said") {
+  GridScene const scene{.nx = 10, .ny = 8, .prestrain = 0.02, .nails = palpate_test::grid_border(10, 8)};
+  SoftBody body(scene.tissue(), LeapfrogVerlet{}, WholeBody{});
+  auto const say = [&](int from, int to) {
+    std::vector<double> said;
+    for (int k = from; k < to; ++k) {
+      play(body, k, k + 1);
+      if (body.stable_step_fell()) said.push_back(k);
+      if (k % 20 == 0) said.push_back(body.stable_step());
+      said.push_back(static_cast<double>(body.advance(2.7 * said[0], {.most = 9}).steps));
+    }
+    return said;
+  };
+  say(0, 50);
+  auto const saved = body.save();
+  auto const said = say(60, 200);
+  say(0, 30);   // another past
+  body.restore(saved);
+  CHECK(say(60, 200) == said);
 }
 
 TEMPLATE_TEST_CASE("a reset body is as new", "", WholeBody, ZoneOfInfluence) {

@@ -23,10 +23,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <span>
 #include <utility>
+#include <vector>
 
 using namespace palpate;
 using namespace palpate_test;
@@ -255,6 +257,33 @@ TEST_CASE("a body that was all held when its stable step was found keeps to it w
   CHECK(scene.counts<0>().diverged <= 1);   // the step in which it is let go
   CHECK(scene.counts<0>().steps > 300);
   CHECK(scene.body<0>().velocities().cwiseAbs().maxCoeff() < 0.01);
+}
+
+TEST_CASE("a scene whose explicit bodies hit each other fast goes on as it did, step by step, after it is restored", "[scene]") {
+  auto const cube = [](double low) {
+    auto mesh = make_block<double>(4, 4, 4, 0.01, BlockPattern::alternating);
+    mesh.points.row(2).array() += low;
+    return SoftBody(FiniteElements<double, StableNeoHookean<double>>(mesh, {.density = 1000.0, .material = {.young = 2e4, .poisson = 0.3}}), LeapfrogVerlet{});
+  };
+  Scene scene(cube(0), cube(0.032));
+  scene.touch<1, 0>({.pressure = 2e4});
+  for (int i = 0; i < scene.body<1>().size(); ++i) scene.body<1>().drag(i, Vector(scene.body<1>().positions().col(i)), Vector(0.1, 0, -3)), scene.body<1>().release(i);
+  for (int from = 0; from < 12; ++from) {
+    auto const then = scene.save();
+    auto const run = [&] {
+      std::vector<std::uint64_t> steps{scene.counts<0>().steps, scene.counts<1>().steps};
+      for (int k = 0; k < 40; ++k) scene.advance(1e-3);
+      return std::vector{scene.counts<0>().steps - steps[0], scene.counts<1>().steps - steps[1]};
+    };
+    auto const steps = run();
+    Matrix3X<double> const expected = scene.body<1>().positions();
+    scene.restore(then);
+    CHECK(run() == steps);
+    CHECK(scene.body<1>().positions() == expected);
+    scene.restore(then);
+    scene.advance(1e-3);
+  }
+  CHECK(scene.counts<0>().guarded > 20);
 }
 
 TEST_CASE("a body that lies on itself does so in a scene as in a loop by hand, to the byte, and after it is restored", "[scene]") {

@@ -241,6 +241,10 @@ class BodyMotion : public BodyShape<TissueType> {
     Scalar time, last_step;
     std::vector<SolidEdit<Scalar>> solid_edits;
     typename BodySystem<Tissue, ExecutionType>::Layout layout;
+    ModalSearch<Scalar> search;      // of explicit bodies' fastest modes,
+    ModalBounds<Scalar> modes;       // and what it found last,
+    std::size_t modes_of;            // at this revision
+    bool modes_are_known;
   };
   /// While a cut is in progress the wound is saved as if it ended where the blade is.
   State save() const {
@@ -252,7 +256,8 @@ class BodyMotion : public BodyShape<TissueType> {
       }
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
-            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, system_.layout()};
+            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, system_.layout(),
+            modal_estimate_.search(), known_modes_, modes_of_, modes_are_known_};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
@@ -261,7 +266,8 @@ class BodyMotion : public BodyShape<TissueType> {
     forces_.restore(state_, saved.forced);
     moving_.restore(saved.moving);
     system_.restore(saved.layout);
-    modal_estimate_.forget();
+    modal_estimate_.resume(saved.search);
+    known_modes_ = saved.modes, modes_of_ = saved.modes_of, modes_are_known_ = saved.modes_are_known;
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
     this->solid_edits_ = saved.solid_edits;
@@ -270,7 +276,6 @@ class BodyMotion : public BodyShape<TissueType> {
     temporaries_.clear(), this->kept_.clear();
     this->build_tree();
     this->changes_.forget(0, 0);   // all is new
-    modes_are_known_ = false;
     ++topology_revision_;
     ++restorations_;
   }
@@ -302,6 +307,7 @@ class BodyMotion : public BodyShape<TissueType> {
 
   /// The stable step for these modes was asked for after the last edit of the tissue.
   bool knows_modes() const noexcept { return modes_are_known_ && modes_of_ == revision(); }
+  ModalBounds<Scalar> const& known_modes() const noexcept { return known_modes_; }
   ModalBounds<Scalar> const& find_modes() {
     known_modes_ = modal_bounds();
     modes_are_known_ = true;

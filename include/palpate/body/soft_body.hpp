@@ -128,6 +128,13 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
     return report;
   }
 
+  /// Back to the state of then, to the byte, and what follows is the same to the byte.
+  void restore(typename Motion::State const& saved) {
+    Motion::restore(saved);
+    if constexpr (!StepsOfAnySize<IntegratorType>)
+      known_stable_step_ = this->knows_modes() ? palpate::stable_step(integrator_, this->known_modes()) : Scalar(0);
+  }
+
   /// The largest step [s] that the integrator stands where the body is now, damping included; see ModalEstimate. 0: none.
   /// Sharp: power iteration finds the fastest mode and raises it by 5 %, so it is some 2.5 % below the limit.
   Scalar stable_step() {

@@ -95,6 +95,13 @@ class WholeTangent<Tissue> {
 
 }  // namespace detail
 
+/// Where the search for a body's fastest modes has come to: it goes on from there.
+template <RealScalar Scalar>
+struct ModalSearch {
+  Columns<Scalar, 3> stiffest, max_damped;   // the modes themselves
+  int products = 0;                          // of the last answer, and since
+};
+
 /// Finds the extremes of a body's modes x″ = −M⁻¹K x − M⁻¹C x′, linearised where it is.
 /// Tissue that multiplies its stiffness: power iteration for the largest κ and γ, started from the last answer and raised by 5 %
 /// (it nears its limit from below). Other tissue: row_bounds.
@@ -109,21 +116,21 @@ class ModalEstimate {
   /// `moves(i)` says whether particle i is free to move; `x` are the current positions, 3 × n.
   template <class X, class Moves>
   ModalBounds<Scalar> operator()(Tissue const& tissue, X const& x, Moves moves) {
-    products_ = 0;
+    search_.products = 0;
     if constexpr (HasFastTangent<Tissue>) {
       whole_.linearise(tissue, x);
       ModalBounds<Scalar> modes;
       modes.min_decay_rate = 0;
-      modes.squared_frequency = largest(tissue, moves, stiffest_, [&](auto const& d, auto& y) { whole_.multiply(Scalar(0), Scalar(1), d, y); });
-      modes.decay_rate = largest(tissue, moves, max_damped_, [&](auto const& d, auto& y) { whole_.multiply(Scalar(1), Scalar(0), d, y); });
+      modes.squared_frequency = largest(tissue, moves, search_.stiffest, [&](auto const& d, auto& y) { whole_.multiply(Scalar(0), Scalar(1), d, y); });
+      modes.decay_rate = largest(tissue, moves, search_.max_damped, [&](auto const& d, auto& y) { whole_.multiply(Scalar(1), Scalar(0), d, y); });
       return modes;
     }
     ModalBounds<Scalar> modes = row_bounds(tissue, x, moves);
     if constexpr (HasStiffnessProduct<Tissue>) {
       if (modes.squared_frequency > 0 || modes.decay_rate > 0) {
-        modes.squared_frequency = largest(tissue, moves, stiffest_,
+        modes.squared_frequency = largest(tissue, moves, search_.stiffest,
                                   [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
-        modes.decay_rate = largest(tissue, moves, max_damped_,
+        modes.decay_rate = largest(tissue, moves, search_.max_damped,
                                 [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
       }
     }
@@ -137,30 +144,32 @@ class ModalEstimate {
     if constexpr (HasFastTangent<Tissue>) {
       whole_.linearise(tissue, x);
       ModalBounds<Scalar> modes;
-      modes.squared_frequency = followed(tissue, moves, stiffest_, [&](auto const& d, auto& y) { whole_.multiply(Scalar(0), Scalar(1), d, y); });
-      modes.decay_rate = followed(tissue, moves, max_damped_, [&](auto const& d, auto& y) { whole_.multiply(Scalar(1), Scalar(0), d, y); });
+      modes.squared_frequency = followed(tissue, moves, search_.stiffest, [&](auto const& d, auto& y) { whole_.multiply(Scalar(0), Scalar(1), d, y); });
+      modes.decay_rate = followed(tissue, moves, search_.max_damped, [&](auto const& d, auto& y) { whole_.multiply(Scalar(1), Scalar(0), d, y); });
       return modes;
     } else if constexpr (HasStiffnessProduct<Tissue>) {
       ModalBounds<Scalar> modes;
-      modes.squared_frequency = followed(tissue, moves, stiffest_, [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
-      modes.decay_rate = followed(tissue, moves, max_damped_, [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
+      modes.squared_frequency = followed(tissue, moves, search_.stiffest, [&](auto const& d, auto& y) { tissue.add_stiffness_product(x, d, y); });
+      modes.decay_rate = followed(tissue, moves, search_.max_damped, [&](auto const& d, auto& y) { tissue.add_damping_product(x, d, y); });
       return modes;
     } else {
       return row_bounds(tissue, x, moves);
     }
   }
 
-  /// The tissue is another one.
-  void forget() noexcept {
+  ModalSearch<Scalar> const& search() const noexcept { return search_; }
+  /// The tissue is another one, whose search has come so far.
+  void resume(ModalSearch<Scalar> const& search) {
+    search_ = search;
     if constexpr (HasFastTangent<Tissue>) whole_.forget();
   }
 
   /// What the last answer cost: products with the stiffness and with the damping.
-  int products() const noexcept { return products_; }
+  int products() const noexcept { return search_.products; }
 
   /// Room for a body of this size.
   void reserve(int particles) {
-    for (auto* columns : {&stiffest_, &max_damped_, &y_}) columns->reserve(particles);
+    for (auto* columns : {&search_.stiffest, &search_.max_damped, &y_}) columns->reserve(particles);
   }
 
  private:
@@ -200,7 +209,7 @@ class ModalEstimate {
     if (!(norm > 0)) return 0;
     y.setZero();
     add_product(d, y);
-    ++products_;
+    ++search_.products;
     return y.cwiseProduct(d).sum() / norm;
   }
 
@@ -231,7 +240,7 @@ class ModalEstimate {
     auto y = y_.view();
     for (int i = known; i < tissue.size(); ++i) d.col(i).setZero();
     for (int i = 0; i < tissue.size(); ++i)
-      d.col(i) += Scalar(0.003) * Vector3<Scalar>(uneven(3 * i + products_), uneven(3 * i + 1 + products_), uneven(3 * i + 2 + products_));
+      d.col(i) += Scalar(0.003) * Vector3<Scalar>(uneven(3 * i + search_.products), uneven(3 * i + 1 + search_.products), uneven(3 * i + 2 + search_.products));
     Scalar const value = quotient(tissue, moves, d, y, add_product);
     if (value > 0) turn(tissue, moves, d, y);
     return value;
@@ -242,9 +251,9 @@ class ModalEstimate {
     return static_cast<Scalar>(turn - std::floor(turn) - 0.5);
   }
 
-  Columns3 stiffest_, max_damped_, y_;
+  ModalSearch<Scalar> search_;
+  Columns3 y_;
   detail::WholeTangent<Tissue> whole_;
-  int products_ = 0;
 };
 
 /// The largest stable step of an integrator for these modes [s]: what it states, or what is measured.

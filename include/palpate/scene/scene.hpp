@@ -70,7 +70,9 @@ class Scene {
   template <class CutterType>
   static constexpr bool takes_cutter = detail::cuts_each<CutterType, Bodies...>;
 
-  explicit Scene(Bodies... its_bodies) : bodies_(std::move(its_bodies)...) { reset_steps(); }
+  explicit Scene(Bodies... its_bodies) : bodies_(std::move(its_bodies)...) {
+    for_each_body([&](auto i, auto& body) { std::get<i>(control_).reset(body); });
+  }
 
   template <std::size_t I>
   auto& body() noexcept {
@@ -187,18 +189,20 @@ class Scene {
     std::tuple<decltype(std::declval<Bodies const&>().save())...> bodies;
     typename detail::SceneContacts<Bodies...>::State contacts;
     std::array<bool, sizeof...(Bodies)> is_here;
+    std::tuple<typename StepControl<Bodies>::State...> steps;
   };
   State save() const {
-    return {std::apply([](auto const&... body) { return std::tuple(body.save()...); }, bodies_), contacts_.save(), is_here_};
+    return {std::apply([](auto const&... body) { return std::tuple(body.save()...); }, bodies_), contacts_.save(), is_here_,
+            std::apply([](auto const&... control) { return std::tuple(control.save()...); }, control_)};
   }
-  /// Back to the state of then, to the byte: where friction sticks, too. Contacts named since begin anew. What follows is the same, but where bodies moved so fast,
-  /// or had just been cut, that their steps were guarded then: see StepControl. Throws InvalidArgument for a state of a scene whose contacts are others.
+  /// Back to the state of then, to the byte: where friction sticks, too. Contacts named since begin anew. What follows is the same, to the byte. Throws InvalidArgument
+  /// for a state of a scene whose contacts are others.
   void restore(State const& state) {
     contacts_.check(state.contacts);
     for_each_body([&](auto i, auto& body) { body.restore(std::get<i>(state.bodies)); });
     contacts_.restore(state.contacts, bodies_);
     if (std::exchange(is_here_, state.is_here) != state.is_here) ++came_and_went_;
-    reset_steps();
+    for_each_body([&](auto i, auto&) { std::get<i>(control_).restore(std::get<i>(state.steps)); });
   }
   std::size_t restorations() const noexcept { return sum([](auto const& body) { return body.restorations(); }); }
   /// Counts the changes of triangles, and bodies that come and go.
@@ -234,9 +238,6 @@ class Scene {
   template <class Of>
   std::size_t sum(Of const& of) const noexcept {
     return std::apply([&](auto const&... body) { return (of(body) + ...); }, bodies_);
-  }
-  void reset_steps() {
-    for_each_body([&](auto i, auto& body) { std::get<i>(control_).reset(body); });
   }
   template <class Report>
   void note(std::size_t i, Report const& of, SceneReport& report) const noexcept {

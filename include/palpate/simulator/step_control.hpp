@@ -19,6 +19,13 @@ template <class BodyType>
 class StepControl {
  public:
   using Scalar = typename BodyType::Scalar;
+  /// What its decisions depend on, besides the body.
+  struct State {
+    Scalar stable_step = 0, guarded_step = 0;   // s
+    std::size_t stable_for = 0;                 // revision
+    int ticks_unseen = 0, guarded_ticks = 0, ticks_to_speed = 0;
+    bool was_guarded = false, moves = false;
+  };
 
   /// A tick of h seconds in the fewest equal steps that the body stands, at most so many: push(body, k, steps) before step k, from 1 on. False: it diverged.
   template <class Push>
@@ -36,42 +43,46 @@ class StepControl {
   // --- what advance() is made of --------------------------------------------------------------------------------------
   /// Finds the stable step of now, and what was guarded is so no more.
   void reset(BodyType& body) {
-    guarded_ticks_ = 0, was_guarded_ = false;
+    now_.guarded_ticks = 0, now_.was_guarded = false;
     find_stable_step(body);
   }
+
+  State const& save() const noexcept { return now_; }
+  /// As it was, of the body as it was.
+  void restore(State const& state) noexcept { now_ = state, counts_.stable_step = static_cast<double>(state.stable_step); }
 
   /// The largest step for a tick of h seconds.
   Scalar step_for(BodyType& body, Scalar h) {
     taken_ = 0, covered_ = 0;
-    if (revision(body) == stable_for_ && !std::isfinite(stable_step_)) {   // nothing can fall, unless what was held was let go
-      if (moves_ && !AnyStepIsStable<BodyType>) find_stable_step(body);
-      if (!std::isfinite(stable_step_)) return stable_step_;
-    } else if (revision(body) != stable_for_) {
+    if (revision(body) == now_.stable_for && !std::isfinite(now_.stable_step)) {   // nothing can fall, unless what was held was let go
+      if (now_.moves && !AnyStepIsStable<BodyType>) find_stable_step(body);
+      if (!std::isfinite(now_.stable_step)) return now_.stable_step;
+    } else if (revision(body) != now_.stable_for) {
       find_stable_step(body);
       guard(body);
-    } else if (was_guarded_ && guarded_ticks_ == 0) {   // what moved so fast, or was cut, lies otherwise now
+    } else if (now_.was_guarded && now_.guarded_ticks == 0) {   // what moved so fast, or was cut, lies otherwise now
       find_stable_step(body);
-      was_guarded_ = false;
-    } else if (moves_ && ++ticks_unseen_ >= ticks_between_checks) {
-      ticks_unseen_ = 0;
+      now_.was_guarded = false;
+    } else if (now_.moves && ++now_.ticks_unseen >= ticks_between_checks) {
+      now_.ticks_unseen = 0;
       ++counts_.stability_checks;
       if (body.stable_step_fell()) find_stable_step(body);
     }
-    if (guarded_ticks_ == 0 && moves_ && --ticks_to_speed_ <= 0) {
-      ticks_to_speed_ = ticks_between_speeds;
+    if (now_.guarded_ticks == 0 && now_.moves && --now_.ticks_to_speed <= 0) {
+      now_.ticks_to_speed = ticks_between_speeds;
       if (body.velocities().cwiseAbs().maxCoeff() * h > Scalar(0.05) * body.mean_edge()) guard(body);
     }
-    if (guarded_ticks_ == 0) return stable_step_;
-    if (--guarded_ticks_ == 0) ticks_to_speed_ = 1;
+    if (now_.guarded_ticks == 0) return now_.stable_step;
+    if (--now_.guarded_ticks == 0) now_.ticks_to_speed = 1;
     ++counts_.guarded;
-    return std::min(stable_step_, guarded_step_);
+    return std::min(now_.stable_step, now_.guarded_step);
   }
 
   /// What came of a step; whether the tick goes on.
   template <class Report>
   bool took(Report const& report, Scalar each) {
     ++taken_;
-    moves_ = report.moving > 0;
+    now_.moves = report.moving > 0;
     if (report)
       covered_ += static_cast<double>(each);
     else
@@ -101,23 +112,20 @@ class StepControl {
   static std::size_t revision(BodyType const& body) noexcept { return body.tissue().revision(); }
 
   void find_stable_step(BodyType& body) {
-    stable_step_ = body.stable_step();
-    stable_for_ = revision(body);
-    ticks_unseen_ = 0;
+    now_.stable_step = body.stable_step();
+    now_.stable_for = revision(body);
+    now_.ticks_unseen = 0;
     ++counts_.stable_steps;
-    counts_.stable_step = static_cast<double>(stable_step_);
+    counts_.stable_step = static_cast<double>(now_.stable_step);
   }
   /// Keeps to the guaranteed step for the next ticks.
   void guard(BodyType const& body) {
-    guarded_step_ = body.guaranteed_stable_step();
-    guarded_ticks_ = guarded_at_once;
-    was_guarded_ = true;
+    now_.guarded_step = body.guaranteed_stable_step();
+    now_.guarded_ticks = guarded_at_once;
+    now_.was_guarded = true;
   }
 
-  Scalar stable_step_ = 0, guarded_step_ = 0;   // s
-  std::size_t stable_for_ = 0;                  // revision
-  int ticks_unseen_ = 0, guarded_ticks_ = 0, ticks_to_speed_ = 0;
-  bool was_guarded_ = false, moves_ = false;
+  State now_;
   int taken_ = 0;        // steps of the tick so far
   double covered_ = 0;   // s, of these
   BodyCounts counts_;
