@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A gall bladder lies on its bed, the liver. Forceps that come through a trocar take its fundus and draw it up; scissors through another one cut it off along
-// the bed, from the neck round the fundus and back; the forceps take it away. Its wall is a 2-D membrane of springs, cut along its edges \cite deformable_survey.
+// Laparoscopy of a gall bladder, a 2-D membrane that is cut \cite deformable_survey. Forceps through a trocar take its fundus and draw it up. Scissors through
+// another one cut it off along its bed, the liver, from the neck round the fundus and back. The forceps take it away.
 //   at rest     hand + bed = weight
 //   cut off     the hand bears the weight of what it holds, the bed that of what stays
 //   the shaft   goes through its trocar: the hand moves the other way, as on a lever
@@ -63,6 +63,7 @@ auto gall_bladder() {
   return body;
 }
 
+/// Bile presses from inside: for the next step.
 template <class Body>
 void fill(Body& body, double pressure) {
   Mesh const now = body.mesh();
@@ -71,8 +72,9 @@ void fill(Body& body, double pressure) {
     for (int const i : t) body.apply_force(i, push);
   }
 }
+/// What the bed does to the wall [N].
 template <class Body>
-Vector by_bed(Body const& body) {   // on the wall
+Vector by_bed(Body const& body) {
   Vector sum = Vector::Zero();
   for (int i = 0; i < body.size(); ++i) sum -= body.tissue().home(i).stiffness * (Vector(body.positions().col(i)) - body.tissue().rest_position(i));
   return sum;
@@ -90,7 +92,10 @@ std::pair<Vector, Vector> seen(Body const& body, Vector const& at_rest) {
     if (near.squared_distance >= least) continue;
     least = near.squared_distance;
     found = {Vector::Zero(), Vector::Zero()};
-    for (int c = 0; c < 3; ++c) found.first += near.barycentric[c] * body.positions().col(t[c]), found.second += near.barycentric[c] * body.reference_normal(t[c]);
+    for (int c = 0; c < 3; ++c) {
+      found.first += near.barycentric[c] * body.positions().col(t[c]);
+      found.second += near.barycentric[c] * body.reference_normal(t[c]);
+    }
   }
   return {found.first, found.second.normalized()};
 }
@@ -98,13 +103,9 @@ std::pair<Vector, Vector> seen(Body const& body, Vector const& at_rest) {
 /// What was cut, in the wall as it is at rest [m]: each edge of it has become two of the border.
 template <class Body>
 double cut_length(Body const& body) {
-  auto const& surface = body.tissue().surface();
+  Mesh const wall = body.rest_mesh();
   double sum = 0;
-  for (int t = 0; t < surface.triangle_count(); ++t) {
-    auto const c = surface.corners(t);
-    for (std::size_t k = 0; k < 3; ++k)
-      if (surface.triangle_with_edge(c[(k + 1) % 3], c[k]) < 0) sum += (body.tissue().rest_position(c[k]) - body.tissue().rest_position(c[(k + 1) % 3])).norm() / 2;
-  }
+  for (auto const& [a, b] : boundary_edges(wall)) sum += (wall.points.col(a) - wall.points.col(b)).norm() / 2;
   return sum;
 }
 
@@ -164,7 +165,7 @@ drawing::Album example() {
   tip.line({-0.020, 0.0, 0.060}, cut - freed, minimum_jerk).line({-0.010, 0.010, 0.095}, taken - cut, minimum_jerk);
   auto const opening = [](double t) { return 1 - 0.75 * std::clamp((t - come) / (closed - come), 0.0, 1.0); };   // two walls are between the jaws then
 
-  // The jaws hold, and push nothing: a limp wall round them would be pushed from both sides. What they hold hangs on springs that the step must resolve.
+  // The jaws hold, and push nothing: a limp wall round them would be pushed from both sides, and tremble. It is light: the step has to resolve their springs.
   auto const jaws = make_forceps_shape<double>({.opening = 0.016, .jaw = 0.022, .radius = 0.001, .shaft = shaft - 0.022});
   Grasp<double> grasp({.clamp_force = 6.0, .stiffness = 500.0, .damping = 0.1, .width = 0.010});
   SeparatingCutter<double> scissors({.puncture_depth = 0.001});
@@ -221,12 +222,15 @@ drawing::Album example() {
 
     double const pull = -on_jaws.z() + 0.0, bears = by_bed(body).z();   // + 0: not −0
     if (tick % 20 == 0) drawing::add(by_hand, t, pull), drawing::add(by_liver, t, bears), drawing::add(all, t, weight);
-    if (tick % 200 == 0) std::printf("%8.1f %10.4f %10.4f %10.4f %9.1f %7zu  %s\n", t, pull, bears, pull + bears, 1e3 * cut_length(body), pieces_of(body).size(), done(t));
-    for (auto const& [when, name] : {std::pair{0.0, "gall_bladder_before"}, {begins - 0.1, "gall_bladder_drawn"}, {begins + 0.42 * (cut - begins), "gall_bladder_cut"}, {end, "gall_bladder_taken"}})
-      if (tick == std::lround(when / step)) draw(name);
+    if (tick % 200 == 0)
+      std::printf("%8.1f %10.4f %10.4f %10.4f %9.1f %7zu  %s\n", t, pull, bears, pull + bears, 1e3 * cut_length(body), pieces_of(body).size(), done(t));
+    if (tick == 0) draw("gall_bladder_before");
+    if (tick == std::lround(1.6 / step)) draw("gall_bladder_drawn");
+    if (tick == std::lround(2.8 / step)) draw("gall_bladder_cut");
+    if (tick == ticks) draw("gall_bladder_taken");
   }
-  std::printf("\nseam %.1f mm round, cut %.1f mm; area %.4f cm2, by the cutter's report %.4f cm2\n", 1e3 * round, 1e3 * cut_length(body), 1e4 * surface_area(body.rest_mesh()),
-              1e4 * (area + scissors.report().area_change));
+  std::printf("\nseam %.1f mm round, cut %.1f mm; area %.4f cm2, by the cutter's report %.4f cm2\n", 1e3 * round, 1e3 * cut_length(body),
+              1e4 * surface_area(body.rest_mesh()), 1e4 * (area + scissors.report().area_change));
   for (auto const& piece : pieces_of(body)) {
     double mass = 0;
     bool grows_on_bed = false;
@@ -234,8 +238,8 @@ drawing::Album example() {
     std::printf("%s: %zu particles, %.4f N\n", grows_on_bed ? "on the bed" : "taken away", piece.size(), mass * g);
   }
   auto const levered = [&](Vector const& at) { return Vector(port + (shaft / (port - at).norm() - 1) * (port - at)); };
-  std::printf("the shaft is off its trocar by %.0e m at most; the tip was moved %.1f mm over the neck, the hand %.1f mm the other way, by the lever %.1f mm\n", off,
-              1e3 * (drawn_tip - freed_tip).x(), 1e3 * (freed_hand - drawn_hand).x(), 1e3 * (levered(freed_tip) - levered(drawn_tip)).x());
+  std::printf("the shaft is off its trocar by %.0e m at most; the tip was moved %.1f mm over the neck, the hand %.1f mm the other way, by the lever %.1f mm\n",
+              off, 1e3 * (drawn_tip - freed_tip).x(), 1e3 * (freed_hand - drawn_hand).x(), 1e3 * (levered(freed_tip) - levered(drawn_tip)).x());
   album.charts.push_back(std::move(chart));
   return album;
 }
