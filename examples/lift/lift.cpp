@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A lobe lies on another organ, and covers a vessel on it. Forceps take its free end, lift it off, hold it, and let it down again.
+// A lobe lies on another organ, and covers a vessel on it. A hook comes under its free end, goes in, lifts it off,
+// holds it, lets it down again, and is drawn out.
 //   always at rest   hand + root + lower organ = weight of the lobe
 //   while it is up   the lower organ bears nothing
 #include "../album.hpp"
@@ -15,7 +16,7 @@
 #include <palpate/scene/scene_tool.hpp>
 #include <palpate/simulator/simulator.hpp>
 #include <palpate/tissue/finite_elements.hpp>
-#include <palpate/tool/forceps.hpp>
+#include <palpate/tool/hook.hpp>
 #include <palpate/volume/embedded_surface.hpp>
 
 #include <Eigen/Geometry>
@@ -38,8 +39,9 @@ using Mesh = TriangleMesh<double>;
 constexpr double g = 9.81, pi = std::numbers::pi, rate = 200.0;   // m/s², 1, Hz of the bodies
 constexpr double root = -0.052, length = 0.104;                   // m, of the lobe, along x
 constexpr double angle = 0.95;                                    // rad, by which it is turned up
-constexpr double come = 0.3, close = 0.2, lift = 0.8, hold = 0.7, open = 0.2, leave = 0.2, rest = 0.6;   // s, one after the other; let down as it was lifted
-constexpr double closed = come + close, up = closed + lift, held = up + hold, down = held + lift, let_go = down + open, end = let_go + leave + rest;
+constexpr double come = 0.3, press = 0.2, lift = 0.8, hold = 0.7, wait = 0.2, leave = 0.2, rest = 0.6;   // s, one after the other; let down as it was lifted
+constexpr double hooked = come + press, up = hooked + lift, held = up + hold, down = held + lift, let_go = down + wait, end = let_go + leave + rest;
+constexpr double deep = 0.004;                                    // m, that the hook presses in
 Vector const eye = Vector(0.95, -0.75, 0.62).normalized();        // from where it is looked at
 
 auto flesh(TetrahedralMesh<double> const& mesh, double young) {
@@ -93,22 +95,22 @@ auto two_organs() {
   return scene;
 }
 
-/// The forceps come to the end of the lobe along it, take it, and turn with it about its root.
-ScriptedDevice<double> hand(Vector const& tip) {
+/// The hook comes to the end of the lobe from below, goes in, and turns with it about its root. Its shaft leads out and up.
+ScriptedDevice<double> hand(Vector const& at) {
   using enum Pace;
-  auto const turned = [](double by) { return Eigen::Quaterniond(Eigen::AngleAxisd(pi / 2 - by, Vector::UnitY())); };
-  Vector const away = tip + Vector(0.02, 0, 0), pivot(root, 0, tip.z());
+  Eigen::Quaterniond const up_and_out = Eigen::AngleAxisd(pi / 2, Vector::UnitZ()) * Eigen::AngleAxisd(pi, Vector::UnitX());
+  auto const turned = [&](double by) { return Eigen::AngleAxisd(by, -Vector::UnitY()) * up_and_out; };
+  Vector const away = at - Vector(0, 0, 0.015), tip = at + Vector(0, 0, deep), pivot(root, 0, tip.z());
   auto path = Trajectory<double>::start(away);
-  path.line(tip, come, minimum_jerk).hold(close).arc(pivot, -Vector::UnitY(), angle, lift, minimum_jerk).hold(hold);
-  path.arc(pivot, Vector::UnitY(), angle, lift, minimum_jerk).hold(open).line(away, leave, minimum_jerk);
+  path.line(tip, come, minimum_jerk).hold(press).arc(pivot, -Vector::UnitY(), angle, lift, minimum_jerk).hold(hold);
+  path.arc(pivot, Vector::UnitY(), angle, lift, minimum_jerk).hold(wait).line(away, leave, minimum_jerk);
   std::vector<TimedOrientation> turns;   // as minimum_jerk does
-  for (double const begin : {closed, held})
+  for (double const begin : {hooked, held})
     for (int k = 0; k <= 40; ++k) {
       double const s = k / 40.0, share = s * s * s * (10 - 15 * s + 6 * s * s);
       turns.push_back({begin + s * lift, turned(angle * (begin < held ? share : 1 - share))});
     }
-  return ScriptedDevice<double>(
-      std::move(path), {.gripper = {{come, 1.0}, {closed - 0.05, 0.2}, {down + 0.05, 0.2}, {let_go, 1.0}}, .orientation = std::move(turns)});
+  return ScriptedDevice<double>(std::move(path), {.orientation = std::move(turns)});
 }
 
 /// How much of the vessel is seen past the lobe, along its highest line [m].
@@ -131,29 +133,29 @@ template <class SimulatorType>
 drawing::View view(char const* name, SimulatorType const& simulator, EmbeddedSurface<double> const& vessel) {
   auto const& tool = simulator.template tool<0>().template on<1>().rods();
   auto const& pose = tool.pose();
-  Mesh forceps = rods_picture(tool.shape().rods, 12, pose.opening);
-  forceps.points = (pose.orientation.toRotationMatrix() * forceps.points).colwise() + pose.position;
+  Mesh hook = rods_picture(tool.shape().rods, 12, pose.opening);
+  hook.points = (pose.orientation.toRotationMatrix() * hook.points).colwise() + pose.position;
   return {.name = name,
           .mesh = simulator.body().template body<0>().mesh(),
           .from = eye,
           .colour = {0.80, 0.62, 0.45},
-          .parts = {{simulator.body().template body<1>().mesh(), {0.56, 0.20, 0.16}}, {vessel.mesh(), {0.16, 0.28, 0.66}}, {forceps, {0.62, 0.66, 0.70}}}};
+          .parts = {{simulator.body().template body<1>().mesh(), {0.56, 0.20, 0.16}}, {vessel.mesh(), {0.16, 0.28, 0.66}}, {hook, {0.62, 0.66, 0.70}}}};
 }
 
 drawing::Album example() {
   auto scene = two_organs();
   for (int k = 0; k < 160; ++k) scene.advance(1 / rate);
-  auto const last = vertices_where(lobe(), [](Vector const& p) { return p.x() > root + 0.85 * length; });   // two rows, between which the jaws take it
-  Vector tip(0, 0, 0);
-  for (int const i : last) tip += Vector(scene.body<1>().positions().col(i)) / static_cast<double>(last.size());
+  auto const last = vertices_where(lobe(), [](Vector const& p) { return p.x() > root + 0.85 * length && p.z() < 0.0006; });   // two rows, from below
+  Vector middle(0, 0, 0);
+  for (int const i : last) middle += Vector(scene.body<1>().positions().col(i)) / static_cast<double>(last.size());
   auto const nailed = vertices_where(lobe(), [](Vector const& p) { return p.x() < root + 1e-4; });
   EmbeddedSurface<double> vessel(tube(), loaf());
   double const weight = scene.body<1>().total_mass() * g;
   std::printf("two organs of %td and %td tetrahedra; the upper one weighs %.4f N\nthe vessel below it is %.1f mm long\n\n", loaf().tetrahedra.cols(),
               lobe().tetrahedra.cols(), weight, 1e3 * seen(vessel, {}));
 
-  Forceps<double> const forceps({.shape = {.opening = 0.018, .jaw = 0.026, .radius = 0.0015, .shaft = 0.05}, .grasp = {.clamp_force = 1.0, .width = 0.02}});
-  Simulator simulator(std::move(scene), SimulatorOptions{.body_rate = rate}, Tool(hand(tip), PerBody(NoCutter<double>(), forceps), TissueReaction{}));
+  Hook<double> const hook({.shape = {.radius = 0.0015, .point = 0.012, .shaft = 0.05, .bend = 2.0}, .friction = 0.5});
+  Simulator simulator(std::move(scene), SimulatorOptions{.body_rate = rate}, Tool(hand(middle), PerBody(NoCutter<double>(), hook), TissueReaction{}));
   drawing::Picture chart("lift_forces", "A lobe is lifted off another organ, and let down again", "time [s]", "force [N]");
   auto &by_hand = chart.line(drawing::blue, "hand"), &by_root = chart.line(drawing::green, "root"), &by_lower = chart.line(drawing::orange, "lower organ");
   auto& all = chart.dashes(drawing::black, "weight of the lobe");
@@ -172,7 +174,7 @@ drawing::Album example() {
     drawing::add(by_hand, t, felt), drawing::add(by_root, t, held_by_root), drawing::add(by_lower, t, borne), drawing::add(all, t, weight);
     if (tick % 100 != 1) return;
     char const* does = "comes";
-    for (auto const& [since, what] : {std::pair{come, "closes"}, {closed, "lifts"}, {up, "holds"}, {held, "lets down"}, {down, "opens"}, {let_go, "is gone"}})
+    for (auto const& [since, what] : {std::pair{come, "hooks in"}, {hooked, "lifts"}, {up, "holds"}, {held, "lets down"}, {down, "waits"}, {let_go, "is gone"}})
       if (t > since - 1e-9) does = what;
     std::printf("%8.1f %10.4f %10.4f %10.4f %10.4f %10.1f  %s\n", t, felt, held_by_root, borne, felt + held_by_root + borne, 1e3 * seen(vessel, above.mesh()),
                 does);
