@@ -253,6 +253,7 @@ run_long_tests() {
   part "$PALPATE_CONTACT_STARTS starts of two solids in one another" build/ci/tests/test_contact 'two solids that begin deep*'
   part "$PALPATE_COLLISIONS collisions of two solids" build/ci/tests/test_contact 'bodies that collide*'
   part "two solids on a table for $PALPATE_SCENE_TICKS ms" build/ci/tests/test_scene 'bodies on one another bear*'
+  part "two solids of 3,840 tetrahedra with four tools allocate nothing" build/ci/tests/test_scene '*four tools allocate nothing'
   part "$PALPATE_GMSH_FILES damaged Gmsh files" build/ci/tests/test_volume 'damaged Gmsh files*'
   part "$PALPATE_VTK_FILES damaged VTK volumes" build/ci/tests/test_vtk 'a damaged volume*'
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Several bodies, what touches them and what holds them. Yardsticks: the same bodies stepped by hand; a simulator of one body; weights; what the nails hold.
-// PALPATE_SCENE_TICKS sets for how many ticks a stack has to stay where it is (200 if not set; 60,000 is a minute).
+// PALPATE_SCENE_TICKS sets for how many ticks a stack has to stay where it is (200 if not set; 60,000 is a minute), and with more
+// than 1,000 the four tools press two solids of 3,840 tetrahedra for 1,000 ticks.
 #include "allocation_trap.hpp"
 #include "catch.hpp"
 #include "contact/blocks.hpp"
@@ -22,11 +23,13 @@
 #include <palpate/simulator/simulator.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -394,6 +397,40 @@ TEST_CASE("a scene in motion with a tool in it allocates nothing", "[scene]") {
   long const count = allocations.count();
   CHECK(count == 0);
   CHECK(last.tissue_force[2] > 0.05);
+}
+
+TEST_CASE("two solids on one another, each watched for contact with itself, and four tools allocate nothing", "[scene]") {
+  REQUIRE(trap_works());
+  int const cells = long_run("PALPATE_SCENE_TICKS", 0) > 1000 ? 12 : 6, counted = cells == 12 ? 1000 : 100;   // 12: 3,840 tetrahedra each
+  double const edge = 0.06 / cells;
+  auto const organ = [&](double low) {
+    auto mesh = make_block<double>(cells + 1, cells * 2 / 3 + 1, cells * 2 / 3 + 1, edge, BlockPattern::alternating);
+    mesh.points.colwise() += Vector(-0.03, -0.02, low);
+    auto body = solid(mesh, LeapfrogVerlet{}, 5e3, 40.0, 2e-4);
+    body.set_gravity({0, 0, -g});
+    return body;
+  };
+  double const high = edge * (cells * 2 / 3);
+  Scene scene(organ(-1e-5), organ(high - 2e-5), table());
+  scene.touch<0, 2>(pressed), scene.touch<1, 0>(pressed), scene.touch<0, 0>({.pressure = 5e3}), scene.touch<1, 1>({.pressure = 5e3});
+  using Loop = BodyLoop<decltype(scene), Probe, Probe, Probe, Probe>;
+  using At = BodyTool<decltype(scene), Probe>;
+  auto const at = [] { return At(Probe({.tip_radius = 0.004}), ContactCoupling{.stiffness = 300.0}); };
+  Loop loop(std::move(scene), std::tuple(at(), at(), at(), at()), {0, 1, 2, 3}, 100);
+  auto const placed = [&](int k) {
+    std::array<PlacedTool<double>, 4> all;
+    double const depth = 1e-4 * std::min(k, 110) - 0.004;
+    for (std::size_t n = 0; n < 4; ++n) all[n] = {.is_placed = true, .pose = {.position = Vector(n % 2 == 0 ? -0.02 : 0.015, n < 2 ? -0.011 : 0.01, 2 * high - depth)}};
+    return all;
+  };
+  constexpr int settles = 300;
+  for (int k = 0; k < settles; ++k) loop.tick(placed(k), 1e-3);
+  AllocationCount const allocations;
+  Loop::Models last;
+  for (int k = settles; k < settles + counted; ++k) last = loop.tick(placed(k), 1e-3);
+  long const count = allocations.count();
+  CHECK(count == 0);
+  for (auto const& one : last) CHECK(one.tissue_force[2] > 0.02);
 }
 
 TEST_CASE("what a scene refuses", "[scene][errors]") {

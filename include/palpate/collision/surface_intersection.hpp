@@ -5,6 +5,7 @@
 #include <palpate/collision/detail/sided_sets.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/refill.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 
 #include <Eigen/Geometry>
@@ -124,7 +125,7 @@ class SurfaceIntersection {
       if (pairs_ > 0) close(0, surface), join();
     }
     if (pairs_ == 0) return;
-    is_apart_.assign(regions_.size(), 0);
+    detail::refill(is_apart_, regions_.size(), char{0});
     for (auto const& [a, b] : joints_)
       if (presses(a, b)) is_apart_[at(region_[at(sides_[0].place[at(a)])])] = 1;
     for (int const t : torn_) is_apart_[at(region_[at(sides_[0].place[at(t)])])] = 2;
@@ -331,10 +332,10 @@ class SurfaceIntersection {
   template <class Surface>
   void drop_smallest_of_torn(Surface const& surface) {
     auto const region_of = [&](int triangle) { return at(region_[at(sides_[0].place[at(triangle)])]); };
-    is_apart_.assign(regions_.size(), 0);
+    detail::refill(is_apart_, regions_.size(), char{0});
     for (int const t : torn_) is_apart_[region_of(t)] = 1;
     contours_.find(joints_.size());
-    size_.assign(joints_.size(), 0), smallest_.assign(regions_.size(), -1);
+    detail::refill(size_, joints_.size(), 0), detail::refill(smallest_, regions_.size(), -1);
     for (std::size_t k = 0; k < joints_.size(); ++k) ++size_[at(contours_.of(static_cast<int>(k)))];
     for (std::size_t k = 0; k < joints_.size(); ++k) {
       std::size_t const region = region_of(joints_[k][0]);
@@ -407,7 +408,7 @@ class SurfaceIntersection {
         if (!sets_.unite(number(side, a), number(side, b), false)) torn_.push_back(a);
       inner_[at(side)].clear();
     }
-    region_.assign(sets_.size(), -1), is_second_.assign(sets_.size(), false);
+    detail::refill(region_, sets_.size(), -1), detail::refill(is_second_, sets_.size(), false);
     for (int k = 0; k < static_cast<int>(sets_.size()); ++k) {
       auto const [first, is_second] = sets_.of(k);
       if (first == k) region_[at(k)] = static_cast<int>(regions_.size()), regions_.push_back({});

@@ -10,6 +10,7 @@
 #include <palpate/contact/rigid_forces.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/refill.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 
 #include <Eigen/Geometry>
@@ -122,7 +123,7 @@ class ContactRegions {
     its.local.resize(std::max(its.local.size(), static_cast<std::size_t>(body.positions().cols())), -1);
     its.particles.clear(), its.mobility.clear();
     for_each_side_of(number, [&](int side) {
-      entries_[at(side)].assign(shapes_.gradient(side).size(), Entry{Vector::Zero(), Vector::Zero(), Vector::Zero(), Vector::Zero()});
+      refill(entries_[at(side)], shapes_.gradient(side).size(), Entry{Vector::Zero(), Vector::Zero(), Vector::Zero(), Vector::Zero()});
       for (auto const& one : shapes_.gradient(side))
         if (its.local[at(one.vertex)] < 0) {
           its.local[at(one.vertex)] = static_cast<int>(its.particles.size());

@@ -3,6 +3,7 @@
 
 #include <palpate/collision/surface_intersection.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/refill.hpp>
 
 #include <array>
 #include <cstddef>
@@ -19,8 +20,8 @@ class RegionShapes {
   using VertexGradient = typename SurfaceIntersection<Scalar>::VertexGradient;
 
   void take(SurfaceIntersection<Scalar> const& found) {
-    regions_.assign(found.regions().begin(), found.regions().end()), found_ = regions_.size();
-    for (std::size_t side = 0; side < 2; ++side) gradients_[side].assign(found.gradient(static_cast<int>(side)).begin(), found.gradient(static_cast<int>(side)).end());
+    refill(regions_, found.regions()), found_ = regions_.size();
+    for (std::size_t side = 0; side < 2; ++side) refill(gradients_[side], found.gradient(static_cast<int>(side)));
   }
   /// Of a region that is added: begin, then its gradients on either side, ascending, then end.
   Region& begin_region() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/collision/detail/sided_sets.hpp>
+#include <palpate/core/refill.hpp>
 
 #include <algorithm>
 #include <array>
@@ -23,7 +24,7 @@ class OwnContours {
   /// Of so many pairs. True where all are closed.
   bool find(std::size_t pairs) {
     std::sort(ends_.begin(), ends_.end());
-    sets_.reset(pairs), is_left_out_.assign(pairs, 0);
+    sets_.reset(pairs), refill(is_left_out_, pairs, char{0});
     auto const is_one = [&](std::size_t a, std::size_t b) { return b < ends_.size() && ends_[a].edge == ends_[b].edge && ends_[a].triangle == ends_[b].triangle; };
     for (std::size_t k = 0; k < ends_.size(); ++k)
       if (is_one(k, k + 1)) sets_.unite(ends_[k].pair, ends_[k + 1].pair, false);
