@@ -6,6 +6,7 @@
 #include "contact/blocks.hpp"
 #include "cutting/solid_strokes.hpp"
 
+#include <palpate/body/pieces.hpp>
 #include <palpate/contact/self_contact.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
@@ -17,6 +18,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <type_traits>
 #include <vector>
 
@@ -183,6 +185,80 @@ TEST_CASE("what lies on itself after a cut is borne while it slides on, by a tri
   CHECK(body.positions()(0, last) - body.tissue().rest_position(last)[0] > 0.008);
   CHECK(least > 0.98 * weight);
   CHECK(most < 1.02 * weight);
+}
+
+TEST_CASE("a piece that was cut off presses nothing where it is laid aside, nor does a flap that is folded back", "[contact]") {
+  auto put = [](auto& body, int i, Place const& at) { body.hold(i), body.drag(i, at), body.release(i); };
+  auto const pressed = [](auto const& contact) {
+    double sum = 0;
+    for (auto const& one : contact.regions()) sum += one.force().norm();
+    return sum;
+  };
+  auto body = solid<double>(block<double>(4, 4, 5, 0.01, {-0.015, -0.015, -0.02}), BackwardEuler{}, 2e4);
+  cut_level(body, 0.005, 0.1);
+  SelfContact contact(body);
+  std::vector<int> upper = pieces_of(body)[1];
+  if (body.tissue().rest_position(upper[0])[2] < 0.004) upper = pieces_of(body)[0];
+  auto const lay = [&](Place const& by) {
+    for (int const i : upper) put(body, i, Place(body.tissue().rest_position(i) + by));
+  };
+  for (Place const& by : {Place(0, 0, 0.05), Place(0.1, 0, 0), Place(0.1, 0, -0.03), Place(0.04, 0, -0.002), Place(0, 0, 0.05), Place(0, 0, -5e-4)}) {
+    lay(by);
+    for (int k = 0; k < 15; ++k) contact.apply(body, 1e-3);
+    CHECK((pressed(contact) > 0) == (by[2] == -5e-4));   // back on its twin from above it does
+  }
+  auto flap = solid<double>(block<double>(9, 4, 4, 0.005, {-0.02, -0.0075, -0.0075}), BackwardEuler{}, 2e4);
+  cut_level(flap, 0.0031, 0.005);
+  SelfContact folded(flap);
+  for (double const turned : {40.0, 60.0, 100.0, 140.0, 170.0, 190.0, 225.0, 260.0}) {
+    double const by = turned * std::numbers::pi / 180, back = 0.0049;
+    for (int i = 0; i < flap.size(); ++i) {
+      Place const x = flap.tissue().rest_position(i);
+      bool const is_below = std::ranges::any_of(flap.tissue().topology().tetrahedra_at(i), [&](int t) {
+        return std::ranges::any_of(flap.tissue().topology().corners(t), [&](int c) { return flap.tissue().rest_position(c)[2] < 0.003; });
+      });
+      if (x[0] < back && !is_below) put(flap, i, Place(back + (x[0] - back) * std::cos(by) + (x[2] - 0.0031) * std::sin(by), x[1], 0.0031 - (x[0] - back) * std::sin(by) + (x[2] - 0.0031) * std::cos(by)));
+    }
+    for (int k = 0; k < 15; ++k) folded.apply(flap, 1e-3);
+    CHECK(pressed(folded) == 0);
+  }
+}
+
+TEST_CASE("a wound of two crossing cuts that is pressed together bears and comes to rest", "[contact]") {
+  std::array<double, 3> borne{};
+  for (std::size_t which = 0; which < 3; ++which) {   // uncut, cut without contact, with it
+    auto body = solid<double>(block<double>(6, 6, 5, 0.005, {-0.0125, -0.0125, -0.01}), BackwardEuler{}, 2e4, 5);
+    if (which > 0) {
+      VolumeCutter<double> one, other;
+      stroke(one, body, Place(0.0007, -0.1, -0.003), Place(0.0007, 0.1, -0.003), Place(0, 0, 0.1), 60);
+      one.lift(body);
+      stroke(other, body, Place(-0.1, 0.0011, -0.003), Place(0.1, 0.0011, -0.003), Place(0, 0, 0.1), 60);
+    }
+    std::vector<int> sides;
+    for (int i = 0; i < body.size(); ++i)
+      if (Place const x = body.tissue().rest_position(i); std::max(std::abs(x[0]), std::abs(x[1])) > 0.0124) sides.push_back(i), body.hold(i);
+    SelfContact contact(body, {.pressure = 2e4});
+    double now = 0;
+    for (double const to : {0.15, -0.12}) {
+      double const from = now;
+      for (int k = 1; k <= 300; ++k) {
+        now = from + (to - from) * std::min(1.0, k / 100.0);
+        for (int const i : sides) {
+          Place const x = body.tissue().rest_position(i);
+          body.drag(i, Place(x[0] * (1 + now), x[1] * (1 + now), x[2]));
+        }
+        if (which == 2) contact.apply(body, 1e-3);
+        REQUIRE(body.step(1e-3));
+      }
+    }
+    CHECK(body.velocities().colwise().norm().maxCoeff() < 1e-6);
+    for (int const i : sides)
+      if (body.tissue().rest_position(i)[0] > 0.0124) borne[which] += body.reaction(i)[0];
+  }
+  CAPTURE(borne);
+  CHECK(borne[1] / borne[0] < 0.85);
+  CHECK(borne[2] / borne[0] > borne[1] / borne[0] + 0.04);
+  CHECK(borne[2] / borne[0] < 1);
 }
 
 TEMPLATE_TEST_CASE("closed lips go on as they did after they are restored, and allocate nothing", "[contact]", LeapfrogVerlet, BackwardEuler) {

@@ -4,6 +4,7 @@
 #include <palpate/collision/detail/sided_sets.hpp>
 #include <palpate/contact/region_shapes.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/refill.hpp>
 #include <palpate/tissue/concept.hpp>
 
 #include <Eigen/Geometry>
@@ -21,11 +22,12 @@
 
 namespace palpate {
 
-/// Two copies of a vertex that a cut has made, and for how long their lips have been parted there.
+/// Two copies of a vertex that a cut has made, and what has become of them.
 template <RealScalar Scalar>
 struct PartedVertex {
   std::array<int, 2> copies{};   ///< vertices, ascending
-  Scalar time = 0;               ///< s; infinite once it was long enough
+  Scalar time = 0;               ///< s for which their lips have been parted there; infinite once it was long enough
+  bool are_opposite = false;     ///< the lips face each other there, and have not come past each other beside
 };
 
 namespace detail {
@@ -34,9 +36,12 @@ namespace detail {
 /// through each other it is negative:
 ///   V = Σ vᵢ,   vᵢ = (bᵢ − aᵢ)·N/6,   N = (N(a) + 4 N((a + b)/2) + N(b))/6,   N(x) = (x₁ − x₀) × (x₂ − x₀)
 /// That is the volume between a triangle and its twin with ruled walls, which the neighbours share. It does not ask where the front of the cut is, where lips have
-/// vertices in common, nor how far they have slid along each other. Where some corners have crossed and others have not, the part counts of which the depth, linear
+/// vertices in common. Where some corners have crossed and others have not, the part counts of which the depth, linear
 /// from corner to corner, is positive: so forces go to zero with it.
 /// A fresh pair says nothing: both lie on each other, and rounding alone would push them apart. It does once all copies of its corners have been parted long enough.
+/// Nor does one whose copies are beside each other by more than two mean edges, or turned away from each other, as those of a piece that was laid aside and a flap
+/// that is folded back; it does again when it has come in front of its twin.
+/// Regions    what hangs together by two copies of a vertex and the same two: where cuts cross each wall is a region of its own.
 /// Cost       O(wounds) a step, O(wounds log wounds) after edits, which allocate.
 /// Limits     triangles of which a later cut has divided one only, or both in different places, have no twin.
 template <RealScalar Scalar>
@@ -55,19 +60,29 @@ class CutLips {
       list_parted();
     }
   }
-  /// h seconds have passed: what is further apart than `enough` [m], on average round a vertex, for so long [s], is not fresh any more.
+  /// h seconds have passed: what is further apart than `enough` mean edges, on average round a vertex, for so long [s], is not fresh any more.
   template <class Body>
   void part(Body const& body, Scalar enough, Scalar time, Scalar h) {
-    opening_.assign(parted_.size(), {0, 0});
+    refill(round_, parted_.size(), Round{});
     for (Face& face : faces_) {
-      measure(body, face);
-      for (int const p : face.parted)
-        if (p >= 0) opening_[at(p)][0] += face.volume(), opening_[at(p)][1] += face.normal.norm() / 2;
+      double const faces_other = measure(body, face);
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (face.parted[i] < 0) continue;
+        Round& round = round_[at(face.parted[i])];
+        round.volume += face.volume(), round.area += face.normal.norm() / 2, round.facing += faces_other;
+        face.a[i] < face.b[i] ? void(round.normal += face.normal) : void(round.normal -= face.normal);
+      }
     }
+    double const edge = static_cast<double>(body.mean_edge());
     for (std::size_t p = 0; p < parted_.size(); ++p) {
-      Scalar& since = parted_[p].time;
-      since = opening_[p][0] > static_cast<double>(enough) * opening_[p][1] ? since + h : since < time ? Scalar(0) : since;
-      if (since >= time) since = std::numeric_limits<Scalar>::infinity();
+      Parted& one = parted_[p];
+      Round const& round = round_[p];
+      one.time = round.volume > static_cast<double>(enough) * edge * round.area ? one.time + h : one.time < time ? Scalar(0) : one.time;
+      if (one.time >= time) one.time = std::numeric_limits<Scalar>::infinity();
+      Place const way = Vector3<Scalar>(body.positions().col(one.copies[1]) - body.positions().col(one.copies[0])).template cast<double>();
+      double const size = round.normal.squaredNorm(), across = way.dot(round.normal);
+      bool const is_beside = !(way.squaredNorm() - (size > 0 ? across * across / size : 0) < 4 * edge * edge);
+      one.are_opposite = !is_beside && round.facing > 0 && (round.volume > 0 || one.are_opposite);
     }
   }
   /// Adds the volumes by which lips are in each other, but where a contour has found it.
@@ -75,7 +90,7 @@ class CutLips {
   void press(Body const& body, RegionShapes<Scalar>& shapes) {
     choose(body, shapes);
     if (pressing_.empty()) return;
-    unite(static_cast<std::size_t>(body.positions().cols()));
+    unite();
     for (std::size_t k = 0; k < pressing_.size(); ++k) {
       auto const [set, is_second] = sets_.of(static_cast<int>(k));
       order_[k] = {set, static_cast<int>(k), is_second};
@@ -100,6 +115,10 @@ class CutLips {
     std::array<double, 3> gaps{};                // m³, v of each corner
     Place normal = Place::Zero();                // N [m²]
     double volume() const noexcept { return gaps[0] + gaps[1] + gaps[2]; }
+  };
+  struct Round {   // of the faces at two copies
+    double volume = 0, area = 0, facing = 0;   // m³, m²; m⁴, negative where they are turned away from each other
+    Place normal = Place::Zero();              // from the first copy to the second
   };
   struct Key {   // a wound, by the first copies of its corners
     std::array<int, 3> corners;
@@ -157,16 +176,16 @@ class CutLips {
   void list_parted() {
     for (Face const& face : faces_)
       for (std::size_t i = 0; i < 3; ++i)
-        if (face.a[i] != face.b[i]) parted_.push_back({copies_of(face, i), 0});
+        if (face.a[i] != face.b[i]) parted_.push_back({copies_of(face, i)});
     auto const less = [](Parted const& one, Parted const& other) { return one.copies < other.copies; };
     std::sort(parted_.begin(), parted_.end(), less);
     parted_.erase(std::unique(parted_.begin(), parted_.end(), [](Parted const& one, Parted const& other) { return one.copies == other.copies; }), parted_.end());
     for (Parted& one : parted_)
-      if (auto const was = std::lower_bound(known_.begin(), known_.end(), one, less); was != known_.end() && was->copies == one.copies) one.time = was->time;
+      if (auto const was = std::lower_bound(known_.begin(), known_.end(), one, less); was != known_.end() && was->copies == one.copies) one = *was;
     for (Face& face : faces_)
       for (std::size_t i = 0; i < 3; ++i)
         if (face.a[i] != face.b[i])
-          face.parted[i] = static_cast<int>(std::lower_bound(parted_.begin(), parted_.end(), Parted{copies_of(face, i), 0}, less) - parted_.begin());
+          face.parted[i] = static_cast<int>(std::lower_bound(parted_.begin(), parted_.end(), Parted{copies_of(face, i)}, less) - parted_.begin());
   }
   static std::array<int, 2> copies_of(Face const& face, std::size_t i) noexcept { return {std::min(face.a[i], face.b[i]), std::max(face.a[i], face.b[i])}; }
 
@@ -178,12 +197,15 @@ class CutLips {
   static std::array<Place, 3> between(std::array<Place, 3> const& a, std::array<Place, 3> const& b) noexcept {
     return {Place((a[0] + b[0]) / 2), Place((a[1] + b[1]) / 2), Place((a[2] + b[2]) / 2)};
   }
+  /// Returns N(a)·N(b) [m⁴].
   template <class Body>
-  static void measure(Body const& body, Face& face) {
+  static double measure(Body const& body, Face& face) {
     auto const normal = [](std::array<Place, 3> const& x) { return Place((x[1] - x[0]).cross(x[2] - x[0])); };
     auto const a = places(body, face.a), b = places(body, face.b);
-    face.normal = (normal(a) + 4 * normal(between(a, b)) + normal(b)) / 6;
+    Place const its = normal(a), other = normal(b);
+    face.normal = (its + 4 * normal(between(a, b)) + other) / 6;
     for (std::size_t i = 0; i < 3; ++i) face.gaps[i] = face.normal.dot(b[i] - a[i]) / 6;
+    return its.dot(other);
   }
   /// What of the depths −v is positive, and its derivatives by them: it is the sum of these times the depths.
   static std::array<double, 3> shares(std::array<double, 3> const& gaps) noexcept {
@@ -206,31 +228,30 @@ class CutLips {
     pressing_.clear();
     bool const has_contours = !shapes.gradient(0).empty();
     if (has_contours) {
-      is_taken_.assign(static_cast<std::size_t>(body.positions().cols()), 0);
+      refill(is_taken_, static_cast<std::size_t>(body.positions().cols()), char{0});
       for (int side = 0; side < 2; ++side)
         for (auto const& one : shapes.gradient(side)) is_taken_[at(one.vertex)] = 1;
     }
     for (int k = 0; k < static_cast<int>(faces_.size()); ++k) {
       Face const& face = faces_[at(k)];
-      auto const is_fresh = [&](int p) { return p >= 0 && !(parted_[at(p)].time > std::numeric_limits<Scalar>::max()); };
+      auto const is_silent = [&](int p) { return p >= 0 && !(parted_[at(p)].time > std::numeric_limits<Scalar>::max() && parted_[at(p)].are_opposite); };
       auto const is_taken = [&](int i) { return has_contours && is_taken_[at(i)] != 0; };
-      if (std::ranges::none_of(face.gaps, [](double gap) { return gap < 0; }) || std::ranges::any_of(face.parted, is_fresh)) continue;
+      if (std::ranges::none_of(face.gaps, [](double gap) { return gap < 0; }) || std::ranges::any_of(face.parted, is_silent)) continue;
       if (std::ranges::none_of(face.a, is_taken) && std::ranges::none_of(face.b, is_taken)) pressing_.push_back(k);
     }
   }
-  /// What has a vertex in common is of one region, on the same side of it by that vertex.
-  void unite(std::size_t vertices) {
+  /// What has two copies in common is of one region, on the same side of it by these.
+  void unite() {
     sets_.reset(pressing_.size()), order_.resize(pressing_.size());
-    at_vertex_.assign(vertices, {-1, false});
+    refill(at_copies_, parted_.size(), std::pair(-1, false));
     for (int k = 0; k < static_cast<int>(pressing_.size()); ++k) {
       Face const& face = faces_[at(pressing_[at(k)])];
       for (std::size_t i = 0; i < 3; ++i) {
-        if (face.a[i] == face.b[i]) continue;
-        for (auto const& [vertex, is_second] : {std::pair(face.a[i], false), std::pair(face.b[i], true)}) {
-          auto& [other, was_second] = at_vertex_[at(vertex)];
-          if (other >= 0) sets_.unite(other, k, was_second != is_second);
-          other = k, was_second = is_second;
-        }
+        if (face.parted[i] < 0) continue;
+        auto& [other, was_turned] = at_copies_[at(face.parted[i])];
+        bool const is_turned = face.a[i] > face.b[i];
+        if (other >= 0) sets_.unite(other, k, was_turned != is_turned);
+        other = k, was_turned = is_turned;
       }
     }
   }
@@ -278,12 +299,12 @@ class CutLips {
 
   std::vector<Face> faces_;
   std::vector<Parted> parted_, known_;          // by their vertices; known_: before the last edits
-  std::vector<std::array<double, 2>> opening_;  // round each of parted_: m³, m²
+  std::vector<Round> round_;                    // each of parted_
   std::vector<int> copies_, first_;             // corners of wounds by place; of each vertex, the first of its copies
   std::vector<Key> keys_;
   std::vector<int> pressing_;                   // faces
   std::vector<char> is_taken_;                  // of each vertex
-  std::vector<std::pair<int, bool>> at_vertex_; // a face that presses, and which of its sides is there
+  std::vector<std::pair<int, bool>> at_copies_; // of each of parted_, a face that presses, and whether its second side has the first copy
   SidedSets sets_;
   std::vector<Ordered> order_;
   std::vector<Part> parts_;

@@ -64,7 +64,7 @@ class SelfContact {
     if (restorations_ != body.restorations()) reset(body);
     detail::BodySkin skin(body);
     if (edits_ != body.topology_revision()) near_.forget(), lips_.read(body), edits_ = body.topology_revision();
-    lips_.part(body, options_.parted * body.mean_edge(), options_.parted_for, h);
+    lips_.part(body, options_.parted, options_.parted_for, h);
     near_.follow(skin, body.mean_edge() / 2);
     regions_.begin();
     regions_.intersection().find_own(skin, near_, [&](int a, int b) { return are_apart(body, a, b); });
