@@ -36,8 +36,8 @@ namespace detail {
 /// through each other it is negative:
 ///   V = Σ vᵢ,   vᵢ = (bᵢ − aᵢ)·N/6,   N = (N(a) + 4 N((a + b)/2) + N(b))/6,   N(x) = (x₁ − x₀) × (x₂ − x₀)
 /// That is the volume between a triangle and its twin with ruled walls, which the neighbours share. It does not ask where the front of the cut is, where lips have
-/// vertices in common. Where some corners have crossed and others have not, the part counts of which the depth, linear
-/// from corner to corner, is positive: so forces go to zero with it.
+/// vertices in common. Where some corners have crossed and others have not, the part counts of which the depth, linear from corner to corner, is positive: so forces
+/// go to zero with it.
 /// A fresh pair says nothing: both lie on each other, and rounding alone would push them apart. It does once all copies of its corners have been parted long enough.
 /// Nor does one whose copies are beside each other by more than two mean edges, or turned away from each other, as those of a piece that was laid aside and a flap
 /// that is folded back; it does again when it has come in front of its twin.
@@ -77,8 +77,12 @@ class CutLips {
     for (std::size_t p = 0; p < parted_.size(); ++p) {
       Parted& one = parted_[p];
       Round const& round = round_[p];
-      one.time = round.volume > static_cast<double>(enough) * edge * round.area ? one.time + h : one.time < time ? Scalar(0) : one.time;
-      if (one.time >= time) one.time = std::numeric_limits<Scalar>::infinity();
+      if (round.volume > static_cast<double>(enough) * edge * round.area) {
+        one.time += h;
+        if (one.time >= time) one.time = std::numeric_limits<Scalar>::infinity();
+      } else if (std::isfinite(one.time)) {
+        one.time = 0;
+      }
       Place const way = Vector3<Scalar>(body.positions().col(one.copies[1]) - body.positions().col(one.copies[0])).template cast<double>();
       double const size = round.normal.squaredNorm(), across = way.dot(round.normal);
       bool const is_beside = !(way.squaredNorm() - (size > 0 ? across * across / size : 0) < 4 * edge * edge);
@@ -234,7 +238,7 @@ class CutLips {
     }
     for (int k = 0; k < static_cast<int>(faces_.size()); ++k) {
       Face const& face = faces_[at(k)];
-      auto const is_silent = [&](int p) { return p >= 0 && !(parted_[at(p)].time > std::numeric_limits<Scalar>::max() && parted_[at(p)].are_opposite); };
+      auto const is_silent = [&](int p) { return p >= 0 && (std::isfinite(parted_[at(p)].time) || !parted_[at(p)].are_opposite); };
       auto const is_taken = [&](int i) { return has_contours && is_taken_[at(i)] != 0; };
       if (std::ranges::none_of(face.gaps, [](double gap) { return gap < 0; }) || std::ranges::any_of(face.parted, is_silent)) continue;
       if (std::ranges::none_of(face.a, is_taken) && std::ranges::none_of(face.b, is_taken)) pressing_.push_back(k);
