@@ -118,7 +118,7 @@ class ContactRegions {
   /// The vertices of a body, with the velocities that they will have without the contact.
   template <class Body>
   void gather(int number, Body const& body, FreeMotion<Body>& motion, Scalar h) {
-    if (!shapes_.regions().empty()) motion.begin(body, h);
+    if (!shapes_.gradient(0).empty() || !shapes_.gradient(1).empty()) motion.begin(body, h);   // what is held back moves nothing
     Owner& its = owners_[at(number)];
     its.local.resize(std::max(its.local.size(), static_cast<std::size_t>(body.positions().cols())), -1);
     its.particles.clear(), its.mobility.clear();
@@ -149,6 +149,7 @@ class ContactRegions {
   void respond(int number, FreeMotion<Body>& motion) {
     Owner& its = owners_[at(number)];
     its.responses.clear();
+    if (its.particles.empty()) return;
     if constexpr (FreeMotion<Body>::solves) {
       std::size_t const count = its.particles.size();
       its.responses.resize(rows_.size() * rows * count);

@@ -77,7 +77,7 @@ class SelfContact {
     regions_.push(0, body);
   }
 
-  /// Where friction sticks; to be restored after the body was.
+  /// Where friction sticks, and which lips were parted; to be restored after the body was.
   State save() const {
     State state = regions_.save();
     state.parted.assign(lips_.parted().begin(), lips_.parted().end());
