@@ -27,7 +27,7 @@ libfcl-dev        FCL 0.7
 libccd-dev        libccd 2
 libtbb-dev        oneTBB
 nlohmann-json3-dev  nlohmann-json 3.10
-libboost-dev      Boost 1.74 with Beast
+libboost-dev      Boost 1.74 with Asio and Beast
 libbullet-dev     Bullet 3, a peer in the benchmarks
 clang-16          clang 16 as clang++-16
 libclang-rt-16-dev  the sanitizers of clang 16

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 # Finds what the core needs (Eigen, threads) and what the asked components need (FCL, Boost, nlohmann-json, oneTBB, VTK).
 #
-# PALPATE_COMPONENTS names the components this build uses: any of collision, haply, json, parallel, vtk. A component that is named must be
-# found. Without the variable, a build of palpate itself takes those whose libraries are there, and a host that pulls
-# palpate in with add_subdirectory() gets the core alone.
+# PALPATE_COMPONENTS names the components this build uses: any of collision, haply, json, network, parallel, vtk. A
+# component that is named must be found. Without the variable, a build of palpate itself takes those whose libraries
+# are there, and a host that pulls palpate in with add_subdirectory() gets the core alone.
 include(cmake/palpate_vtk.cmake)
 
 # A host's own directories must see what is found here.
@@ -15,10 +15,11 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 
-set(palpate_known_components collision haply json parallel vtk)
+set(palpate_known_components collision haply json network parallel vtk)
 set(palpate_has_collision OFF)
 set(palpate_has_haply OFF)
 set(palpate_has_json OFF)
+set(palpate_has_network OFF)
 set(palpate_has_parallel OFF)
 set(palpate_has_vtk OFF)
 if(DEFINED PALPATE_COMPONENTS)
@@ -51,6 +52,12 @@ foreach(component IN LISTS palpate_components)
       set(palpate_has_json ON)
     endif()
     set(palpate_missing "nlohmann-json 3.10 (Debian: nlohmann-json3-dev)")
+  elseif(component STREQUAL "network")
+    find_package(Boost 1.74 QUIET CONFIG)   # Asio, headers alone
+    if(TARGET Boost::headers)
+      set(palpate_has_network ON)
+    endif()
+    set(palpate_missing "Boost 1.74 (Debian: libboost-dev)")
   elseif(component STREQUAL "parallel")
     find_package(TBB QUIET)
     if(TARGET TBB::tbb)
@@ -64,7 +71,8 @@ foreach(component IN LISTS palpate_components)
     endif()
     set(palpate_missing "VTK 9 (Debian: libvtk9-dev)")
   else()
-    message(FATAL_ERROR "PALPATE_COMPONENTS: there is no component '${component}' (components: collision, haply, json, parallel, vtk).")
+    message(FATAL_ERROR "PALPATE_COMPONENTS: there is no component '${component}' "
+                        "(components: collision, haply, json, network, parallel, vtk).")
   endif()
   if(NOT palpate_has_${component})
     if(DEFINED PALPATE_COMPONENTS)

@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 set(palpate_package_dir "${CMAKE_INSTALL_DATADIR}/cmake/palpate")
 
 # One targets file a component: a host that does not ask for VTK never sees its names.
-foreach(target palpate palpate_collision palpate_haply palpate_json palpate_parallel palpate_vtk)
+foreach(target palpate palpate_collision palpate_haply palpate_json palpate_network palpate_parallel palpate_vtk)
   install(TARGETS ${target} EXPORT ${target}Targets FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
   install(EXPORT ${target}Targets NAMESPACE palpate:: DESTINATION "${palpate_package_dir}")
 endforeach()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# palpate::palpate, palpate::collision, palpate::haply, palpate::json, palpate::parallel and palpate::vtk, under the names an installed
-# package has.
+# palpate::palpate, palpate::collision, palpate::haply, palpate::json, palpate::network, palpate::parallel and
+# palpate::vtk, under the names an installed package has.
 #
 # All of them always exist and are always installed: they are headers, so what this machine happens to have does not
 # change the package. Only the link items depend on the libraries that were found.
@@ -15,11 +15,13 @@ set(palpate_haply_headers ${palpate_headers})
 list(FILTER palpate_haply_headers INCLUDE REGEX "/include/palpate/haply/")
 set(palpate_json_headers ${palpate_headers})
 list(FILTER palpate_json_headers INCLUDE REGEX "/include/palpate/json/")
+set(palpate_network_headers ${palpate_headers})
+list(FILTER palpate_network_headers INCLUDE REGEX "/include/palpate/network/")
 set(palpate_parallel_headers ${palpate_headers})
 list(FILTER palpate_parallel_headers INCLUDE REGEX "/include/palpate/parallel/")
 set(palpate_core_headers ${palpate_headers})
 list(REMOVE_ITEM palpate_core_headers ${palpate_vtk_headers} ${palpate_collision_headers} ${palpate_haply_headers} ${palpate_json_headers}
-     ${palpate_parallel_headers})
+     ${palpate_network_headers} ${palpate_parallel_headers})
 
 # palpate_add_interface(<target> <exported name> <headers>...)
 function(palpate_add_interface target name)
@@ -42,6 +44,8 @@ palpate_add_interface(palpate_haply haply ${palpate_haply_headers})
 set(palpate_haply_items Boost::headers nlohmann_json::nlohmann_json)
 palpate_add_interface(palpate_json json ${palpate_json_headers})
 set(palpate_json_items nlohmann_json::nlohmann_json)
+palpate_add_interface(palpate_network network ${palpate_network_headers})
+set(palpate_network_items Boost::headers)
 palpate_add_interface(palpate_parallel parallel ${palpate_parallel_headers})
 set(palpate_parallel_items TBB::tbb)
 palpate_add_interface(palpate_vtk vtk ${palpate_vtk_headers})

@@ -99,6 +99,8 @@ class ProxyForce {
 
   /// Where the tool would be; the tip itself in free space.
   SurfaceProxy<S> const& proxy() const noexcept { return proxy_; }
+  /// Plane or ball of the last tick, with its point nearest to the tip; a stiffness of 0: none.
+  SurfacePatch<S> const& surface() const noexcept { return surface_; }
   /// Stiffness of the last tick [N/m]: by how much the force falls as the tip yields.
   Matrix<S, 3, 3> load_stiffness() const noexcept { return stiffness_ * proxy_.held_ways(); }
   void reset() noexcept {
@@ -111,6 +113,7 @@ class ProxyForce {
  private:
   void forget() noexcept {
     sequence_ = 0;
+    surface_ = {};
     force_.setZero();
     lost_.setZero();
     was_there_ = false;
@@ -136,9 +139,9 @@ class ProxyForce {
       return proxy_(planes, motion.tip, stiffness_ = planes_.stiffness());
     }
     PlaneSet<S> tangent;
-    SurfacePatch<S> const here = patch.anchored_at(motion.tip);
-    if (here.stiffness > S(0)) tangent.try_add({here.normal, here.normal.dot(here.point)});
-    return proxy_(tangent, motion.tip, stiffness_ = here.stiffness);
+    surface_ = patch.anchored_at(motion.tip);
+    if (surface_.stiffness > S(0)) tangent.try_add({surface_.normal, surface_.normal.dot(surface_.point)});
+    return proxy_(tangent, motion.tip, stiffness_ = surface_.stiffness);
   }
 
   static SurfaceProxyOptions of_proxy(ProxyForceOptions const& options) {
@@ -160,6 +163,7 @@ class ProxyForce {
   PatchHandover<S> patches_{};
   PlaneHandover<S> planes_{};
   SurfaceProxy<S> proxy_;
+  SurfacePatch<S> surface_{};
   S limit_ = S(options_.max_stiffness);        // N/m
   S stiffness_ = S(0);                          // of the last tick
   Vector3<S> force_ = Vector3<S>::Zero();       // of the last tick

@@ -90,10 +90,10 @@ class BodyLoop {
   }
 
   /// From now on local models hold the surface too, as a force wants it.
-  void sense_surface(SurfaceKind kind)
+  void sense_surface(SurfaceKind kind, SurfaceSensorOptions const& options = {})
     requires(tools == 1)
   {
-    std::get<0>(tools_).sense_surface(kind);
+    std::get<0>(tools_).sense_surface(kind, options);
   }
 
   /// So many seconds will have no tick: the body's thread came too late for them.

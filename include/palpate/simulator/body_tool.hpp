@@ -109,7 +109,7 @@ class BodyTool {
   }
 
   /// From now on local models hold the surface too, as a force wants it.
-  void sense_surface(SurfaceKind kind) { sensor_ = SurfaceSensor<Scalar>(kind); }
+  void sense_surface(SurfaceKind kind, SurfaceSensorOptions const& options = {}) { sensor_ = SurfaceSensor<Scalar>(kind, options); }
   /// The body was restored: what the tool pressed with is no more.
   void forget_press() noexcept { pressed_ = 0; }
 

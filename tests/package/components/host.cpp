@@ -19,6 +19,11 @@
 #include <palpate/force/liver.hpp>
 #include <palpate/json/network_file.hpp>
 #endif
+#ifdef with_network
+#include <palpate/network/network.hpp>
+
+#include <boost/asio/version.hpp>
+#endif
 #ifdef with_parallel
 #include <palpate/parallel/on_cores.hpp>
 
@@ -60,6 +65,10 @@ int main() {
   double const force = palpate::read_network<palpate::NetworkCurve<palpate::Network<double, 1, 5, 1>>>("liver.json")(0.015);
   std::printf("json: force %.4f N\n", force);
   right = right && std::abs(force - 0.1830) < 5e-5;
+#endif
+#ifdef with_network
+  // The umbrella compiles; the library is within reach.
+  std::printf("network: Asio %d\n", BOOST_ASIO_VERSION);
 #endif
 #ifdef with_parallel
   std::atomic<int> sum = 0;
