@@ -114,11 +114,15 @@ class RealtimeServo {
   bool fetch_pose() noexcept { return is_placed_ = poses_.fetch() || is_placed_; }
   Pose const& pose() const noexcept { return poses_.front(); }
   /// What the body answers to that pose.
-  void publish(LocalModel<Scalar> const& model) noexcept {
+  void publish(LocalModel<Scalar> const& model) noexcept { publish(model, pose().clock); }
+  /// The same as of another time [s] on the clock of the poses: of a body that is far away.
+  void publish(LocalModel<Scalar> const& model, double time) noexcept {
     models_.back() = model;
-    models_.back().time = pose().clock;
+    models_.back().time = time;
     models_.publish();
   }
+  /// s on the clock of the poses; once there has been one.
+  double clock() const noexcept { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count(); }
 
  private:
   /// use(clock) where the device has one.
