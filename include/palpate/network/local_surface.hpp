@@ -17,7 +17,7 @@ namespace palpate {
 
 /// A copy of the triangles around a point of a body, with their velocities: what the fast side of a server needs between two ticks of the body.
 /// Shapes     at most `max_vertices` vertices, numbered anew, ring by ring from the touched triangle, and the triangles between them.
-/// Cost       `capture` O(vertices²), some microseconds; plain storage: copying it allocates nothing.
+/// Cost       `capture` O(vertices²), tens of microseconds; plain storage: copying it allocates nothing.
 template <RealScalar S>
 class LocalSurface {
  public:
@@ -39,7 +39,7 @@ class LocalSurface {
         std::array<int, 3> corners{};
         int place = 0;
         for (int const v : c) corners[at(place++)] = local(v);
-        if (*std::min_element(corners.begin(), corners.end()) < 0 || triangle_count_ == max_triangles || has(corners)) continue;
+        if (*std::min_element(corners.begin(), corners.end()) != k || triangle_count_ == max_triangles) continue;   // no room for a corner; or it was there before
         corners_[at(triangle_count_++)] = corners;
       }
     positions_.resize(3, vertex_count_), velocities_.resize(3, vertex_count_);
@@ -97,7 +97,6 @@ class LocalSurface {
     source_[at(vertex_count_)] = v;
     return vertex_count_++;
   }
-  bool has(std::array<int, 3> const& corners) const noexcept { return std::find(corners_.begin(), corners_.begin() + triangle_count_, corners) != corners_.begin() + triangle_count_; }
   /// Which triangles meet at each vertex.
   void link() noexcept {
     first_.fill(0);

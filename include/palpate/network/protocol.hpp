@@ -82,6 +82,9 @@ Integer taken(std::byte const* from) noexcept {
   return value;
 }
 
+template <class V>
+concept IsRotation = requires(V& value) { value.coeffs(); };
+
 /// What the three do alike: a vector, rotation, enumeration or truth as what it is made of.
 template <class Derived>
 class Fields {
@@ -104,7 +107,7 @@ class Fields {
       self().byte(value);
     else if constexpr (std::unsigned_integral<Plain>)
       self().template integer<Plain>(value);
-    else if constexpr (requires { value.coeffs(); })
+    else if constexpr (IsRotation<Plain>)
       for (Eigen::Index k = 0; k < 4; ++k) take(value.coeffs()[k]);
     else
       for (Eigen::Index k = 0; k < 3; ++k) take(value[k]);
