@@ -25,7 +25,8 @@ struct TissueNodeOptions {
   ContactCoupling coupling{};                     ///< between tool and tissue
   SurfaceKind surface = SurfaceKind::ball;        ///< plane or ball, what the hand's side is told
   double approach = 0.02;                         ///< m in front of the surface, from which on it is told: what a fast hand goes in the time of an answer
-  int max_body_steps = 100;                       ///< a tick of the body is split into no more steps
+  double max_step = 0.002;                        ///< s: a tick is split evenly, tool and all, into parts no longer than this; contacts with implicit bodies settle slowly in longer ones
+  int max_body_steps = 100;                       ///< and each part into no more steps
   double hand_silent_after = 0.1;                 ///< s without a sample; then the tool is taken away from the tissue
   WeberDeadbandOptions deadband{};                ///< of the answers
 };
@@ -69,13 +70,22 @@ class TissueNode {
   /// A tick of the body of h seconds, that ends at `now` on the server's clock.
   TissueAnswer const& tick(double h, double now) {
     bool const here = has_hand_ && now - heard_ <= options_.hand_silent_after;
-    PlacedTool<Scalar> tool{.is_placed = here};
-    if (here) {
-      tool.pose = {sample_.position.template cast<Scalar>(), sample_.orientation.template cast<Scalar>(), sample_.velocity.template cast<Scalar>(),
-                   static_cast<Scalar>(sample_.opening)};
-      tool.pose_discontinuities = placements_;
+    ToolPose<Scalar> const to{sample_.position.template cast<Scalar>(), sample_.orientation.template cast<Scalar>(), sample_.velocity.template cast<Scalar>(),
+                              static_cast<Scalar>(sample_.opening)};
+    ToolPose<Scalar> const from = here && is_here_ && placed_ == placements_ ? from_ : to;
+    int const parts = std::max(1, static_cast<int>(std::ceil(h / options_.max_step - 1e-9)));
+    LocalModel<Scalar> model;
+    for (int k = 1; k <= parts; ++k) {
+      Scalar const share = static_cast<Scalar>(k) / static_cast<Scalar>(parts);
+      PlacedTool<Scalar> tool{.is_placed = here, .pose = to, .pose_discontinuities = placements_};
+      if (k < parts) {
+        tool.pose.position = from.position + share * (to.position - from.position);
+        tool.pose.orientation = from.orientation.slerp(share, to.orientation);
+        tool.pose.opening = from.opening + share * (to.opening - from.opening);
+      }
+      model = loop_.tick(std::array{tool}, static_cast<Scalar>(h / parts))[0];
     }
-    auto const model = loop_.tick(std::array{tool}, static_cast<Scalar>(h))[0];
+    from_ = to, placed_ = placements_;
     answer(model, here, now);
     capture(model, here, now);
     return answer_;
@@ -117,6 +127,7 @@ class TissueNode {
     if (options.surface != SurfaceKind::plane && options.surface != SurfaceKind::ball)
       throw InvalidArgument("TissueNode: .surface is neither plane nor ball, which are what is sent; give one of them");
     require.not_negative(".approach", options.approach, " m");
+    require(options.max_step >= 1e-6, ".max_step", options.max_step, " s", "give 1e-6 or more, 0.002 for most");
     require(options.max_body_steps >= 1, ".max_body_steps", options.max_body_steps, "give 1 or more");
     require.positive(".hand_silent_after", options.hand_silent_after, " s");
     return options;
@@ -176,7 +187,8 @@ class TissueNode {
   HandReport sample_{};
   double heard_ = -std::numeric_limits<double>::infinity();
   bool has_hand_ = false, is_here_ = false;
-  std::uint64_t placements_ = 0, sequence_ = 0;
+  std::uint64_t placements_ = 0, placed_ = 0, sequence_ = 0;
+  ToolPose<Scalar> from_{};   // where the tool was after the last tick
   TissueAnswer answer_{}, sent_{};
   CapturedSurface<Scalar> captured_{};
   SurfacePatch<double> shown_from_{};
