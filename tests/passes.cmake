@@ -16,6 +16,7 @@ set(plain_tests
   "^haptics/test_(contact_coupling|coupled_force|filtered_wall|handover_jumps|passivity|passivity_walls|patch_handover|patch_update|plane_handover)[.]"
   "^haptics/test_(plane_set|press_then_cut|solid|spring_then_tissue|surface_proxy|velocity_estimate|virtual_coupling|workspace_mapping)[.]"
   "^(contact|extend|integrator|native|parallel|statics)/"
+  "^network/test_(bodies|network_simulation|nodes)[.]"
   "^phantom/test_phantom_simulator[.]"
   "^simulator/test_(body_loop|closed_loop|force_along_strokes|many_hands|pacer|proxy_force|tick_statistics|trocar_option)[.]"
   "^tissue/test_(mass_scaling|maximum_elongation|solid_solver|solid_yardsticks|spring_law|supported)[.]"
@@ -24,7 +25,7 @@ set(plain_tests
   "^vtk/test_(plot|series)[.]")
 
 # Only under the sanitizers, as far as they are not among those above: what changes meshes and searches in them.
-set(sanitized_tests "^(collision|collision_fcl|cutting|mesh|scene|tool|volume)/")
+set(sanitized_tests "^(collision|collision_fcl|cutting|mesh|scene|tool|volume)/" "^network/test_(protocol|sockets)[.]")
 
 # Of those under the sanitizers, the ones that compute so much that they are compiled with -O1.
 set(optimised_tests

@@ -7,6 +7,7 @@
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/grid.hpp>
+#include <palpate/network/picture_messages.hpp>
 #include <palpate/network/protocol.hpp>
 #include <palpate/network/remote_tissue.hpp>
 #include <palpate/network/surface_then_tissue.hpp>
@@ -57,8 +58,20 @@ class Sides {
     if (auto const answer = decode<SurfaceAnswer>(frame, problem)) remote_.take(*answer, now_);
     if (auto const answer = decode<TissueAnswer>(frame, problem)) remote_.take(*answer, now_);
     static_cast<void>(decode<Hello>(frame, problem)), static_cast<void>(decode<Welcome>(frame, problem)), static_cast<void>(decode<Refusal>(frame, problem));
-    static_cast<void>(decode<KeepAlive>(frame, problem)), static_cast<void>(decode<Goodbye>(frame, problem)), static_cast<void>(decode<Drawn>(frame, problem));
+    static_cast<void>(decode<KeepAlive>(frame, problem)), static_cast<void>(decode<Goodbye>(frame, problem));
+    look_on(frame);
     tick_servo();
+  }
+  /// Whatever is drawn is a picture: finite points, and triangles between them.
+  void look_on(Frame const& frame) {
+    ProtocolProblem problem{};
+    if (frame.type == MessageType::triangles) static_cast<void>(picture_.take_triangles(frame));
+    if (frame.type == MessageType::points) static_cast<void>(picture_.take_points(frame));
+    auto const drawn = decode<Drawn>(frame, problem);
+    if (!drawn || picture_.check(*drawn) != ProtocolProblem::none) return;
+    picture_.draw(*drawn, shown_);
+    require(shown_.points.allFinite() && shown_.points.cols() == drawn->points && shown_.triangles.cols() == drawn->triangles);
+    require(shown_.triangles.cols() == 0 || (shown_.triangles.minCoeff() >= 0 && shown_.triangles.maxCoeff() < shown_.points.cols()));
   }
   void tick_servo() {
     servo_.read(0.001);
@@ -79,6 +92,8 @@ class Sides {
   SurfaceNode<double> surface_;
   ServoLoop<ScriptedDevice<double>, SurfaceThenTissue<double>, double> servo_;
   RemoteTissue remote_;
+  PictureAssembly picture_;
+  BodySnapshot<float> shown_;
   double now_ = 0.0;
   int reports_ = 0;
 };

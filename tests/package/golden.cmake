@@ -76,7 +76,7 @@ macro(check_09_tools)
 endmacro()
 
 macro(check_10_network)
-  run(10_network)   # it ends by itself, without an error
+  expect_lines(10_network "felt the tissue: yes, patches came: yes, force at the end 0: yes\n")
 endmacro()
 
 macro(check_05_simulator)

@@ -5,6 +5,7 @@
 #include <palpate/device/session.hpp>
 #include <palpate/network/hand_reporter.hpp>
 #include <palpate/network/impaired_link.hpp>
+#include <palpate/network/options.hpp>
 #include <palpate/network/protocol.hpp>
 #include <palpate/network/remote_tissue.hpp>
 #include <palpate/network/surface_then_tissue.hpp>
@@ -20,12 +21,6 @@
 #include <utility>
 
 namespace palpate {
-
-/// Whatever goes for a client of a network if nothing else is said: a model that is 0.1 s old is too old for a simulated device too.
-inline ServoOptions over_a_network(ServoOptions options) {
-  if (!options.safety.stale_after) options.safety.stale_after = 0.1;
-  return options;
-}
 
 struct NetworkSimulationOptions {
   double body_rate = 100.0;            ///< Hz, of the server's slow side
