@@ -35,6 +35,7 @@ set(optimised_tests
   "^haptics/test_facet_planes[.]"
   "^json/test_network_file[.]"
   "^mesh/test_(generators|tetrahedral_edits)[.]"
+  "^network/test_sockets[.]"
   "^simulator/test_(many_tools|realtime)[.]"
   "^tissue/test_(corotated_tensor_mass|cubes|element|element_tissue|finite_elements|long_elements|nodal_pressure|stiffness_rows|tensor_mass)[.]"
   "^tissue/test_(models_touched|two_layers|vertex_rings|viscoelastic|young_springs)[.]")
