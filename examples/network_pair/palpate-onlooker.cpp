@@ -65,7 +65,8 @@ void draw(BodySnapshot<float> const& picture, std::filesystem::path const& file)
 #endif
 
 std::string status_of(OnlookerStatistics const& s) {
-  return palpate::detail::message(s.is_connected ? "connected" : "not connected", ", ", s.pictures, " pictures, ", s.received / 1000, " kB, rtt ", 1e3 * s.rtt, " ms");
+  return palpate::detail::message(s.is_connected ? "connected" : "not connected", ", ", s.pictures, " pictures, ", s.received / 1000, " kB, rtt ", 1e3 * s.rtt,
+                                  " ms");
 }
 
 int run(Options const& options) {
@@ -91,8 +92,8 @@ int run(Options const& options) {
         std::filesystem::path const file = options.out;
         draw(onlooker.latest(), file);
         ++files;
-        if (onlooker.latest().phase != CuttingPhase::no_contact)
-          std::filesystem::copy_file(file, file.parent_path() / (file.stem().string() + "-touched" + file.extension().string()), std::filesystem::copy_options::overwrite_existing);
+        std::filesystem::path const touched = file.parent_path() / (file.stem().string() + "-touched" + file.extension().string());
+        if (onlooker.latest().phase != CuttingPhase::no_contact) copy_file(file, touched, std::filesystem::copy_options::overwrite_existing);
       }
 #endif
     }
@@ -100,8 +101,9 @@ int run(Options const& options) {
   }
   auto const& last = onlooker.latest();
   auto const all = onlooker.statistics();
-  std::printf("palpate-onlooker: %llu pictures of %d points and %d triangles, %zu into a file; %llu connections\n", static_cast<unsigned long long>(all.pictures),
-              static_cast<int>(last.points.cols()), static_cast<int>(last.triangles.cols()), files, static_cast<unsigned long long>(all.connections));
+  std::printf("palpate-onlooker: %llu pictures of %d points and %d triangles, %zu into a file; %llu connections\n",
+              static_cast<unsigned long long>(all.pictures), static_cast<int>(last.points.cols()), static_cast<int>(last.triangles.cols()), files,
+              static_cast<unsigned long long>(all.connections));
   return all.pictures > 0 ? 0 : 1;
 }
 
