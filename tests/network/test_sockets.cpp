@@ -491,6 +491,7 @@ TEST_CASE("what a bad server says is limited or ends its connection; the force s
             *stamp = {.sequence = k, .hand = sample.sequence, .hand_time = sample.time, .placements = sample.placements, .revision = 3, .time = 0.004};
           if (connection == 1) surface.stamp.revision = k;        // of another topology, all but one
           if (connection == 2) surface.stamp.sequence = 60 - k;   // backwards
+          tissue.phase = sample.position.z() > 0.0 ? CuttingPhase::no_contact : CuttingPhase::indenting;   // a contact begins from outside
           client.say_message(tissue);
           client.say_message(surface);
           sleep(0.004);

@@ -203,7 +203,7 @@ struct TissueAnswer {
 struct KeepAlive {
   static constexpr MessageType type = MessageType::keep_alive;
   double time = 0.0;   ///< s, on the sender's clock
-  double echo = 0.0;   ///< s, time of the last message of the partner's that had one, on its clock; 0: none
+  double echo = 0.0;   ///< s, time of the partner's last keep-alive, on its clock; 0: none
   double held = 0.0;   ///< s, since that came
 
   bool valid() const noexcept { return detail::network::is_time(time) && detail::network::is_time(echo) && detail::network::is_time(held); }

@@ -19,7 +19,7 @@ struct SurfaceThenTissueOptions {
   SpringThenTissueOptions overlay{};   ///< how the spring fades and the tissue comes in; its stiffness is that of the surface
   double lost_after = 0.22;            ///< s without an answer, by which a safety chain has faded the force: the contact has ended, and begins anew from outside
   double damping = 11.0;               ///< α [N·s/m], the most that it adds where late answers give energy: about mass / (4 T), 11 for a 45 g stylus; 0: none
-  double debt = 1e-4;                  ///< J, given too much, at which it adds all of that
+  double debt = 1e-3;                  ///< J, given too much, at which it adds all of that
 };
 
 /// The force of the haptic hierarchy: a plane or ball with friction and a spring at the servo's rate, on which the tissue's reaction is laid as it arrives.
@@ -30,9 +30,9 @@ struct SurfaceThenTissueOptions {
 ///   B = α (U − E)/debt, from 0 to α; E the energy that the hand has put in, U what the spring and the tissue may hold of it, v along n
 /// F_t changes evenly over as many ticks as lie between two answers. On first contact only the spring acts; a tool that rests feels the tissue alone.
 /// A contact begins from outside. Where the tip is behind a surface when that appears, or when answers come again after `lost_after`, nothing is felt until it
-/// has been in front of it: the hand has not paid for what it would get there.
+/// has been in front of it and the tissue tells of no contact: the hand has not paid for what it would get there.
 /// Units      m, N; force on the hand, world frame.
-/// Invariant  as of ProxyForce and SpringThenTissue. `proxy()` is never behind the surface: that is the tip to draw.
+/// Invariant  as of ProxyForce and SpringThenTissue; lost_after, debt > 0, damping ≥ 0; checked at set-up. `proxy()` is never behind the surface: that is the tip to draw.
 /// Cost       those of the two; noexcept, no allocation: allowed in the servo tick.
 /// Limits     F_t is late by the way there and back, and gives the hand energy meanwhile: B takes it back, up to α, and a passivity controller the rest. A
 ///            tissue of apparent stiffness K_t trembles under a hand of damping b where K_t > (b + α)/(T/2 + T_d). U is that of a linear tissue.
@@ -110,7 +110,7 @@ class SurfaceThenTissue {
     bool const is_there = patch.stiffness > S(0);
     if (silent_ > options_.lost_after)
       is_outside_ = false;
-    else if (is_there && patch.distance(tip) > S(0))
+    else if (is_there && local.phase == CuttingPhase::no_contact && patch.distance(tip) > S(0))
       is_outside_ = true;
     else if (!is_there && local.phase == CuttingPhase::no_contact && is_zero(tissue_) && is_zero(sent_))
       is_outside_ = false;
@@ -124,8 +124,9 @@ class SurfaceThenTissue {
     S const held = stiffness() * e * e / S(2) + tissue * std::max(depth - e, S(0)) / S(2);
     taken_ = touches && std::isfinite(taken_) ? std::min(taken_, held) : S(0);
     damping_ = touches ? S(options_.damping) * std::clamp((held - taken_) / S(options_.debt), S(0), S(1)) : S(0);
-    S const slows = damping_ * motion.velocity.dot(n), pushes = std::max(force.dot(n), S(0));
-    return sent_ = force - std::clamp(slows, -pushes - S(1e6), pushes) * n;   // it does not hold a hand that goes
+    S const slows = damping_ * motion.velocity.dot(n);
+    if (!std::isfinite(slows)) return sent_ = force;
+    return sent_ = force - std::min(slows, std::max(force.dot(n), S(0))) * n;   // it does not hold a hand that goes
   }
   S stiffness() const noexcept { return S(overlay_stiffness_); }
   /// The tissue's force on its way to the one told last.
@@ -140,6 +141,10 @@ class SurfaceThenTissue {
 
   static ProxyForceOptions const& checked(SurfaceThenTissueOptions const& options) {
     if (options.surface.surface == SurfaceKind::facets) throw InvalidArgument("SurfaceThenTissue: .surface.surface is facets; give plane or ball");
+    detail::OptionCheck const require{"SurfaceThenTissue", true};
+    require.positive(".lost_after", options.lost_after, " s");
+    require.not_negative(".damping", options.damping, " N·s/m");
+    require.positive(".debt", options.debt, " J");
     return options.surface;
   }
   SpringThenTissueOptions overlay_of(SurfaceThenTissueOptions const& options) {
