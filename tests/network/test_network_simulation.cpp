@@ -83,7 +83,7 @@ Press press(HandOptions const& hand, double delay, double jitter, double loss, d
 }  // namespace
 
 // Yardsticks: what a sampled spring of K leaks, K |Δx|²/2 a tick (C1-W2), and the energy at which the damping of the late force is complete; the slew limit.
-TEST_CASE("N1: in every cell of delay, jitter and loss the hand gets no more energy than it gave, and rests quietly", "[network]") {
+TEST_CASE("C5-N1: in every cell of delay, jitter and loss the hand gets no more energy than it gave, and rests quietly", "[network]") {
   bool const whole = std::getenv("PALPATE_NETWORK_GRID") != nullptr;
   constexpr std::array<double, 6> delays{0.0, 0.005, 0.010, 0.020, 0.050, 0.100};
   constexpr std::array<double, 3> jitters{0.0, 0.005, 0.010};
@@ -109,7 +109,7 @@ TEST_CASE("N1: in every cell of delay, jitter and loss the hand gets no more ene
   CHECK(none > 0);   // where answers come too late there is no force, instead of a wrong one
 }
 
-TEST_CASE("N1: the same press without control gives energy and trembles, so that the bounds above can fail", "[network]") {
+TEST_CASE("C5-N1: the same press without control gives energy and trembles, so that the bounds above can fail", "[network]") {
   Press const wild = press(light_hand(), 0.05, 0.0, 0.0, 0.0), calm = press(light_hand(), 0.05, 0.0, 0.0, 11.0);
   CHECK(wild.least < -10 * (wild.leak + debt) / 4);
   CHECK(wild.trembles > 0.003);
@@ -150,7 +150,7 @@ Silence fall_silent(double delay, double seconds, bool up, bool down) {
 }  // namespace
 
 // Yardsticks: stale_after + fade = 0.2 s; `recover` = 0.2 s; the server's `hand_silent_after` = 0.1 s.
-TEST_CASE("N2: a silence of 200 ms freezes the force, fades it, and it comes back; a longer one has to be touched anew", "[network]") {
+TEST_CASE("C5-N2: a silence of 200 ms freezes the force, fades it, and it comes back; a longer one has to be touched anew", "[network]") {
   for (double const delay : {0.0, 0.02, 0.05}) {
     INFO("delay " << delay);
     Silence const is = fall_silent(delay, 0.2, false, true);   // the answers alone
@@ -174,7 +174,7 @@ TEST_CASE("N2: a silence of 200 ms freezes the force, fades it, and it comes bac
   CHECK(brief.held == Approx(brief.before).epsilon(0.02));
 }
 
-TEST_CASE("N2: a partner that vanishes for ever takes the force with it, exactly, in stale_after and fade", "[network]") {
+TEST_CASE("C5-N2: a partner that vanishes for ever takes the force with it, exactly, in stale_after and fade", "[network]") {
   for (bool const up : {false, true}) {
     Silence const is = fall_silent(0.01, 100.0, up, true);
     CHECK(is.gone > 0.15);
@@ -220,7 +220,7 @@ Swing lean(double stiffness, int ticks, double control, Force force, double seco
 }  // namespace
 
 // Yardsticks: the rule b/(T/2 + T_d), and the exact limit of the sampled loop with a delay of whole ticks.
-TEST_CASE("N1: a force over the network alone is stable up to b/(T/2 + T_d), one at the hand's side up to 2 b/T at every delay", "[network]") {
+TEST_CASE("C5-N1: a force over the network alone is stable up to b/(T/2 + T_d), one at the hand's side up to 2 b/T at every delay", "[network]") {
   for (int const ticks : {4, 10, 20}) {
     INFO("delay of " << ticks << " ticks");
     double const exact = stable_wall(mass, damping, T, TickDelay{ticks}), rule = damping / (T / 2 + ticks * T), seconds = 2.0 + 0.05 * ticks;
@@ -296,7 +296,7 @@ TEST_CASE("a deadband changes a force at rest by no more than its stages may, an
   CHECK(up < 0.4 * static_cast<double>(without.counts.sent_up));
 }
 
-TEST_CASE("N5: the same seeds give the same bytes over a network, others do not", "[network]") {
+TEST_CASE("C5-N5: the same seeds give the same bytes over a network, others do not", "[network]") {
   auto const text = [](std::uint64_t seed) {
     Impairment const way{.delay = 0.01, .jitter = 0.005, .loss = 0.05, .burst = 2.0, .seed = seed};
     NetworkSimulationOptions options{.up = way, .down = way};

@@ -2,10 +2,12 @@
 // The parts of both sides, one by one: what the server copies, follows and answers, what the deadband leaves out, what a bad network does.
 #include "allocation_trap.hpp"
 #include "catch.hpp"
+#include "servo_guard.hpp"
 
 #include <palpate/body/soft_body.hpp>
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
+#include <palpate/device/scripted_device.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/grid.hpp>
@@ -14,8 +16,10 @@
 #include <palpate/network/impaired_link.hpp>
 #include <palpate/network/local_surface.hpp>
 #include <palpate/network/protocol.hpp>
+#include <palpate/network/surface_then_tissue.hpp>
 #include <palpate/network/tissue_node.hpp>
 #include <palpate/network/weber_deadband.hpp>
+#include <palpate/simulator/servo_loop.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
 #include <array>
@@ -261,4 +265,37 @@ TEST_CASE("an impairment that cannot be is refused with the value", "[network]")
   CHECK_THROWS_WITH(ImpairedLink({.loss = 0.9}), Catch::Matchers::Contains("longer bursts"));
   CHECK_THROWS_WITH(TissueNode(sheet(), NoCutter<double>{}, {.surface = SurfaceKind::facets}), Catch::Matchers::Contains("neither plane nor ball"));
   CHECK_THROWS_WITH(TissueNode(sheet(), NoCutter<double>{}, {.hand_silent_after = 0.0}), Catch::Matchers::Contains(".hand_silent_after is 0 s"));
+}
+
+// The servo's tick and all that it is given: a guard ends the program where one allocates, locks, waits, reads or writes. The clock's part is bench_network's.
+TEST_CASE("C5-N4: the servo's tick on a network allocates and locks nothing, whatever arrives", "[network]") {
+  TissueNode node(sheet(), NoCutter<double>{});
+  SurfaceNode<double> fast;
+  ServoLoop<ScriptedDevice<double>, SurfaceThenTissue<double>, double> servo(ScriptedDevice<double>({{0.0, {0.052, 0.051, 0.004}}, {0.3, {0.052, 0.051, -0.003}}, {0.7, {0.056, 0.051, 0.004}}}),
+                                                                             SurfaceThenTissue<double>({.surface = {.static_friction = 0.3, .dynamic_friction = 0.2}}));
+  servo.begin_session(100.0);
+  RemoteTissue remote;
+  HandReporter reporter({.fraction = 0.05});
+  HandReport last;
+  double most = 0.0;
+  long const violations = palpate_test::guard_violations();
+  for (int k = 0; k < 800; ++k) {
+    double const now = 0.001 * k;
+    if (k % 10 == 0) node.tick(0.01, now);
+    palpate_test::ServoGuard const guard;
+    servo.read(0.001);
+    remote.placed(servo.pose_discontinuities());
+    if (auto const report = reporter(servo.tool(), servo.pose_discontinuities(), remote, now)) last = *report, node.take(last, now);
+    if (k % 10 == 0 && node.is_worth_sending(now)) remote.take(node.last(), now);
+    fast.look(node.captured(), last, now, 0.015);
+    if (fast.is_worth_sending(now)) {
+      SurfaceAnswer answer = fast.look(node.captured(), last, now, 0.015);
+      remote.take(answer, now);
+      answer.patch.stiffness = 1e7, answer.stamp.sequence += k % 3 == 0 ? 0 : 1;
+      if (k % 50 == 0) remote.take(answer, now);
+    }
+    most = std::max(most, servo.respond(remote.model(), now).force.norm());
+  }
+  CHECK(palpate_test::guard_violations() == violations);
+  CHECK(most > 0.02);
 }

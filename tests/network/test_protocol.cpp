@@ -149,7 +149,7 @@ TEST_CASE("the largest frame fits, one byte more is refused before it comes", "[
   CHECK(stream.problem() == ProtocolProblem::size);
 }
 
-TEST_CASE("N3: every byte of a header is checked, as soon as it is there", "[network]") {
+TEST_CASE("C5-N3: every byte of a header is checked, as soon as it is there", "[network]") {
   struct Row {
     std::size_t at;
     std::uint8_t value;
@@ -170,7 +170,7 @@ TEST_CASE("N3: every byte of a header is checked, as soon as it is there", "[net
   }
 }
 
-TEST_CASE("N3: a frame that is cut short gives nothing, and is no fault before its bytes are there", "[network]") {
+TEST_CASE("C5-N3: a frame that is cut short gives nothing, and is no fault before its bytes are there", "[network]") {
   Bytes const bytes = bytes_of(a_tissue());
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     FrameStream stream;
@@ -180,7 +180,7 @@ TEST_CASE("N3: a frame that is cut short gives nothing, and is no fault before i
   }
 }
 
-TEST_CASE("N3: a message of another size or with a number that makes no sense is refused", "[network]") {
+TEST_CASE("C5-N3: a message of another size or with a number that makes no sense is refused", "[network]") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinite = std::numeric_limits<double>::infinity();
   auto const hand = [](auto const& change) {
     HandReport report = a_hand();
@@ -272,7 +272,7 @@ TEST_CASE("encoding, cutting and decoding allocate nothing", "[network]") {
 
 // --- what the hand's side makes of answers ---------------------------------------------------------------------------------
 
-TEST_CASE("N1: of answers that come late, twice or out of order the newest alone counts", "[network]") {
+TEST_CASE("C5-N1: of answers that come late, twice or out of order the newest alone counts", "[network]") {
   RemoteTissue remote;
   auto const surface = [&](std::uint64_t sequence, double stiffness, std::uint64_t revision = 3) {
     SurfaceAnswer answer = a_surface();

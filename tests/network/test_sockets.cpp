@@ -200,7 +200,7 @@ std::string messages(std::function<void()> const& act) {
 
 }  // namespace
 
-TEST_CASE("a hand feels the sheet over loopback as it does over the virtual network", "[network]") {
+TEST_CASE("C5-N5: a hand feels the sheet over loopback as it does over the virtual network", "[network]") {
   // When the body's tick falls after the first contact decides how far the spring goes before the tissue answers: any of these may be what was felt.
   std::vector<Recording> expected;
   for (double const late : {0.0, 0.002, 0.004, 0.006, 0.008}) {
@@ -334,7 +334,7 @@ TEST_CASE("an onlooker sees the body that was cut, and goes on with the next ser
   });
 }
 
-TEST_CASE("partners of any kind lose their connection, and the hand feels nothing of it", "[network]") {
+TEST_CASE("C5-N3: partners of any kind lose their connection, and the hand feels nothing of it", "[network]") {
   once_or_twice([] {
     Server there(sheet(), TissueServerOptions{.picture_rate = 100.0, .silence = 0.6, .max_bytes_per_second = 2e6});
     auto const port = there.server.port();
@@ -442,7 +442,7 @@ TEST_CASE("a flood of samples ends the hand's connection, and the next hand is w
   CHECK(next.hears<TissueAnswer>());
 }
 
-TEST_CASE("a server that vanishes under the tool takes the force with it, and the next one brings it back", "[network]") {
+TEST_CASE("C5-N2: a server that vanishes under the tool takes the force with it, and the next one brings it back", "[network]") {
   once_or_twice([] {
     auto there = std::make_unique<Server>(sheet(), TissueServerOptions{});
     std::uint16_t const port = there->server.port();
@@ -471,7 +471,7 @@ TEST_CASE("a server that vanishes under the tool takes the force with it, and th
   });
 }
 
-TEST_CASE("what a bad server says is limited or ends its connection; the force stays within bounds and goes", "[network]") {
+TEST_CASE("C5-N3: what a bad server says is limited or ends its connection; the force stays within bounds and goes", "[network]") {
   once_or_twice([] {
     boost::asio::io_context io;
     Tcp::acceptor acceptor(io, {boost::asio::ip::make_address("127.0.0.1"), 0});
