@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -34,7 +35,7 @@ std::optional<int> parse(Options& o, int argc, char** argv) {
              "\nExit codes: 0 done; 2 no server, or an option is wrong, said in one line; 1 anything else.");
   app.add_option("--server", o.client.server, "name or address")->capture_default_str();
   app.add_option("--port", o.client.port, "that the server says it listens on")->required();
-  app.add_option("--seconds", o.seconds, "of the session [s]")->check(CLI::Range(0.01, 1e5))->capture_default_str();
+  app.add_option("--seconds", o.seconds, "of the session [s]")->check(CLI::Range(0.01, 2e4))->capture_default_str();
   app.add_option("--device", o.device, "press, or one of those below")->capture_default_str();
   app.add_option("--deadband", o.client.deadband.fraction, "of the force, that a sample must change to be sent; 0: all are")
       ->check(CLI::Range(0.0, 0.9))->capture_default_str();
@@ -58,6 +59,8 @@ std::string status_of(HapticClientStatistics const& s) {
 }
 
 int run(Options const& options) {
+  std::filesystem::path const folder = std::filesystem::path(options.out).parent_path();
+  if (!folder.empty() && !is_directory(folder)) throw FileError(detail::message(folder.string(), " is no folder; make it before the session, or give another --out"));
   HapticClient client(device_of(options), options.client);
   network_pair::end_on_signals();
   Recording session;

@@ -309,6 +309,17 @@ TEST_CASE("C5-N5: the same seeds give the same bytes over a network, others do n
   CHECK(once != text(7));
 }
 
+// Yardstick: a hand that paid nothing gets nothing. A session begins with the hand inside.
+TEST_CASE("a session that begins in the tissue feels nothing until the hand has been outside", "[network]") {
+  auto path = Trajectory<double>::start(above).line({0.0262, 0.0233, -0.004}, 0.3).hold(1.2).line({0.0262, 0.0233, 0.01}, 0.3).hold(0.3).line({0.0262, 0.0233, -0.004}, 0.3).hold(0.6);
+  NetworkSimulation simulation(ScriptedDevice<double>(std::move(path)), sheet(), NoCutter<double>{}, SurfaceThenTissue<double>{});
+  CHECK(simulation.run(0.8).ticks().back().force.norm() > 0.05);
+  double inside = 0.0;
+  simulation.run(0.7, [&](Tick const& tick) { inside = std::max(inside, tick.force.norm()); });
+  CHECK(inside == 0.0);
+  CHECK(simulation.run(1.5).largest_force() > 0.05);
+}
+
 // Yardstick: a hand that paid nothing gets nothing. The surface is told when the tip is behind it already.
 TEST_CASE("a contact over a network begins from outside", "[network]") {
   for (double const delay : {0.1, 0.2}) {

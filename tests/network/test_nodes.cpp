@@ -180,6 +180,52 @@ TEST_CASE("a body that flies away is told as diverged, in numbers that may be se
   }
 }
 
+// Yardstick: the force on a hand that comes after, of a body that nobody has touched before it.
+TEST_CASE("a hand that leaps about and says absurd speeds does not spoil the tissue for the next one", "[network]") {
+  auto const felt = [](TissueNode<decltype(sheet()), NoCutter<double>>& node, double begun) {
+    node.hand_came();
+    for (int k = 1; k <= 200; ++k) {
+      double const now = begun + 0.01 * k;
+      node.take(at(0.052, 0.051, std::max(0.01 - 0.0002 * k, -0.003), static_cast<std::uint64_t>(k), 0.01 * k), now);
+      node.tick(0.01, now);
+    }
+    return node.last().force.z();
+  };
+  TissueNode untouched(sheet(), NoCutter<double>{}), attacked(sheet(), NoCutter<double>{});
+  double const right = felt(untouched, 0.0);
+  CHECK(right > 0.05);
+  attacked.hand_came();
+  for (int k = 1; k <= 2000; ++k) {
+    double const now = 0.001 * k, side = k % 2 == 0 ? 1.0 : -1.0;
+    HandReport report = at(0.05 + 0.02 * side, 0.05, 0.05 * side, static_cast<std::uint64_t>(k), now);
+    report.velocity = {0, 0, -1e7 * side};
+    attacked.take(report, now);
+    if (k % 10 == 0) CHECK(attacked.tick(0.01, now).valid());
+  }
+  for (int k = 1; k <= 150; ++k) attacked.tick(0.01, 2.0 + 0.01 * k);   // nobody is there
+  CHECK(felt(attacked, 4.0) == Approx(right).epsilon(0.02));
+}
+
+TEST_CASE("a body that stays diverged is restored after a while, and says so", "[network]") {
+  TissueNode node(sheet(), NoCutter<double>{}, {.restores_after = 0.5});
+  std::uint64_t const before = node.body().restorations();
+  int diverged = 0;
+  for (int k = 1; k <= 300; ++k) {
+    double const now = 0.01 * k;
+    if (k > 100 && k < 170) node.body().apply_force(220, Vector3<double>(0, 0, 1e200));
+    node.take(at(0.052, 0.051, std::max(0.005 - 0.0002 * k, -0.001), static_cast<std::uint64_t>(k), now), now);
+    TissueAnswer const& answer = node.tick(0.01, now);
+    CHECK(answer.valid());
+    diverged += answer.diverged ? 1 : 0;
+    if (k == 100) CHECK(answer.force.z() > 0.01);
+    if (k == 148) CHECK(answer.restorations == before);
+    if (k == 160) CHECK(answer.restorations == before + 1);
+  }
+  CHECK(diverged > 40);
+  CHECK(node.body().positions().allFinite());
+  CHECK_FALSE(node.last().diverged);
+}
+
 // Yardstick: Weber's law as it is defined, |ΔF| ≤ max(k F, floor).
 TEST_CASE("a deadband leaves out what is within Weber's fraction, and never for longer than keep_alive", "[network]") {
   WeberDeadband deadband({.fraction = 0.1, .floor = 0.01, .keep_alive = 0.02});
@@ -197,6 +243,7 @@ TEST_CASE("a deadband leaves out what is within Weber's fraction, and never for 
   WeberDeadband everything;
   for (int k = 0; k < 5; ++k) CHECK(everything(0.0, 1.0, 1e-9 * k));
   CHECK_THROWS_WITH(WeberDeadband({.fraction = 10.0}), Catch::Matchers::Contains(".fraction is 10"));
+  CHECK_THROWS_WITH(WeberDeadband({.keep_alive = 1.0}), Catch::Matchers::Contains(".keep_alive is 1 s") && Catch::Matchers::Contains("0.1 s without news"));
 }
 
 // Yardsticks: the mean and the bounds of an even distribution; the stationary share and the mean length of Gilbert's chain.

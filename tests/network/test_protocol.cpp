@@ -298,6 +298,39 @@ TEST_CASE("C5-N1: of answers that come late, twice or out of order the newest al
   CHECK(remote.counts().repeated == 3);
 }
 
+TEST_CASE("a surface of a topology that is no more is used for a tenth of a second at most, and none of another server", "[network]") {
+  RemoteTissue remote;
+  remote.placed(2);
+  TissueAnswer tissue = a_tissue();
+  CHECK(remote.take(tissue, 2.0));
+  CHECK(remote.take(a_surface(), 2.0));
+  tissue.stamp.revision = 4;
+  for (double const now : {2.05, 2.099}) {
+    ++tissue.stamp.sequence;
+    CHECK(remote.take(tissue, now));
+    CHECK(remote.model().surface.stiffness() == 500.0);
+  }
+  ++tissue.stamp.sequence;
+  CHECK(remote.take(tissue, 2.11));
+  CHECK(remote.model().surface.stiffness() == 0.0);
+  SurfaceAnswer surface = a_surface();
+  surface.stamp.sequence = 10, surface.stamp.revision = 4;
+  CHECK(remote.take(surface, 2.12));
+  CHECK(remote.model().surface.stiffness() == 500.0);
+
+  auto const restorations = remote.model().restorations;
+  auto const sequence = remote.model().surface.sequence;
+  remote.reconnected();
+  CHECK(remote.model().surface.stiffness() == 0.0);
+  CHECK(remote.model().surface.sequence > sequence);
+  CHECK(remote.model().restorations == restorations + 1);   // the servo lets the force of before fade
+  CHECK(remote.model().tissue_force.norm() == 0.0);
+  TissueAnswer first = a_tissue();
+  first.stamp.sequence = 1;   // another server counts anew
+  CHECK(remote.take(first, 2.2));
+  CHECK(remote.model().restorations == restorations + 1);
+}
+
 TEST_CASE("answers to where the tool was before it was placed anew do not count", "[network]") {
   RemoteTissue remote;
   remote.placed(3);

@@ -90,7 +90,7 @@ class HapticClient {
     finish(run);
     return run.servo ? run.servo->take_recording() : Recording();
   }
-  /// Ends the run that goes on; the recording ends there.
+  /// Ends the run that goes on, and the recording; before a run it does nothing.
   void stop() noexcept { flags_.stop.store(true, std::memory_order_release); }
 
   /// Each part is whole; the servo's are published every 50 ticks.
@@ -140,12 +140,13 @@ class HapticClient {
   };
 
   void welcomed(Run& run, Welcome const& welcome) {
-    remote_.reconnected();
     reporter_.reconnected();
     if (run.servo) {
+      remote_.reconnected();
       ++counts_.reconnects;
       return;
     }
+    remote_.begin_session();
     servo_.loop.begin_session(welcome.body_rate);
     servo_.statistics = TickStatistics(Pacer::period_of(servo_.loop.rate()));
     run.servo.emplace(servo_, options_.realtime, static_cast<std::uint64_t>(std::llround(run.seconds * servo_.loop.rate())), flags_);
@@ -174,7 +175,8 @@ class HapticClient {
   /// For the first connection, with patience for a server that is not there or a hand that is about to leave.
   void wait(Run& run) const {
     auto const refusal = run.link.refusal();
-    bool const is_taken = refusal == Farewell::hand_taken, is_refused = (refusal && !is_taken) || run.link.counts().problems > 0;
+    bool const is_taken = refusal == Farewell::hand_taken;
+    bool const is_refused = refusal == Farewell::version || refusal == Farewell::protocol || run.link.counts().problems > 0;   // else it may be ending
     if (!is_refused && Clock::now() < run.gives_up_at) return;
     char const* const advice = is_taken                         ? "end the other client, or wait for it"
                                : refusal == Farewell::version   ? "client and server need the same version of palpate"

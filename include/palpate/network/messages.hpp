@@ -99,7 +99,7 @@ struct Welcome {
   std::uint64_t session = 0;        ///< of this run of the server, a number of its own
   double body_rate = 100.0;         ///< Hz, of tissue messages
   double surface_rate = 500.0;      ///< Hz, of surface messages
-  double contact_stiffness = 0.0;   ///< N/m, of the contact between tool and tissue; no surface is stiffer
+  double contact_stiffness = 0.0;   ///< N/m, of the contact between tool and tissue: what its surfaces have
   std::uint64_t revision = 0;       ///< of the body's topology
 
   bool valid() const noexcept {

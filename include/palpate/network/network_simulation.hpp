@@ -64,6 +64,8 @@ class NetworkSimulation {
     if (!(seconds >= 0.0) || !(seconds < 1e6)) throw InvalidArgument(detail::message("NetworkSimulation: a run of ", seconds, " s; it must not be negative nor above 1e6 s"));
     DeviceSession const session(servo_.device());
     servo_.begin_session(options_.body_rate);
+    if (!(options_.surface_rate <= servo_.rate()))
+      throw InvalidArgument(detail::message("NetworkSimulation: .surface_rate is ", options_.surface_rate, " Hz, and the device ticks at ", servo_.rate(), " Hz; give at most that"));
     auto const ticks = static_cast<std::uint64_t>(std::llround(seconds * servo_.rate()));
     Recording recording(ticks);
     for (std::uint64_t k = 0; k < ticks; ++k) {

@@ -63,9 +63,9 @@ struct HapticClientOptions {
   ServoOptions servo{};               ///< a `stale_after` that is not given becomes 0.1 s, also for devices that move no hand
   RealtimeOptions realtime{};         ///< of the servo's thread
 
-  void validate() const {
-    detail::OptionCheck const require{"HapticClient", true};
-    if (server.empty()) throw InvalidArgument("HapticClient: .server is empty; give its name or address, as localhost");
+  void validate(char const* owner = "HapticClient") const {
+    detail::OptionCheck const require{owner, true};
+    if (server.empty()) throw InvalidArgument(detail::message(owner, ": .server is empty; give its name or address, as localhost"));
     require(port != 0, ".port", port, "give the one that the server says it listens on");
     require(connect_timeout >= 0.01 && connect_timeout <= 3600.0, ".connect_timeout", connect_timeout, " s", "give 0.01 to 3600");
     require(retry >= 0.01 && retry <= 3600.0, ".retry", retry, " s", "give 0.01 to 3600");
@@ -83,7 +83,7 @@ struct OnlookerOptions {
   double silence = 2.0;               ///< s without a byte: the connection counts as lost
 
   void validate() const {
-    HapticClientOptions{.server = server, .port = port, .connect_timeout = connect_timeout, .retry = retry, .silence = silence}.validate();
+    HapticClientOptions{.server = server, .port = port, .connect_timeout = connect_timeout, .retry = retry, .silence = silence}.validate("Onlooker");
   }
 };
 

@@ -31,8 +31,9 @@ struct RemoteCounts {
 /// The tissue as the hand's side knows it: puts the answers of a server together to the local model that a servo wants.
 /// Of answers that come late, in bursts or twice the newest alone counts. The model's time is when its last answer came, on the hand's clock, and earlier where
 /// that answers a sample older than `max_latency`: so a servo's `stale_after` measures silence, not the way there and back.
-/// A surface of another topology than that of the last tissue answer is not used, and no answer to a sample of before the tool was placed anew.
-/// Invariant  nothing that it is given can make more than `max_stiffness` and `max_force`.
+/// A surface of another topology than that of the last tissue answer is not used, and no answer to a sample of before the tool was placed anew. Where the topology
+/// changes, the surface of before stays until one of the new topology comes, for 0.1 s at most.
+/// Invariant  no surface is stiffer than `max_stiffness`, no force of the tissue above `max_force`; what a deep tip makes of that is limited by the safety chain.
 /// Cost       O(1), noexcept, no allocation.
 class RemoteTissue {
  public:
@@ -52,6 +53,7 @@ class RemoteTissue {
       return false;
     }
     surface_ = answer.stamp.sequence;
+    surface_revision_ = revision_, surface_time_ = now;
     model_.surface.patch = answer.patch;
     model_.surface.patch.stiffness = limited_to(answer.patch.stiffness, options_.max_stiffness);
     ++model_.surface.sequence;
@@ -66,7 +68,7 @@ class RemoteTissue {
     model_.phase = answer.phase;
     model_.diverged = answer.diverged;
     model_.valid = true;
-    model_.restorations = static_cast<std::size_t>(answer.restorations);
+    model_.restorations = static_cast<std::size_t>(answer.restorations) + reconnections_;
     model_.home_point = answer.home_point;
     model_.normal = answer.normal;
     model_.tip_radius = answer.tip_radius;
@@ -75,6 +77,7 @@ class RemoteTissue {
     model_.tissue_force = share * answer.force;
     model_.tissue_moment = share * answer.moment;
     model_.cut_area = answer.cut_area;
+    if (model_.surface.patch.stiffness > 0.0 && surface_revision_ != revision_ && now - surface_time_ > 0.1) take_surface_away();
     ++counts_.tissues;
     heard(answer.stamp, now);
     return true;
@@ -82,8 +85,23 @@ class RemoteTissue {
 
   /// The tool is placed anew for the n-th time: answers to samples from before say nothing of where it is.
   void placed(std::uint64_t placements) noexcept { placements_ = placements; }
-  /// Another connection begins, with sequences of its own. The model stays as it is, and grows old.
-  void reconnected() noexcept { surface_ = tissue_ = 0, revision_ = none; }
+  /// Another connection begins, with sequences of its own, and perhaps another body: it counts as restored, and what was touched is gone.
+  void reconnected() noexcept {
+    surface_ = tissue_ = 0, revision_ = none;
+    ++reconnections_, ++model_.restorations;
+    model_.phase = CuttingPhase::no_contact;
+    model_.tissue_force.setZero(), model_.tissue_moment.setZero();
+    take_surface_away();
+  }
+  /// A session of the hand begins: nothing is known.
+  void begin_session() noexcept {
+    surface_ = tissue_ = 0, revision_ = none, placements_ = 0, reconnections_ = 0;
+    latency_ = 0.0;
+    auto const sequence = model_.surface.sequence;
+    model_ = {};
+    model_.valid = false;
+    model_.surface.sequence = sequence + 1;
+  }
 
   /// As of now; `valid` from the first tissue answer on.
   LocalModel<double> const& model() const noexcept { return model_; }
@@ -116,6 +134,7 @@ class RemoteTissue {
     }
     return true;
   }
+  void take_surface_away() noexcept { model_.surface.patch.stiffness = 0.0, ++model_.surface.sequence; }
   double limited_to(double value, double most) noexcept {
     if (value > most) ++counts_.clamped;
     return std::min(value, most);
@@ -129,8 +148,9 @@ class RemoteTissue {
   LocalModel<double> model_{};
   RemoteCounts counts_{};
   std::uint64_t surface_ = 0, tissue_ = 0;   // sequences
-  std::uint64_t revision_ = none, placements_ = 0;
-  double latency_ = 0.0;
+  std::uint64_t revision_ = none, placements_ = 0, surface_revision_ = none;
+  std::size_t reconnections_ = 0;
+  double latency_ = 0.0, surface_time_ = 0.0;   // s
 };
 
 }  // namespace palpate

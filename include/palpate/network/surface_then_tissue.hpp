@@ -55,6 +55,7 @@ class SurfaceThenTissue {
     surface_.begin_session(servo_rate, model_rate);
     between_ = std::clamp(std::ceil(servo_rate / model_rate), 1.0, 1e6);
     forget();
+    is_outside_ = false, silent_ = 0.0, heard_ = std::numeric_limits<double>::quiet_NaN();
   }
 
   Vector3<S> on_surface(LocalModel<S> const& local, ToolMotion<S> const& motion) noexcept {

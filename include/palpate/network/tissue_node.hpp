@@ -28,6 +28,8 @@ struct TissueNodeOptions {
   double max_step = 0.002;                        ///< s: a tick is split evenly, tool and all, into parts no longer than this; contacts with implicit bodies settle slowly in longer ones
   int max_body_steps = 100;                       ///< and each part into no more steps
   double hand_silent_after = 0.1;                 ///< s without a sample; then the tool is taken away from the tissue
+  double fastest_hand = 5.0;                      ///< m/s: a tool that went farther was placed, not moved; velocities are shortened to it
+  double restores_after = 1.0;                    ///< s for which the body has diverged; then it is as it was at first, cuts undone. Infinity: never
   WeberDeadbandOptions deadband{};                ///< of the answers
 };
 
@@ -43,7 +45,7 @@ struct CapturedSurface {
 
 /// The slow side of a server: a body and its cutter, moved by samples of a hand that is elsewhere.
 /// `tick` moves the tool to the newest sample, ticks the body and says what it answers; `captured()` is for the fast side. A hand that says nothing for a while,
-/// or goes away, takes the tool with it; when it comes back, the tool is placed, not moved. No sockets and no clock: whoever calls has both.
+/// or goes away, takes the tool with it; when it comes back, the tool is placed, not moved. No hand spoils the body for the next: one that stays diverged is restored. No sockets and no clock: whoever calls has both.
 /// Errors     InvalidArgument for options that make no sense.
 template <SimulatedBody BodyType, class CutterType>
 class TissueNode {
@@ -52,15 +54,19 @@ class TissueNode {
   using Scalar = typename Body::Scalar;
 
   TissueNode(Body body, CutterType cutter, TissueNodeOptions const& options = {})
-      : options_(checked(options)), loop_(std::move(body), std::move(cutter), options.coupling, options.max_body_steps), deadband_(options.deadband) {
+      : options_(checked(options)), loop_(std::move(body), std::move(cutter), options.coupling, options.max_body_steps), deadband_(options.deadband), first_(loop_.body().save()) {
     loop_.sense_surface(options.surface, {.approach = options.approach});
   }
 
   /// A sample of the hand; one that is not newer than the last changes nothing.
   void take(HandReport const& sample, double now) noexcept {
     if (has_hand_ && sample.sequence <= sample_.sequence) return;
-    if (!has_hand_ || sample.placements != sample_.placements || now - heard_ > options_.hand_silent_after) ++placements_;
+    constexpr double slack = 0.02;   // m
+    double const passed = std::max(now - heard_, sample.time - sample_.time);
+    bool const was_moved = (sample.position - sample_.position).norm() <= slack + options_.fastest_hand * passed;
+    if (!has_hand_ || sample.placements != sample_.placements || now - heard_ > options_.hand_silent_after || !was_moved) ++placements_;
     sample_ = sample;
+    if (double const speed = sample.velocity.norm(); speed > options_.fastest_hand) sample_.velocity *= options_.fastest_hand / speed;
     heard_ = now;
     has_hand_ = true;
   }
@@ -86,6 +92,8 @@ class TissueNode {
       model = loop_.tick(std::array{tool}, static_cast<Scalar>(h / parts))[0];
     }
     from_ = to, placed_ = placements_;
+    diverged_for_ = model.diverged ? diverged_for_ + h : 0.0;
+    if (diverged_for_ > options_.restores_after) loop_.restore(first_), diverged_for_ = 0.0;
     answer(model, here, now);
     capture(model, here, now);
     return answer_;
@@ -130,6 +138,8 @@ class TissueNode {
     require(options.max_step >= 1e-6, ".max_step", options.max_step, " s", "give 1e-6 or more, 0.002 for most");
     require(options.max_body_steps >= 1, ".max_body_steps", options.max_body_steps, "give 1 or more");
     require.positive(".hand_silent_after", options.hand_silent_after, " s");
+    require.positive(".fastest_hand", options.fastest_hand, " m/s");
+    detail::OptionCheck{"TissueNode"}(options.restores_after > 0.0, ".restores_after", options.restores_after, " s", "give a time above zero, infinity for never");
     return options;
   }
 
@@ -184,6 +194,8 @@ class TissueNode {
   TissueNodeOptions options_;
   BodyLoop<Body, CutterType> loop_;
   WeberDeadband deadband_;
+  decltype(std::declval<Body const&>().save()) first_;   // as the body was at first
+  double diverged_for_ = 0.0;                            // s
   HandReport sample_{};
   double heard_ = -std::numeric_limits<double>::infinity();
   bool has_hand_ = false, is_here_ = false;

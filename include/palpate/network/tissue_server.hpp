@@ -114,7 +114,7 @@ class TissueServer {
     talk.join();
     if (body_failed || talk_failed) std::rethrow_exception(body_failed ? body_failed : talk_failed);
   }
-  /// Ends the run that goes on.
+  /// Ends the run that goes on; before a run it does nothing.
   void stop() noexcept { stops_.store(true); }
 
   TissueServerStatistics statistics() const noexcept {
