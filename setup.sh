@@ -254,6 +254,7 @@ run_long_tests() {
   part "$PALPATE_COLLISIONS collisions of two solids" build/ci/tests/test_contact 'bodies that collide*'
   part "two solids on a table for $PALPATE_SCENE_TICKS ms" build/ci/tests/test_scene 'bodies on one another bear*'
   part "two solids of 3,840 tetrahedra with four tools allocate nothing" build/ci/tests/test_scene '*four tools allocate nothing'
+  part "every cell of a network's delays, jitters and losses" env PALPATE_NETWORK_GRID=1 build/ci/tests/test_network 'C5-N1: in every cell*'
   part "$PALPATE_GMSH_FILES damaged Gmsh files" build/ci/tests/test_volume 'damaged Gmsh files*'
   part "$PALPATE_VTK_FILES damaged VTK volumes" build/ci/tests/test_vtk 'a damaged volume*'
 
