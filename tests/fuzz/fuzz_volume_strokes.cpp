@@ -5,6 +5,7 @@
 //
 //   cmake --preset fuzz && cmake --build --preset fuzz && build/fuzz/tests/fuzz/fuzz_volume_strokes -max_len=300 -max_total_time=600
 #include <palpate/body/soft_body.hpp>
+#include <palpate/core/error.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
@@ -50,7 +51,12 @@ std::string violations_in(Tissue tissue, std::vector<Tick> const& ticks) {
       case 0: knife.lift(body); break;
       case 1: body.restore(saved); break;
       case 2: body.step(S(1e-3)); [[fallthrough]];
-      default: knife.advance(body, {end(1), end(4)});
+      default:
+        try {
+          knife.advance(body, {end(1), end(4)});
+        } catch (InvalidArgument const&) {   // a blade without length is refused, and the tick not taken: all that is checked holds
+          if (end(1) != end(4)) throw;
+        }
     }
     if (auto const found = testing::to_text(before.check(body)); !found.empty()) return found;
   }
