@@ -57,7 +57,7 @@ class DeviceRegistry {
     DeviceAddress const address = parse_device_address(text);
     Scheme const& scheme = find(address);
     for (auto const& [option, value] : address.options) {
-      bool const known = std::any_of(scheme.options.begin(), scheme.options.end(), [&](auto const& one) { return one.name == option; });
+      bool const known = std::any_of(scheme.options.begin(), scheme.options.end(), [&wanted = option](auto const& one) { return one.name == wanted; });
       if (!known) refuse(address, scheme.name, " has no option ", option, "; it has ", options_of(scheme));
     }
     if (scheme.path.empty() && !address.path.empty() && scheme.name == address.scheme)

@@ -361,7 +361,7 @@ class CubeMesh : public SkinBody<ScalarType> {
     begin_patch(f);
     for (int t = 0; t < parts_; ++t)
       for (int s = 0; s < parts_; ++s) {
-        auto const vertex = [&](int i, int j) { return vertex_in(c, c, side_point(side, s + i, t + j)); };
+        auto const vertex = [&, c = c, side = side](int i, int j) { return vertex_in(c, c, side_point(side, s + i, t + j)); };
         add_to_face(f, {vertex(0, 0), vertex(1, 0), vertex(1, 1)});
         add_to_face(f, {vertex(0, 0), vertex(1, 1), vertex(0, 1)});
       }
