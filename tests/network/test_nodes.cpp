@@ -197,7 +197,7 @@ TEST_CASE("a hand that leaps about and says absurd speeds does not spoil the tis
   attacked.hand_came();
   for (int k = 1; k <= 2000; ++k) {
     double const now = 0.001 * k, side = k % 2 == 0 ? 1.0 : -1.0;
-    HandReport report = at(0.05 + 0.02 * side, 0.05, 0.05 * side, static_cast<std::uint64_t>(k), now);
+    HandReport report = at(0.05 + 0.02 * side, 0.05, 0.05 * side, static_cast<std::uint64_t>(k), k < 1000 ? now : 1e6 * k);   // and any time
     report.velocity = {0, 0, -1e7 * side};
     attacked.take(report, now);
     if (k % 10 == 0) CHECK(attacked.tick(0.01, now).valid());
@@ -269,14 +269,35 @@ TEST_CASE("a bad network delays as it is told, loses nothing and keeps the order
     return link;
   };
   double least = 1.0, most = 0.0, sum = 0.0;
-  run({.delay = 0.02, .jitter = 0.005, .seed = 1}, 0.1, [&](double delay) {   // so far apart that none waits for another; a tick is 0.1 s
-    least = std::min(least, delay), most = std::max(most, delay), sum += delay;
-  });
-  CHECK(least >= 0.02 - 0.005);
-  CHECK(most <= 0.1 + 1e-9);
+  constexpr double finely = 1e-5;   // s, between two looks
+  ImpairedLink apart({.delay = 0.02, .jitter = 0.005, .seed = 1});
+  for (int k = 0; k < 1000; ++k) {   // so far apart that none waits for another
+    double const sent = 0.03 * k;
+    apart.send(bytes, sent);
+    for (int n = 0; n < 3000; ++n)
+      apart.receive(sent + finely * n, [&](std::span<std::byte const>) {
+        double const delay = finely * n;
+        least = std::min(least, delay), most = std::max(most, delay), sum += delay;
+      });
+  }
+  CHECK(least == Approx(0.015).margin(5e-5));
+  CHECK(most == Approx(0.025).margin(5e-5));
+  CHECK(sum / 1000 == Approx(0.02).margin(3e-4));   // 3 standard errors of 0.01/sqrt(12)/sqrt(1000)
   ImpairedLink const lossy = run({.delay = 0.001, .loss = 0.1, .burst = 4.0, .seed = 2}, 0.001, [](double) {});
   CHECK(static_cast<double>(lossy.lost()) / messages == Approx(0.1).epsilon(0.05));
   CHECK(lossy.messages() == messages);
+  ImpairedLink bursts({.loss = 0.1, .burst = 4.0, .seed = 3});
+  int begun = 0;
+  bool was_lost = false;
+  for (int k = 0; k < messages; ++k) {
+    auto const before = bursts.lost();
+    bursts.send(bytes, 1.0 * k);
+    bool const is_lost = bursts.lost() > before;
+    begun += is_lost && !was_lost ? 1 : 0;
+    was_lost = is_lost;
+    bursts.receive(1.0 * k, [](std::span<std::byte const>) {});
+  }
+  CHECK(static_cast<double>(bursts.lost()) / begun == Approx(4.0).epsilon(0.05));
   CHECK(lossy.bytes() == 4u * messages);
   double longest = 0.0;
   ImpairedLink silent({.delay = 0.01, .silences = {{0.5, 0.7}}});

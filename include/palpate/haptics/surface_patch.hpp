@@ -35,6 +35,18 @@ struct SurfacePatch {
            velocity == other.velocity && angular_velocity == other.angular_velocity && reach == other.reach;
   }
 
+  /// The same in another scalar.
+  template <RealScalar T>
+  SurfacePatch<T> cast() const noexcept {
+    return {.point = point.template cast<T>(),
+            .normal = normal.template cast<T>().normalized(),
+            .curvature = static_cast<T>(curvature),
+            .stiffness = static_cast<T>(stiffness),
+            .velocity = velocity.template cast<T>(),
+            .angular_velocity = angular_velocity.template cast<T>(),
+            .reach = static_cast<T>(reach)};
+  }
+
   bool valid() const noexcept {
     return is_finite(point) && is_finite(normal) && std::abs(normal.norm() - S(1)) < S(1e-4) && std::isfinite(curvature) && stiffness >= S(0) &&
            std::isfinite(stiffness) && is_finite(velocity) && is_finite(angular_velocity) && reach >= S(0);

@@ -62,7 +62,7 @@ class TissueNode {
   void take(HandReport const& sample, double now) noexcept {
     if (has_hand_ && sample.sequence <= sample_.sequence) return;
     constexpr double slack = 0.02;   // m
-    double const passed = std::max(now - heard_, sample.time - sample_.time);
+    double const passed = std::max(now - heard_, std::min(sample.time - sample_.time, options_.hand_silent_after));   // it may say any time
     bool const was_moved = (sample.position - sample_.position).norm() <= slack + options_.fastest_hand * passed;
     if (!has_hand_ || sample.placements != sample_.placements || now - heard_ > options_.hand_silent_after || !was_moved) ++placements_;
     sample_ = sample;
@@ -181,10 +181,7 @@ class TissueNode {
       captured_.near.clear();
       return;
     }
-    shown_from_.point = model.surface.patch.point.template cast<double>();
-    shown_from_.normal = model.surface.patch.normal.template cast<double>().normalized();
-    shown_from_.curvature = static_cast<double>(model.surface.patch.curvature);
-    shown_from_.stiffness = static_cast<double>(model.surface.patch.stiffness);
+    shown_from_ = model.surface.patch.template cast<double>();
     auto& shape = detail::shape_of(body());
     auto const& contact = loop_.cutter().contact();
     bool const touches = model.phase == CuttingPhase::indenting && contact.touching;
@@ -215,15 +212,8 @@ class SurfaceNode {
   /// The answer to this sample; `longest` is how far ahead [s] the captured surface may be carried on, about a tick of the body.
   SurfaceAnswer const& look(CapturedSurface<S> const& captured, HandReport const& sample, double now, double longest) noexcept {
     S const age = static_cast<S>(std::clamp(now - captured.time, 0.0, longest));
-    SurfacePatch<S> const patch = tracker_.look(captured.near, sample.position.template cast<S>(), captured.tip_radius, captured.stiffness, age);
     answer_.stamp = {.sequence = sequence_ + 1, .hand = sample.sequence, .hand_time = sample.time, .placements = sample.placements, .revision = captured.revision, .time = now};
-    answer_.patch = {.point = patch.point.template cast<double>(),
-                     .normal = patch.normal.template cast<double>().normalized(),
-                     .curvature = static_cast<double>(patch.curvature),
-                     .stiffness = static_cast<double>(patch.stiffness),
-                     .velocity = patch.velocity.template cast<double>(),
-                     .angular_velocity = patch.angular_velocity.template cast<double>(),
-                     .reach = static_cast<double>(patch.reach)};
+    answer_.patch = tracker_.look(captured.near, sample.position.template cast<S>(), captured.tip_radius, captured.stiffness, age).template cast<double>();
     if (!answer_.valid()) answer_.patch = {};
     tip_ = sample.position;
     return answer_;

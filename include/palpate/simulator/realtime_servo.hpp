@@ -121,8 +121,6 @@ class RealtimeServo {
     models_.back().time = time;
     models_.publish();
   }
-  /// s on the clock of the poses; once there has been one.
-  double clock() const noexcept { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count(); }
 
  private:
   /// use(clock) where the device has one.
