@@ -6,6 +6,7 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/padded_columns.hpp>
 #include <palpate/integrator/concept.hpp>
+#include <palpate/integrator/conjugate_gradients.hpp>
 #include <palpate/tissue/concept.hpp>
 
 #include <algorithm>
@@ -115,22 +116,11 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
     auto&& inverse = inverse_.padded_view();
     auto&& direction = direction_.padded_view();
     auto&& product = product_.padded_view();
-    residual.rightCols(all() - moving()).setZero();
     change.setZero();
-    direction = inverse.cwiseProduct(residual);
-    Scalar size = direction.cwiseProduct(residual).sum();
-    Scalar const enough = tolerance * tolerance * size;
-    for (int k = 0; k < 100 && size > enough; ++k) {
-      assembly_.multiply_tangent(Scalar(1), h_, h_ * h_, direction.data(), product.data());
-      Scalar const curvature = direction.cwiseProduct(product).sum();
-      if (!(curvature > 0)) break;
-      Scalar const length = size / curvature, last = size;
-      change += length * direction, residual -= length * product;
-      residual.rightCols(all() - moving()).setZero();
-      product = inverse.cwiseProduct(residual);
-      size = product.cwiseProduct(residual).sum();
-      direction = product + size / last * direction;
-    }
+    int left = 100, negative = 0;
+    Scalar const enough = tolerance * tolerance * residual.cwiseProduct(residual).cwiseProduct(inverse).sum();
+    conjugate_gradients<Scalar>([&](auto const& d, auto& out) { assembly_.multiply_tangent(Scalar(1), h_, h_ * h_, d.data(), out.data()); },
+                                GradientColumns{inverse, change, residual, direction, product, product}, enough, left, negative);
   }
 
   typename Tissue::Assembly assembly_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/integrator/concept.hpp>
+#include <palpate/integrator/conjugate_gradients.hpp>
 #include <palpate/integrator/solve_report.hpp>
 
 #include <algorithm>
@@ -51,27 +52,12 @@ struct ThetaScheme {
     auto&& memory = padded_view(system.previous_acceleration());
     auto&& change = padded_view(system.scratch(change_at));   // Δv
     auto&& residual = padded_view(system.scratch(residual_at));
-    auto&& inverse = padded_view(system.scratch(inverse_at));   // of the diagonal
+    auto&& inverse = padded_view(system.scratch(inverse_at));
     auto&& product = padded_view(system.scratch(product_at));
-    auto&& a = padded_view(system.scratch(5));
+    auto&& a = padded_view(system.scratch(acceleration_at));
     auto const norm = [&](auto const& r) { return r.cwiseProduct(r).cwiseProduct(inverse).sum(); };
 
-    Scalar damped = 0;   // s, for which damping at v is not yet in a: where θ = 1 nothing else asks for a
-    if constexpr (DampedByTangent<S>)
-      if (theta == 1) damped = h;
-    if (damped > 0) {
-      auto&& still = padded_view(system.scratch(still_at));
-      still.setZero();
-      system.acceleration(x, still, a);
-    } else {
-      system.acceleration(x, v, a);
-    }
-    system.linearise();
-    system.tangent_diagonal(Scalar(1), damping, stiffness, inverse);
-    inverse = (inverse.array() > 0).select(inverse.array().inverse(), Scalar(0)).matrix();
-    system.multiply_tangent(h, Scalar(0), Scalar(0), a, residual);
-    system.multiply_tangent(Scalar(0), damped, h * damping, v, product);
-    residual -= product;
+    begin(system, h);
     Scalar size = norm(residual);
     change.setZero();
     if (!std::isfinite(size)) {
@@ -128,6 +114,39 @@ struct ThetaScheme {
     v += change;
   }
 
+  /// What a step of h seconds begins with, in scratch(…_at): the acceleration at x, the inverse of the diagonal of A = M + hθ C + h²θ² K, and the residual
+  /// h f(x, v) − h²θ K v of no change.
+  template <LinearisedSystem S>
+  void begin(S& system, typename S::Scalar h) const {
+    using Scalar = typename S::Scalar;
+    Scalar const damping = h * static_cast<Scalar>(theta);
+    auto&& x = padded_view(system.positions());
+    auto&& v = padded_view(system.velocities());
+    auto&& residual = padded_view(system.scratch(residual_at));
+    auto&& inverse = padded_view(system.scratch(inverse_at));
+    auto&& product = padded_view(system.scratch(product_at));
+    auto&& a = padded_view(system.scratch(acceleration_at));
+    Scalar damped = 0;   // s, for which damping at v is not yet in a: where θ = 1 nothing else asks for a
+    if constexpr (DampedByTangent<S>)
+      if (theta == 1) damped = h;
+    if (damped > 0) {
+      auto&& still = padded_view(system.scratch(still_at));
+      still.setZero();
+      system.acceleration(x, still, a);
+    } else {
+      system.acceleration(x, v, a);
+    }
+    system.linearise();
+    system.tangent_diagonal(Scalar(1), damping, damping * damping, inverse);
+    inverse = (inverse.array() > 0).select(inverse.array().inverse(), Scalar(0)).matrix();
+    system.multiply_tangent(h, Scalar(0), Scalar(0), a, residual);
+    system.multiply_tangent(Scalar(0), damped, h * damping, v, product);
+    residual -= product;
+  }
+
+  static constexpr int change_at = 0, residual_at = 1, inverse_at = 2, product_at = 3, direction_at = 4, acceleration_at = 5, scaled_at = 8;
+
+  double end_weight() const noexcept { return theta; }
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {
     Scalar const explicit_share = static_cast<Scalar>(1 - 2 * theta);
@@ -139,8 +158,7 @@ struct ThetaScheme {
   }
 
  private:
-  static constexpr int change_at = 0, residual_at = 1, inverse_at = 2, product_at = 3, direction_at = 4, scaled_at = 8, from_at = 9, still_at = 10;
-  static constexpr int block = 64;   // columns that stay in the fastest cache while they are worked on
+  static constexpr int from_at = 9, still_at = 10;
 
   /// Halves the way that an iteration took the change, from the mean velocity in scratch(from_at), until the incremental potential is not above that there;
   /// W there is `potential`, and then where it went to. `a` is the acceleration at the start. False: no part of it is better.
@@ -188,29 +206,8 @@ struct ThetaScheme {
     auto&& product = padded_view(system.scratch(product_at));
     auto&& direction = padded_view(system.scratch(direction_at));
     auto&& scaled = padded_view(system.scratch(scaled_at));
-    direction = inverse.cwiseProduct(residual);
-    Scalar size = direction.cwiseProduct(residual).sum();
-    for (; left > 0 && size > enough; --left) {
-      system.multiply_tangent(Scalar(1), damping, stiffness, direction, product);
-      Scalar const curvature = direction.cwiseProduct(product).sum();
-      if (!(curvature > 0)) {
-        ++report.negative_curvatures;
-        break;
-      }
-      Scalar const length = size / curvature, last = size;
-      size = 0;
-      for (Eigen::Index first = 0; first < change.cols(); first += block) {
-        Eigen::Index const count = std::min<Eigen::Index>(block, change.cols() - first);
-        auto r = residual.middleCols(first, count);
-        auto z = scaled.middleCols(first, count);
-        change.middleCols(first, count) += length * direction.middleCols(first, count);
-        r -= length * product.middleCols(first, count);
-        z = inverse.middleCols(first, count).cwiseProduct(r);
-        size += z.cwiseProduct(r).sum();
-      }
-      direction = scaled + size / last * direction;
-    }
-    return size;
+    return detail::conjugate_gradients<Scalar>([&](auto const& d, auto& out) { system.multiply_tangent(Scalar(1), damping, stiffness, d, out); },
+                                               detail::GradientColumns{inverse, change, residual, direction, product, scaled}, enough, left, report.negative_curvatures);
   }
 };
 
