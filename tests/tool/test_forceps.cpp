@@ -123,6 +123,27 @@ TEST_CASE("The hand feels what holding the same particle there takes, at any ste
   check(small_block(), on_block);
 }
 
+// Yardstick: its weight. In steps of 5 ms and more it diverged while each particle was taken to give way by itself.
+TEST_CASE("A limp wall of 2.5 g that hangs from jaws draws with its weight, in implicit steps of 1 to 10 ms", "[tool][forceps]") {
+  for (double const h : {1e-3, 2e-3, 5e-3, 1e-2}) {
+    MassSpring<double> wall(make_grid<double>(15, 15, 0.004), {.mass = {.total = 0.0025}, .link = {.stiffness = 30, .damping = 0.01}});
+    SoftBody body(std::move(wall), BackwardEuler{});
+    Forceps<double> forceps;
+    Vector3<double> const tip(0.028, 0.028, 0);
+    double least = 1, most = -1;
+    for (double t = 0; t < 2.5; t += h) {
+      if (t > 0.3) body.set_gravity({0, 0, -9.81});
+      double const up = 0.08 * std::clamp((t - 0.3) / 0.7, 0.0, 1.0);
+      Vector3<double> const force = tick(forceps, body, at<double>(tip + Vector3<double>(0, 0, up), std::clamp(1 - 7 * (t - 0.1), 0.3, 1.0)), h);
+      if (t > 2) least = std::min(least, force.z()), most = std::max(most, force.z());
+    }
+    CAPTURE(h, least, most);
+    REQUIRE(forceps.grasp().holds_any());
+    CHECK(least > -1.05 * 0.0025 * 9.81);
+    CHECK(most < -0.95 * 0.0025 * 9.81);
+  }
+}
+
 TEST_CASE("A drawn fold slips out at the friction of two pads", "[tool][forceps]") {
   for (double const clamp : {0.05, 0.1}) {
     auto body = skin<double>();

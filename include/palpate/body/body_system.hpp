@@ -140,11 +140,14 @@ class BodySystem {
   void linearise()
     requires HasTangentOperator<Tissue>
   {
+    if (std::exchange(is_linearised_, false)) return;
     assembly_.linearise(now(x_, &State::position).padded_view(), inverse_mass_.data());
     if (all_ == moving_) return;
     direction_.resize(all_), product_.resize(all_);
     direction_.set_zero();   // the border does not move
   }
+  /// The next linearise() has what this one took.
+  void keep_tangent() noexcept { is_linearised_ = true; }
   template <class D, class Out>
   void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, D const& d, Out&& out)
     requires HasTangentOperator<Tissue>
@@ -220,6 +223,8 @@ class BodySystem {
   SolveReport<Scalar> const& solve() const noexcept { return solve_; }
 
   int moving() const noexcept { return moving_; }
+  /// Of a particle of the body, −1 where it does not move.
+  int column_of(int particle) const noexcept { return place_[static_cast<std::size_t>(particle)]; }
 
   explicit BodySystem(Execution run = {}) : run_(std::move(run)) {}
 
@@ -247,7 +252,7 @@ class BodySystem {
       place_[static_cast<std::size_t>(p)] = k;
       inverse_mass_[static_cast<std::size_t>(k)] = 1 / tissue.mass(p);
     }
-    is_gathered_ = false;
+    is_gathered_ = is_linearised_ = false;
   }
 
   /// What of the assembly belongs to what makes the body's future, and it back, with tissue that belongs to it.
@@ -258,6 +263,7 @@ class BodySystem {
       return {};
   }
   void restore([[maybe_unused]] Layout const& layout) {
+    is_linearised_ = false;
     if constexpr (FollowsEdits<Tissue>) assembly_.take(layout);
   }
 
@@ -273,7 +279,7 @@ class BodySystem {
   }
 
   /// What is gathered is void: the state was changed from outside.
-  void forget() noexcept { is_gathered_ = false; }
+  void forget() noexcept { is_gathered_ = is_linearised_ = false; }
 
   /// Makes ready for a step that stays within `bound` [m] of the origin, with the forces [N] on the particles in `forced`. `fused_step`: the step
   /// will be one step_by_parts.
@@ -300,7 +306,8 @@ class BodySystem {
   }
 
   /// The step counts: hands its state back.
-  void commit(State& state) const noexcept {
+  void commit(State& state) noexcept {
+    is_linearised_ = false;
     if (direct_ != nullptr) return;
     auto const particles = assembly_.particles();
     for (int i = 0, count = 1; i < moving_; i += count, count = 1) {
@@ -312,7 +319,7 @@ class BodySystem {
   /// It does not: the state is as before. Where it is so to rounding only, because no copy was kept, what the integrator remembered is lost:
   /// false.
   bool roll_back(State& state) noexcept {
-    is_gathered_ = false;
+    is_gathered_ = is_linearised_ = false;
     if (keeps_) {
       state.position.padded_view() = x_.padded_view(), state.velocity.padded_view() = v_.padded_view(), state.remembered.padded_view() = memory_.padded_view();
     } else if (direct_ != nullptr) {
@@ -446,6 +453,7 @@ class BodySystem {
   int all_ = 0;                    // with the border
   bool remembers_ = false;
   bool is_gathered_ = false;
+  bool is_linearised_ = false;     // where the state is, for the next who asks
   bool is_whole_ = false;          // the moving set is all particles in the body's order
   bool fused_step_ = false;
   bool keeps_ = false;             // a copy of the state before the step

@@ -67,6 +67,11 @@ concept StatesMobility = SimulatedBody<B> && requires(B const& seen, int i, type
   { seen.mobility(i, i, h) } -> std::same_as<typename B::Scalar>;
 };
 
+/// Refinement: a body that tells how its next step will go, and how its particles give way in it together: forecast(h), an optional MotionForecast. Of others the two above
+/// say it, of each particle by itself, which an implicit step lets move by far less.
+template <class B>
+concept ForecastsSteps = SimulatedBody<B> && requires(B& body, typename B::Scalar h) { body.forecast(h)->along(); };
+
 /// Refinement: a body of cubes that a blade's edge parts.
 ///   cut(a, b, c, d, moved)        the edge went from a–b to c–d [m], while each cube's middle came by moved(cube) [m]; how many faces between two cubes it opened
 ///   cubes(), middle(cube)         how many, and where [m]

@@ -13,9 +13,11 @@
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/integrator/solve_report.hpp>
+#include <palpate/integrator/motion_forecast.hpp>
 #include <palpate/region/whole_body.hpp>
 
 #include <limits>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -95,6 +97,15 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
     this->check(i);
     if (!this->is_free(i)) return Vector::Zero();
     return this->acceleration_after(i, static_cast<Scalar>(force_time) * h);
+  }
+
+  /// What the next step of h seconds will do, and how the body gives way in it; nothing where nothing moves. Of a whole body whose integrator states its end_weight().
+  auto forecast(Scalar h)
+    requires(StatesEndWeight<IntegratorType, Scalar> && !RegionType::follows_touch)
+  {
+    using Forecast = MotionForecast<BodySystem<Tissue, ExecutionType>>;
+    FlushDenormals const flush;
+    return this->begin_step(h, false) ? std::optional(Forecast(this->system_, h, static_cast<Scalar>(integrator_.end_weight()))) : std::optional<Forecast>();
   }
 
   // --- how it moves -------------------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@
 /// Optional
 ///   visit_triangles_in_box(low, high, visit)               tools longer than a point; SkinBody has it                                     SearchableBody
 ///   static constexpr bool any_step_is_stable = true        whatever happens to it: its stable step is asked for once                   AnyStepIsStable
+///   auto forecast(Scalar h)                                an optional MotionForecast: how particles give way together in a step        ForecastsSteps
 ///   std::size_t renumberings() const                       where triangles get other numbers                                              CountsRenumberings
 /// Battery
 ///   testing::to_text(testing::check_body(my_body)) == ""

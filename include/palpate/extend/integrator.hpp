@@ -12,6 +12,7 @@
 ///     modes: squared_frequency, largest κ [1/s²], decay_rate and min_decay_rate, largest and smallest γ [1/s], of x″ = −κ x − γ x′
 ///   static constexpr double force_time                             forces are asked for at x + force_time · h v       HasForceTime
 ///   static constexpr bool fused_step = true                         a step is one call of step_by_parts               FusedStep
+///   double end_weight() const                                     θ of an implicit θ-scheme: tools then foresee it    StatesEndWeight
 ///   a step that calls linearise(), multiply_tangent(): it takes a LinearisedSystem alone                            ImplicitIntegrator
 /// Battery
 ///   testing::to_text(testing::check_integrator(MyRule{})) == ""   and static_assert(Integrator<MyRule, float>)

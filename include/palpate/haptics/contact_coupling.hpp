@@ -17,13 +17,13 @@ namespace palpate {
 ///   g = (x_s − (p − r n))·n   how far the tip is below the surface,   ġ = (v_s − v_p)·n
 ///   f = max(0, (k g + (c + h k)(ġ + h a)) / (1 + h (c + h k) w)),   w = Σ b_i²/m_i,   a = Σ b_i a_i·n
 /// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them; where the body
-/// states its mobility, w = Σ b_i b_j w_ij. This is the spring's force at the end of the step, so it is stable however stiff the spring and
-/// however light the particles; at rest f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
+/// states its mobility, w = Σ b_i b_j w_ij; where it forecasts its steps, as implicit ones do, w and a·n are of the whole body's step.
+/// This is the spring's force at the end of the step, so it is stable however stiff the spring and however light the particles; at rest f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
 /// A blade that is held across its edge drags the point of the tissue at it along the surface with the same spring, to all sides, up to a slip force; so does one
 /// in a solid that resists it.
 /// Units      k [N/m], c [N·s/m], force [N].
 /// Source     \cite baraff1998 for the force at the end of the step.
-/// Cost       O(links at three particles), no allocation.
+/// Cost       O(links at three particles), no allocation; of a body that forecasts its steps one forecast with one response.
 /// Limits     The step is one that the body itself stands. ExplicitEuler moves a particle only a step after it was pushed: under a
 ///            stiff contact with little damping it trembles within bounds.
 struct ContactCoupling {
@@ -44,7 +44,8 @@ struct ContactCoupling {
     using Vector = typename Body::Vector;
     if (!contact.touching) return Vector::Zero();
     auto const corners = body.tissue().surface().corners(contact.triangle);
-    CoupledPoint<Body> const at(body, corners, three(contact.barycentric), h);
+    CoupledPoint<Body> at(body, corners, three(contact.barycentric), h);
+    at.foresee(body, contact.normal, h);
     Scalar const k = static_cast<Scalar>(stiffness);
     Scalar const c = static_cast<Scalar>(damping) + h * k;
     Scalar const gap = (at.point - tip).dot(contact.normal) + tip_radius;
@@ -62,9 +63,9 @@ struct ContactCoupling {
     using Scalar = typename Body::Scalar;
     using Vector = typename Body::Vector;
     auto const corners = body.tissue().surface().corners(held.triangle);
-    CoupledPoint<Body> const at(body, corners, three(held.barycentric), h);
+    CoupledPoint<Body> at(body, corners, three(held.barycentric), h);
     auto const along = [&](Vector const& v) { return Vector(v - v.dot(normal) * normal); };
-    return hang_on(body, at, along(tip - at.point), along(tip_velocity - at.velocity - h * at.acceleration), static_cast<Scalar>(stiffness), held.slip_force, h);
+    return hang_on(body, at, along, tip - at.point, tip_velocity - at.velocity, static_cast<Scalar>(stiffness), held.slip_force, h);
   }
 
   /// Lets the tissue along a blade hang on to it, for the body's next step, where the tool is `behind` its place at the end of the tick; returns the tissue's
@@ -72,23 +73,25 @@ struct ContactCoupling {
   template <class Body>
   typename Body::Vector resist(Body& body, BladeGrip<typename Body::Scalar> const& grip, typename Body::Vector const& behind, typename Body::Vector const& tip_velocity,
                                typename Body::Scalar h) const {
-    CoupledPoint<Body> const at(body, grip.particles, grip.weights, h);
-    return hang_on(body, at, typename Body::Vector(grip.target - behind - at.point), typename Body::Vector(tip_velocity - at.velocity - h * at.acceleration), grip.stiffness,
-                   grip.slip_force, h);
+    CoupledPoint<Body> at(body, grip.particles, grip.weights, h);
+    auto const all = [](typename Body::Vector const& v) { return v; };
+    return hang_on(body, at, all, grip.target - behind - at.point, tip_velocity - at.velocity, grip.stiffness, grip.slip_force, h);
   }
 
  private:
   template <class Body>
   struct CoupledPoint;
 
-  /// A spring to all sides that slips: on the tissue; returns what acts on the tool.
-  template <class Body>
-  typename Body::Vector hang_on(Body& body, CoupledPoint<Body> const& at, typename Body::Vector const& lag, typename Body::Vector const& speed, typename Body::Scalar k,
-                                typename Body::Scalar slip_force, typename Body::Scalar h) const {
+  /// A spring that slips, to the sides that are allowed: on the tissue; returns what acts on the tool.
+  template <class Body, class Allowed>
+  typename Body::Vector hang_on(Body& body, CoupledPoint<Body>& at, Allowed const& allowed, typename Body::Vector const& apart, typename Body::Vector const& velocity,
+                                typename Body::Scalar k, typename Body::Scalar slip_force, typename Body::Scalar h) const {
     using Scalar = typename Body::Scalar;
     using Vector = typename Body::Vector;
     Scalar const c = static_cast<Scalar>(damping) + h * k;
-    Vector force = (k * lag + c * speed) / (1 + h * c * at.mobility);
+    Vector const lag = allowed(apart), speed = allowed(velocity), pull = k * lag + c * speed;
+    if (Scalar const size = pull.norm(); size > 0) at.foresee(body, Vector(pull / size), h);
+    Vector force = (pull - h * c * allowed(at.acceleration)) / (1 + h * c * at.mobility);
     Scalar const size = force.norm();
     if (!std::isfinite(size)) return Vector::Zero();
     if (size > slip_force) force *= slip_force / size;
@@ -113,6 +116,21 @@ struct ContactCoupling {
         for (std::size_t a = 0; a < particles.size(); ++a)
           for (std::size_t b = 0; b < particles.size(); ++b)
             if (weights[a] > 0 && weights[b] > 0) mobility += weights[a] * weights[b] * body.mobility(particles[a], particles[b], h);
+    }
+
+    /// Where the body tells how its next step will go: that, exactly so along a unit vector, and what gives way along it, the tissue's stiffness counted.
+    void foresee([[maybe_unused]] Body& body, [[maybe_unused]] Vector const& along, [[maybe_unused]] Scalar h) {
+      if constexpr (ForecastsSteps<Body>) {
+        auto forecast = body.forecast(h);
+        if (!forecast || !(mobility > 0)) return;
+        forecast->respond([&](auto const& add) { for_each([&](int i, Scalar b) { add(i, b * along); }); });
+        Scalar give = 0;
+        Vector change = Vector::Zero();   // m/s
+        for_each([&](int i, Scalar b) { give += b * along.dot(forecast->response(i)), change += b / body.tissue().mass(i) * forecast->own(i); });
+        change *= give / mobility;
+        change += (forecast->along() - change.dot(along)) * along;
+        acceleration = change / h, mobility = give;
+      }
     }
 
     /// Calls visit(particle, weight) for those that carry it.

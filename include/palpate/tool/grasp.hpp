@@ -5,6 +5,7 @@
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/tool_pose.hpp>
+#include <palpate/integrator/motion_forecast.hpp>
 #include <palpate/tool/rod_contact.hpp>
 
 #include <algorithm>
@@ -48,6 +49,7 @@ struct GraspedParticle {
 
 /// Tissue between two jaws. Each particle of the surface there hangs on a spring whose other end goes with the tool, and closes with the jaws:
 ///   f = −k (x⁺ − a⁺) − c (v⁺ − v_a),   v⁺ = v + h (a_t + f/m),   x⁺ = x + h v⁺     on a particle; k and c are the total over the number grasped
+/// and where the body forecasts its steps, as implicit ones do, x⁺ and v⁺ are those of a step of the whole body with all springs in it.
 /// So it is the force of the end of the step, and at rest k (a − x) at any step. A particle is let go when its spring leaves the friction cone of its pads,
 ///   |f − f_n| ≤ friction · max(2 N, |f_n|)   with f_n the part across the pads and N its share of the clamp force: the sum of what two pads press with
 /// The others then have its share. All are let go when a cut has gone through the tissue between the jaws: when what is grasped, with what cuts have added
@@ -56,7 +58,7 @@ struct GraspedParticle {
 /// Frame      the jaws close along x, the pads lie in y and z; the joint is at z > 0.
 /// Units      m, N, s.
 /// Source     \cite bielser2002 for what forceps do; the springs' law is the step's end, \cite baraff1998.
-/// Cost       press: O(particles), no allocation. advance: O(1), and after a cut O(new particles · grasped ones).
+/// Cost       press: O(particles), and of a body that forecasts its steps the solution of one; no allocation. advance: O(1), and after a cut O(new particles · grasped ones).
 template <RealScalar Scalar>
 class Grasp {
  public:
@@ -131,18 +133,14 @@ class Grasp {
   template <class Body>
   void press(Body& body, typename RodContact<Scalar>::StepPoses const& poses, Scalar h, Vector& force, Vector& moment) {
     if (held_.empty() || !(h > 0)) return;
-    Scalar const count = static_cast<Scalar>(held_.size());
-    Scalar const k = options_.stiffness / count, c = options_.damping / count, share = options_.clamp_force / count;
+    Scalar const share = options_.clamp_force / static_cast<Scalar>(held_.size());
     Vector const across = poses.end.orientation * Vector::UnitX();
-    for (auto& each : held_) {
+    find_pulls(body, poses, h);
+    for (std::size_t n = 0; n < held_.size(); ++n) {
+      auto& each = held_[n];
       int const i = each.particle;
-      if (i >= static_cast<int>(body.positions().cols())) continue;   // another tool's cut has given it back in this tick
-      Vector const anchor = placed(poses.end, each), way = anchor - placed(poses.begin, each);
-      Vector velocity = body.velocities().col(i);
-      Scalar give = 0;   // 1/kg
-      if (Scalar const own = detail::own_mobility(body, i, h); own > 0) give = own, velocity += h * body.predicted_acceleration(i, h);
-      Vector const lag = RodContact<Scalar>::moved(body, i, poses.lead * h) + h * velocity - anchor;
-      Vector const on_tissue = -(k * lag + c * (velocity - way / h)) / (1 + h * (c + h * k) * give);
+      if (is_gone(body, i)) continue;
+      Vector const on_tissue = pulls_[n];
       Scalar const normal = on_tissue.dot(across), along = (on_tissue - normal * across).norm();
       if (!(along <= options_.friction * std::max(2 * share, std::abs(normal))) || !is_finite(on_tissue)) {   // out of the cone
         let_go_.push_back(i);
@@ -158,6 +156,40 @@ class Grasp {
   }
 
  private:
+  /// Of the springs at the end of the step, on the tissue [N].
+  template <class Body>
+  void find_pulls(Body& body, typename RodContact<Scalar>::StepPoses const& poses, Scalar h) {
+    Scalar const count = static_cast<Scalar>(held_.size()), k = options_.stiffness / count, c = options_.damping / count;
+    pulls_.clear();
+    for (auto const& each : held_) {   // if it went on at the velocity of now
+      int const i = each.particle;
+      if (is_gone(body, i)) {
+        pulls_.push_back(Vector::Zero());
+        continue;
+      }
+      Vector const anchor = placed(poses.end, each), way = anchor - placed(poses.begin, each), velocity = body.velocities().col(i);
+      pulls_.push_back(-(k * (RodContact<Scalar>::moved(body, i, poses.lead * h) + h * velocity - anchor) + c * (velocity - way / h)));
+    }
+    if constexpr (ForecastsSteps<Body>)
+      if (auto forecast = body.forecast(h)) {
+        Scalar const resists = c + h * forecast->end_weight() * k;
+        springs_.clear();
+        for (std::size_t n = 0; n < held_.size(); ++n)
+          if (!is_gone(body, held_[n].particle)) springs_.push_back({held_[n].particle, h * resists, h * pulls_[n]});
+        forecast->solve(springs_);
+        for (std::size_t n = 0; n < held_.size(); ++n)
+          if (!is_gone(body, held_[n].particle)) pulls_[n] -= resists * forecast->response(held_[n].particle);
+        return;
+      }
+    for (std::size_t n = 0; n < held_.size(); ++n) {
+      int const i = held_[n].particle;
+      if (Scalar const own = is_gone(body, i) ? Scalar(0) : detail::own_mobility(body, i, h); own > 0)
+        pulls_[n] = (pulls_[n] - h * (c + h * k) * Vector(body.predicted_acceleration(i, h))) / (1 + h * (c + h * k) * own);
+    }
+  }
+  /// Another tool's cut has given it back in this tick.
+  static bool is_gone(auto const& body, int particle) noexcept { return particle >= static_cast<int>(body.positions().cols()); }
+
   static Vector in_tool(Pose const& pose, Vector const& point) noexcept { return pose.orientation.conjugate() * (point - pose.position); }
 
   /// Where a spring's end is [m]: it closes with the jaws.
@@ -235,6 +267,8 @@ class Grasp {
   std::array<Capsule<Scalar>, 2> jaws_{};   // in the tool's frame, when they took hold
   Scalar taken_at_ = 1, squeeze_ = 1;       // the opening then; of the distance from the middle now
   std::vector<GraspedParticle<Scalar>> held_;
+  std::vector<Vector> pulls_;                         // N, of each that is held
+  std::vector<SpringOnParticle<Scalar>> springs_;
   std::vector<int> nodes_, root_, roots_, let_go_;
   int first_new_ = 0, pieces_ = 0;
   std::size_t revision_ = 0, restorations_ = 0;
