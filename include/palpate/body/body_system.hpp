@@ -140,14 +140,21 @@ class BodySystem {
   void linearise()
     requires HasTangentOperator<Tissue>
   {
-    if (std::exchange(is_linearised_, false)) return;
+    if (std::exchange(foreseen_h_, Scalar(0)) > 0) return;   // a forecast has
     assembly_.linearise(now(x_, &State::position).padded_view(), inverse_mass_.data());
     if (all_ == moving_) return;
     direction_.resize(all_), product_.resize(all_);
     direction_.set_zero();   // the border does not move
   }
-  /// The next linearise() has what this one took.
-  void keep_tangent() noexcept { is_linearised_ = true; }
+  /// What is forecast for steps of h seconds is in scratch(), the tangent with it, until the state changes: then the next linearise() has it. Else false.
+  bool foresees(Scalar h) const noexcept { return foreseen_h_ > 0 && foreseen_h_ == h; }
+  void foresee(Scalar h) noexcept { foreseen_h_ = h; }
+  /// By what forces have changed since the begin() before [N]: add(column, by).
+  template <class Add>
+  void changes_of_pushes(Add const& add) const {
+    for (auto const& push : told_) add(push.column, Vector3<Scalar>(-push.force));
+    for (auto const& push : pushes_) add(push.column, push.force);
+  }
   template <class D, class Out>
   void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, D const& d, Out&& out)
     requires HasTangentOperator<Tissue>
@@ -252,7 +259,7 @@ class BodySystem {
       place_[static_cast<std::size_t>(p)] = k;
       inverse_mass_[static_cast<std::size_t>(k)] = 1 / tissue.mass(p);
     }
-    is_gathered_ = is_linearised_ = false;
+    is_gathered_ = false, foreseen_h_ = 0;
   }
 
   /// What of the assembly belongs to what makes the body's future, and it back, with tissue that belongs to it.
@@ -263,7 +270,7 @@ class BodySystem {
       return {};
   }
   void restore([[maybe_unused]] Layout const& layout) {
-    is_linearised_ = false;
+    foreseen_h_ = 0;
     if constexpr (FollowsEdits<Tissue>) assembly_.take(layout);
   }
 
@@ -272,14 +279,14 @@ class BodySystem {
     for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_, &memory_, &direction_, &product_}) columns->reserve(particles);
     inverse_mass_.reserve(static_cast<std::size_t>(particles));
     for (auto& columns : scratch_) columns.reserve(particles);
-    place_.reserve(static_cast<std::size_t>(particles)), pushes_.reserve(2 * static_cast<std::size_t>(particles)), diverged_.reserve(16);
+    place_.reserve(static_cast<std::size_t>(particles)), pushes_.reserve(2 * static_cast<std::size_t>(particles)), told_.reserve(2 * static_cast<std::size_t>(particles)), diverged_.reserve(16);
     list_.reserve(static_cast<std::size_t>(particles));
     if constexpr (ReservesMemory<Tissue>) assembly_.reserve(tissue, particles, triangles);
     if constexpr (HasFusedForces<Tissue>) force_.reserve(Tissue::Assembly::max_force_columns(particles));
   }
 
   /// What is gathered is void: the state was changed from outside.
-  void forget() noexcept { is_gathered_ = is_linearised_ = false; }
+  void forget() noexcept { is_gathered_ = false, foreseen_h_ = 0; }
 
   /// Makes ready for a step that stays within `bound` [m] of the origin, with the forces [N] on the particles in `forced`. `fused_step`: the step
   /// will be one step_by_parts.
@@ -296,7 +303,7 @@ class BodySystem {
       gather(state);
     else if (!fused_step)
       x_.padded_view() = state.position.padded_view(), v_.padded_view() = state.velocity.padded_view(), memory_.padded_view() = state.remembered.padded_view();
-    pushes_.clear();
+    told_.swap(pushes_), pushes_.clear();
     for (int const p : forced)
       if (int const k = place_[static_cast<std::size_t>(p)]; k >= 0) pushes_.push_back({k, state.applied[p]});
     auto const by_column = [](ColumnForce<Scalar> const& a, ColumnForce<Scalar> const& b) { return a.column < b.column; };
@@ -307,7 +314,7 @@ class BodySystem {
 
   /// The step counts: hands its state back.
   void commit(State& state) noexcept {
-    is_linearised_ = false;
+    foreseen_h_ = 0;
     if (direct_ != nullptr) return;
     auto const particles = assembly_.particles();
     for (int i = 0, count = 1; i < moving_; i += count, count = 1) {
@@ -319,7 +326,7 @@ class BodySystem {
   /// It does not: the state is as before. Where it is so to rounding only, because no copy was kept, what the integrator remembered is lost:
   /// false.
   bool roll_back(State& state) noexcept {
-    is_gathered_ = is_linearised_ = false;
+    is_gathered_ = false, foreseen_h_ = 0;
     if (keeps_) {
       state.position.padded_view() = x_.padded_view(), state.velocity.padded_view() = v_.padded_view(), state.remembered.padded_view() = memory_.padded_view();
     } else if (direct_ != nullptr) {
@@ -453,13 +460,13 @@ class BodySystem {
   int all_ = 0;                    // with the border
   bool remembers_ = false;
   bool is_gathered_ = false;
-  bool is_linearised_ = false;     // where the state is, for the next who asks
   bool is_whole_ = false;          // the moving set is all particles in the body's order
   bool fused_step_ = false;
   bool keeps_ = false;             // a copy of the state before the step
   State* direct_ = nullptr;        // during a step of the whole body: its state
   Vector3<Scalar> gravity_ = Vector3<Scalar>::Zero();
   Scalar bound_ = 0;
+  Scalar foreseen_h_ = 0;          // s
   Execution run_;
   PaddedColumns<Scalar> x_, v_, memory_;                    // moving set, then border; or the whole body before the step
   PaddedColumns<Scalar> border_x_, border_v_, force_;       // as x_, force_ with windows behind; it is zero between calls
@@ -468,7 +475,7 @@ class BodySystem {
   std::vector<Scalar> inverse_mass_;      // 1/kg, moving set
   std::vector<int> place_;                // particle of the body → column, −1 outside the moving set
   std::vector<int> list_;                 // an integrator's
-  std::vector<ColumnForce<Scalar>> pushes_;      // in the order of their columns
+  std::vector<ColumnForce<Scalar>> pushes_, told_;   // in the order of their columns; those of the begin() before
   std::vector<Divergence<Scalar>> diverged_;   // the first of each block, its column
   Divergence<Scalar> diverged_one_;
   SolveReport<Scalar> solve_;

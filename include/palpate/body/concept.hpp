@@ -84,6 +84,13 @@ concept CuttableCubes = TouchableBody<B> && requires(B& body, B const& seen, typ
 
 namespace detail {
 
+/// Whether a particle gives way in a step of h seconds by far less than its mass says: where the step is three times as long as an explicit one could be.
+template <ForecastsSteps B>
+bool is_stiff_in_step(B const& body, int i, typename B::Scalar h) {
+  auto const& tissue = body.tissue();
+  return h * h * tissue.stiffness_bound(i) > 36 * tissue.mass(i);
+}
+
 /// What a force on a particle adds to its own predicted acceleration by the newton: 1/kg.
 template <class B>
 typename B::Scalar own_mobility(B const& body, int i, typename B::Scalar h) {

@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 
 namespace palpate {
@@ -17,7 +18,8 @@ namespace palpate {
 ///   g = (x_s − (p − r n))·n   how far the tip is below the surface,   ġ = (v_s − v_p)·n
 ///   f = max(0, (k g + (c + h k)(ġ + h a)) / (1 + h (c + h k) w)),   w = Σ b_i²/m_i,   a = Σ b_i a_i·n
 /// with b_i the barycentric weights of the triangle's corners and a_i the acceleration that tissue and gravity give them; where the body
-/// states its mobility, w = Σ b_i b_j w_ij; where it forecasts its steps, as implicit ones do, w and a·n are of the whole body's step.
+/// states its mobility, w = Σ b_i b_j w_ij; in long steps of a body that forecasts them, as implicit ones are, w and a·n are of the
+/// whole body's step.
 /// This is the spring's force at the end of the step, so it is stable however stiff the spring and however light the particles; at rest f = k g. −f n acts on the tissue, shared by the corners by weight; +f n is the tissue's reaction on the tool.
 /// A blade that is held across its edge drags the point of the tissue at it along the surface with the same spring, to all sides, up to a slip force; so does one
 /// in a solid that resists it.
@@ -118,11 +120,14 @@ struct ContactCoupling {
             if (weights[a] > 0 && weights[b] > 0) mobility += weights[a] * weights[b] * body.mobility(particles[a], particles[b], h);
     }
 
-    /// Where the body tells how its next step will go: that, exactly so along a unit vector, and what gives way along it, the tissue's stiffness counted.
+    /// Where the body tells how its next step will go, and the step is long: that, exactly so along a unit vector, and what gives way along it, the tissue's
+    /// stiffness counted.
     void foresee([[maybe_unused]] Body& body, [[maybe_unused]] Vector const& along, [[maybe_unused]] Scalar h) {
       if constexpr (ForecastsSteps<Body>) {
-        auto forecast = body.forecast(h);
-        if (!forecast || !(mobility > 0)) return;
+        bool is_stiff = false;
+        for_each([&](int i, Scalar) { is_stiff = is_stiff || detail::is_stiff_in_step(body, i, h); });
+        auto forecast = is_stiff && mobility > 0 ? body.forecast(h) : std::nullopt;
+        if (!forecast) return;
         forecast->respond([&](auto const& add) { for_each([&](int i, Scalar b) { add(i, b * along); }); });
         Scalar give = 0;
         Vector change = Vector::Zero();   // m/s

@@ -29,8 +29,9 @@ struct SpringOnParticle {
 /// Lifetime   until anything of the body changes, also by a force. It lives in the body's own memory: one at a time, and nothing is
 ///            allocated once a body has taken a step.
 /// Source     \cite baraff1998.
-/// Cost       the forces once, the tangent once, which the step then has, and two products; each call conjugate gradients from zero, at most 100 iterations: respond to
-///            2 % of the residual, the error of p·u is the square of that, and solve to 0.1 %.
+/// Cost       the first in a step: the forces once, the tangent, which the step then has, and two products; a later one nothing of that. Each
+///            call conjugate gradients from zero, at most 100 iterations: respond to 2 % of the residual, the error of p·u is the square of that,
+///            and solve to 0.1 %.
 template <class System>
 class MotionForecast {
  public:
@@ -39,9 +40,14 @@ class MotionForecast {
   using Spring = SpringOnParticle<Scalar>;
 
   MotionForecast(System& system, Scalar h, Scalar theta) : system_(&system), theta_(theta), damping_(h * theta) {
+    auto&& b = push();
+    if (system.foresees(h)) {   // for another tool
+      system.changes_of_pushes([&](int column, Vector const& by) { b.template block<3, 1>(0, column) += h * by; });
+      return;
+    }
     ThetaScheme{static_cast<double>(theta)}.begin(system, h);
-    system.keep_tangent();
-    push() = columns(ThetaScheme::residual_at);
+    b = columns(ThetaScheme::residual_at);
+    system.foresee(h);
   }
 
   /// for_each(add) calls add(particle, impulse).
@@ -80,10 +86,11 @@ class MotionForecast {
   void find(std::span<Spring const> springs, Scalar tolerance) {
     auto&& change = columns(ThetaScheme::change_at);
     auto&& residual = columns(ThetaScheme::residual_at);
-    auto&& inverse = columns(ThetaScheme::inverse_at);
+    auto&& inverse = columns(springs.empty() ? ThetaScheme::inverse_at : 6);
     auto&& product = columns(ThetaScheme::product_at);
     auto&& direction = columns(ThetaScheme::direction_at);
     auto&& scaled = columns(ThetaScheme::scaled_at);
+    if (!springs.empty()) inverse = columns(ThetaScheme::inverse_at);
     for (Spring const& each : springs)
       if (int const k = system_->column_of(each.particle); k >= 0)
         for (int row = 0; row < 3; ++row) inverse(row, k) = 1 / (1 / inverse(row, k) + each.inertia);

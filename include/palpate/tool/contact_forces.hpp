@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace palpate {
@@ -133,11 +134,13 @@ class ContactForces {
 
   static std::size_t at(Contact const& each, int corner) noexcept { return each.local[static_cast<std::size_t>(corner)]; }
 
-  /// A body that forecasts its steps leaves a share of a push to all that is in contact at once, one way: so much of its own mobility a particle has, for the tissue's
+  /// In long steps a body that forecasts them leaves a share of a push to all that is in contact at once, one way: so much of its own mobility a particle has, for the tissue's
   /// forces and for ours, so that at rest these are in balance.
   template <class Body>
   void foresee(Body& body, Scalar h) {
-    auto forecast = body.forecast(h);
+    bool const is_stiff = std::any_of(particles_.begin(), particles_.end(),
+                                      [&](Particle const& each) { return each.inverse_mass > 0 && detail::is_stiff_in_step(body, each.index, h); });
+    auto forecast = is_stiff ? body.forecast(h) : std::nullopt;
     if (!forecast) return;
     Vector way = Vector::Zero();
     for (Contact const& each : contacts_) way += each.holds ? each.lag.stableNormalized() : each.normal;
