@@ -4,11 +4,26 @@
 # palpate_batch(<out> <name> <size> <sources>...): writes files <name>_<k>.cpp that include up to <size> of the sources each, and returns
 # them in <out>. Each source keeps a namespace of its own; its includes come before it. A source that includes under a condition or that
 # adds to a namespace of its own stays by itself.
+#
+# palpate_stays_apart(<out> <source>): whether it is such a source.
+function(palpate_stays_apart out source)
+  file(STRINGS "${source}" apart REGEX "^(#if|namespace [a-z])" LIMIT_COUNT 1)
+  set(${out} "${apart}" PARENT_SCOPE)
+endfunction()
+
+# palpate_namespace_in_batch(<out> <source>): the name of its namespace.
+function(palpate_namespace_in_batch out source)
+  file(REAL_PATH "${source}" path)
+  file(RELATIVE_PATH unit "${PROJECT_SOURCE_DIR}" "${path}")
+  string(MAKE_C_IDENTIFIER "in_${unit}" unit)
+  set(${out} "${unit}" PARENT_SCOPE)
+endfunction()
+
 function(palpate_batch out name size)
   set(result "")
   set(together "")
   foreach(source IN LISTS ARGN)
-    file(STRINGS "${source}" apart REGEX "^(#if|namespace [a-z])" LIMIT_COUNT 1)
+    palpate_stays_apart(apart "${source}")
     if(size GREATER 1 AND NOT apart)
       list(APPEND together "${source}")
     else()
@@ -30,8 +45,7 @@ function(palpate_batch out name size)
       file(REAL_PATH "${member}" path)
       set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${path}")
       get_filename_component(folder "${path}" DIRECTORY)
-      file(RELATIVE_PATH unit "${PROJECT_SOURCE_DIR}" "${path}")
-      string(MAKE_C_IDENTIFIER "${unit}" unit)
+      palpate_namespace_in_batch(unit "${path}")
       file(STRINGS "${path}" lines REGEX "^#include")
       foreach(line IN LISTS lines)
         string(REGEX MATCH "[<\"][^>\"]+[>\"]" header "${line}")
@@ -42,7 +56,7 @@ function(palpate_batch out name size)
         endif()
         list(APPEND includes "#include ${header}")
       endforeach()
-      string(APPEND bodies "namespace in_${unit} {\n#include \"${path}\"\n}\n")
+      string(APPEND bodies "namespace ${unit} {\n#include \"${path}\"\n}\n")
     endforeach()
     list(REMOVE_DUPLICATES includes)
     list(JOIN includes "\n" includes)

@@ -66,4 +66,5 @@ int main() {
   run("DormandPrince", DormandPrince{}, 0.02);   // chooses its own steps within these
   run("BackwardEuler", BackwardEuler{}, 0.02);
   run("CrankNicolson", CrankNicolson{}, 0.02);
+  return 0;
 }
