@@ -179,9 +179,10 @@ void step_by_parts(S& system, Parts const& parts) {
 }
 
 /// An implicit integrator of the θ-scheme that says its θ, the weight of a step's end: what its steps will do can be told before, see MotionForecast.
+/// The first linearise() of such a step is at the positions that the step was handed.
 template <class I, class Scalar = double>
 concept StatesEndWeight = ImplicitIntegrator<I, Scalar> && requires(I const& integrator) {
-  { integrator.end_weight() } -> std::same_as<double>;
+  { integrator.end_weight() } -> std::convertible_to<double>;
 };
 
 /// The extremes of a linearised body's modes x″ = −κ x − γ x′, from which a stable step follows.

@@ -22,9 +22,9 @@ struct SpringOnParticle {
 
 /// What the next implicit step of h seconds will do to a body, and how the body gives way in it, its particles together: A = M + hθ C + h²θ² K now.
 ///   respond(p)    u = A⁻¹ p, what impulses p [N s] change velocities by [m/s]: response(i)
-///   along()       p·Δv of that p [J], where Δv = A⁻¹ b is what the step does by itself, b = h f(x, v) − h²θ K v with the forces applied so
+///   along()       after respond(p): p·Δv [J], where Δv = A⁻¹ b is what the step does by itself, b = h f(x, v) − h²θ K v with the forces applied so
 ///                 far: as A is symmetric it is u·b, and Δv need not be found
-///   solve(…)      Δv with springs that are in the step: response(i). The last that is asked for
+///   solve(…)      Δv with springs that are in the step: response(i), which is of the last that was asked for
 /// Units      SI, world frame; particles by the body's numbers, those that do not move have a response of zero.
 /// Lifetime   until anything of the body changes, also by a force. It lives in the body's own memory: one at a time, and nothing is
 ///            allocated once a body has taken a step.
@@ -60,7 +60,7 @@ class MotionForecast {
     });
     find({}, Scalar(0.02));
   }
-  Scalar along() noexcept { return columns(ThetaScheme::change_at).cwiseProduct(push()).sum(); }
+  Scalar along() { return columns(ThetaScheme::change_at).cwiseProduct(push()).sum(); }
   void solve(std::span<Spring const> springs) {
     auto&& residual = columns(ThetaScheme::residual_at);
     residual = push();
@@ -70,9 +70,9 @@ class MotionForecast {
   }
 
   Scalar end_weight() const noexcept { return theta_; }
-  Vector response(int particle) noexcept { return of(columns(ThetaScheme::change_at), particle); }
+  Vector response(int particle) { return of(columns(ThetaScheme::change_at), particle); }
   /// b of a particle [N s]: what its velocity would change by, times its mass, if the others left it alone.
-  Vector own(int particle) noexcept { return of(push(), particle); }
+  Vector own(int particle) { return of(push(), particle); }
 
  private:
   auto columns(int k) { return padded_view(system_->scratch(k)); }

@@ -25,7 +25,7 @@ struct TissueNodeOptions {
   ContactCoupling coupling{};                     ///< between tool and tissue
   SurfaceKind surface = SurfaceKind::ball;        ///< plane or ball, what the hand's side is told
   double approach = 0.02;                         ///< m in front of the surface, from which on it is told: what a fast hand goes in the time of an answer
-  double max_step = 0.002;                        ///< s: a tick is split evenly, tool and all, into parts no longer than this; in a zone of influence contacts settle slowly in longer implicit ones
+  double max_step = 0.002;                        ///< s: a tick is split evenly, tool and all, into parts no longer than this; rods and zones of influence settle slowly in longer implicit ones
   int max_body_steps = 100;                       ///< and each part into no more steps
   double hand_silent_after = 0.1;                 ///< s without a sample; then the tool is taken away from the tissue
   double fastest_hand = 5.0;                      ///< m/s: a tool that went farther was placed, not moved; velocities are shortened to it

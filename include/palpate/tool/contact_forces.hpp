@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <optional>
 #include <vector>
 
 namespace palpate {
@@ -54,10 +53,8 @@ struct PinnedPoint {
 /// Source     \cite baraff1998 for the force at the end of the step.
 /// Cost       O(links at the particles) and O(contacts) a sweep, at most 100 sweeps; allocates only beyond what was needed before. Of a body that states its
 ///            mobility, that of each pair of particles besides, and all that a contact moves in each sweep.
-///            Of one that forecasts its steps one forecast with one response.
-/// Limits     Explicit steps give way as 1/m says, and g is gone in one step. Implicit steps give way less, by the tissue's stiffness: what is in contact is taken to
-///            give way as it does where all of it is pushed one way, so that g is gone in a few steps, and the force at rest is the tissue's. Of implicit bodies
-///            that do not forecast their steps g falls by the factor h²k/(m + h²k) a step, which takes seconds in steps of 10 ms.
+/// Limits     Explicit steps give way as 1/m says, and g is gone in one step. Implicit steps give way less, by the tissue's stiffness: there g falls by
+///            the factor h²k/(m + h²k) a step, without overshoot, and the force at rest is the tissue's.
 template <RealScalar Scalar>
 class ContactForces {
  public:
@@ -134,31 +131,8 @@ class ContactForces {
 
   static std::size_t at(Contact const& each, int corner) noexcept { return each.local[static_cast<std::size_t>(corner)]; }
 
-  /// In long steps a body that forecasts them leaves a share of a push to all that is in contact at once, one way: so much of its own mobility a particle has, for the tissue's
-  /// forces and for ours, so that at rest these are in balance.
   template <class Body>
-  void foresee(Body& body, Scalar h) {
-    bool const is_stiff = std::any_of(particles_.begin(), particles_.end(),
-                                      [&](Particle const& each) { return each.inverse_mass > 0 && detail::is_stiff_in_step(body, each.index, h); });
-    auto forecast = is_stiff ? body.forecast(h) : std::nullopt;
-    if (!forecast) return;
-    Vector way = Vector::Zero();
-    for (Contact const& each : contacts_) way += each.holds ? each.lag.stableNormalized() : each.normal;
-    if (!(way.norm() > Scalar(0.1))) way = contacts_.front().holds ? Vector(Vector::UnitZ()) : contacts_.front().normal;   // from all sides
-    way.normalize();
-    forecast->respond([&](auto const& add) {
-      for (Particle const& each : particles_)
-        if (each.inverse_mass > 0) add(each.index, way / each.inverse_mass);
-    });
-    for (Particle& each : particles_) {
-      if (!(each.inverse_mass > 0)) continue;
-      each.inverse_mass *= std::clamp(forecast->response(each.index).dot(way), Scalar(1e-9), Scalar(1));
-      each.velocity = body.velocities().col(each.index) + each.inverse_mass * forecast->own(each.index);
-    }
-  }
-
-  template <class Body>
-  void gather(Body& body, Scalar h) {
+  void gather(Body const& body, Scalar h) {
     for (Contact const& each : contacts_)
       for (int const i : each.particles) particles_.push_back({.index = i});
     auto const less = [](Particle const& a, Particle const& b) { return a.index < b.index; };
@@ -174,7 +148,6 @@ class ContactForces {
       each.velocity = body.velocities().col(i) + h * body.predicted_acceleration(i, h);
       each.inverse_mass = detail::own_mobility(body, i, h);
     }
-    if constexpr (ForecastsSteps<Body>) foresee(body, h);
     mobility_.clear(), coupled_.clear(), first_coupled_.clear();
     if constexpr (StatesMobility<Body>) {
       std::size_t const n = particles_.size();

@@ -98,7 +98,7 @@ class Grasp {
       for (int const p : nearest) hold(body, pose, p);
     std::sort(held_.begin(), held_.end(), [](auto const& a, auto const& b) { return a.particle < b.particle; });
     held_.erase(std::unique(held_.begin(), held_.end(), [](auto const& a, auto const& b) { return a.particle == b.particle; }), held_.end());
-    let_go_.reserve(4 * held_.size());
+    let_go_.reserve(4 * held_.size()), pulls_.reserve(4 * held_.size()), springs_.reserve(4 * held_.size());
     first_new_ = static_cast<int>(body.positions().cols());
     revision_ = body.topology_revision(), restorations_ = body.restorations();
     pieces_ = count_pieces(body, pose);
