@@ -124,8 +124,8 @@ TEST_CASE("The hand feels what holding the same particle there takes, at any ste
 }
 
 // Yardstick: its weight. In steps of 5 ms and more it diverged while each particle was taken to give way by itself.
-TEST_CASE("A limp wall of 2.5 g that hangs from jaws draws with its weight, in implicit steps of 1 to 10 ms", "[tool][forceps]") {
-  for (double const h : {1e-3, 2e-3, 5e-3, 1e-2}) {
+TEST_CASE("A limp wall of 2.5 g that hangs from jaws draws with its weight, in implicit steps of 2 to 10 ms", "[tool][forceps]") {
+  for (double const h : {2e-3, 5e-3, 1e-2}) {
     MassSpring<double> wall(make_grid<double>(15, 15, 0.004), {.mass = {.total = 0.0025}, .link = {.stiffness = 30, .damping = 0.01}});
     SoftBody body(std::move(wall), BackwardEuler{});
     Forceps<double> forceps;
