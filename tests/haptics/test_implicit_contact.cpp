@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <initializer_list>
 #include <utility>
 #include <vector>
 
@@ -50,6 +51,7 @@ struct Pressed {
     }
     return force;
   }
+
   decltype(block(Integrator{})) body;
   BodyTool<decltype(body), NoCutter<double>> tool{NoCutter<double>{}, ContactCoupling{}};
   Vector3<double> tip = Vector3<double>::Zero();

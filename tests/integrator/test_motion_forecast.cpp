@@ -19,6 +19,7 @@
 #include <palpate/tissue/mass_spring.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -138,6 +139,27 @@ TEST_CASE("who asks for a forecast changes nothing, and it allocates nothing", "
   }
   CHECK(asked.positions() == other.positions());
   CHECK(asked.velocities() == other.velocities());
+}
+
+// Yardstick: the forecast, and the step, of a body that was never asked before.
+TEST_CASE("what a second tool is told in a step counts what the first has pressed with", "[implicit]") {
+  FiniteElements<double, StableNeoHookean<double>> tissue(make_block<double>(5, 4, 4, 0.01), {.density = 1000, .material = {.young = 1e4, .poisson = 0.4}});
+  auto asked = moving(std::move(tissue), BackwardEuler{});
+  auto other = asked;
+  auto const told = [](auto& body) {
+    auto forecast = body.forecast(h);
+    forecast->respond([](auto const& add) { add(60, Vector3<double>(1e-4, 2e-4, 0)); });
+    return forecast->along();
+  };
+  double const before = told(asked);
+  for (auto* body : {&asked, &other}) {
+    body->apply_force(60, {0.5, 0, -0.2});
+    body->apply_force(body->size() / 2, {-0.02, 0, 0});   // which had one already
+  }
+  CHECK(std::abs(told(other) - before) > 0.01 * std::abs(before));
+  CHECK(told(asked) == Approx(told(other)).epsilon(1e-9));
+  asked.step(h), other.step(h);
+  CHECK(asked.positions() == other.positions());
 }
 
 TEST_CASE("forecasts are for whole bodies and integrators that say what weight a step's end has", "[implicit]") {

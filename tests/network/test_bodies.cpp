@@ -91,6 +91,7 @@ TEST_CASE("a hand that rests feels over a network what it feels here", "[network
     auto const [far, near] = felt(block, [] { return NoCutter<double>{}; }, pressing(0.0213, 0.0207, 0.02, 0.002), 1.5);
     CHECK(near > 0.1);
     CHECK(far == Approx(near).epsilon(0.02));
+    CHECK(felt(block, [] { return NoCutter<double>{}; }, pressing(0.0213, 0.0207, 0.02, 0.002), 1.5, 0.01).first == Approx(near).epsilon(0.02));   // a tick in one step
   }
   SECTION("a probe that presses the solid itself") {
     auto const probe = [] { return BluntTool<double>{}; };

@@ -84,7 +84,8 @@ concept CuttableCubes = TouchableBody<B> && requires(B& body, B const& seen, typ
 
 namespace detail {
 
-/// Whether a particle gives way in a step of h seconds by far less than its mass says: where the step is three times as long as an explicit one could be.
+/// Whether a particle gives way in a step of h seconds by far less than its mass says: where the step is three times as long as an explicit one could be,
+/// h > 3 · 2/√(k/m), k its row bound.
 template <ForecastsSteps B>
 bool is_stiff_in_step(B const& body, int i, typename B::Scalar h) {
   auto const& tissue = body.tissue();

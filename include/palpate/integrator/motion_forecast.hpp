@@ -75,8 +75,10 @@ class MotionForecast {
   Vector own(int particle) { return of(push(), particle); }
 
  private:
+  static constexpr int held_at = 6, push_at = 9;   // the inverse with springs, b: what ThetaScheme leaves free before a step
+
   auto columns(int k) { return padded_view(system_->scratch(k)); }
-  auto push() { return columns(9); }
+  auto push() { return columns(push_at); }
   Vector of(auto const& from, int particle) const noexcept {
     int const k = system_->column_of(particle);
     return k >= 0 ? Vector(from.template block<3, 1>(0, k)) : Vector(Vector::Zero());
@@ -86,7 +88,7 @@ class MotionForecast {
   void find(std::span<Spring const> springs, Scalar tolerance) {
     auto&& change = columns(ThetaScheme::change_at);
     auto&& residual = columns(ThetaScheme::residual_at);
-    auto&& inverse = columns(springs.empty() ? ThetaScheme::inverse_at : 6);
+    auto&& inverse = columns(springs.empty() ? ThetaScheme::inverse_at : held_at);
     auto&& product = columns(ThetaScheme::product_at);
     auto&& direction = columns(ThetaScheme::direction_at);
     auto&& scaled = columns(ThetaScheme::scaled_at);

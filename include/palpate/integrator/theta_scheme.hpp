@@ -11,6 +11,9 @@
 
 namespace palpate {
 
+template <class System>
+class MotionForecast;
+
 /// The θ-scheme: forces and velocities of a step are weighted means of its start and its end, θ the weight of the end.
 ///   M Δv = h ((1 − θ) f(x, v) + θ f(x⁺, v + Δv)),   x⁺ = x + h (v + θ Δv),   v⁺ = v + Δv
 /// Newton's method with the tangent at x. Its first iteration is the linearised step of Baraff and Witkin,
@@ -114,6 +117,22 @@ struct ThetaScheme {
     v += change;
   }
 
+  double end_weight() const noexcept { return theta; }
+  template <RealScalar Scalar>
+  Scalar stable_step(ModalBounds<Scalar> const& modes) const {
+    Scalar const explicit_share = static_cast<Scalar>(1 - 2 * theta);
+    constexpr Scalar any = std::numeric_limits<Scalar>::infinity();
+    if (!(explicit_share > 0)) return any;
+    Scalar const slow = modes.squared_frequency > 0 ? modes.min_decay_rate / (modes.squared_frequency * explicit_share) : any;
+    Scalar const fast = modes.decay_rate > 0 ? 2 / (modes.decay_rate * explicit_share) : any;
+    return std::min(slow, fast);
+  }
+
+ private:
+  template <class System>
+  friend class MotionForecast;
+  static constexpr int change_at = 0, residual_at = 1, inverse_at = 2, product_at = 3, direction_at = 4, acceleration_at = 5, scaled_at = 8, from_at = 9, still_at = 10;
+
   /// What a step of h seconds begins with, in scratch(…_at): the acceleration at x, the inverse of the diagonal of A = M + hθ C + h²θ² K, and the residual
   /// h f(x, v) − h²θ K v of no change.
   template <LinearisedSystem S>
@@ -143,22 +162,6 @@ struct ThetaScheme {
     system.multiply_tangent(Scalar(0), damped, h * damping, v, product);
     residual -= product;
   }
-
-  static constexpr int change_at = 0, residual_at = 1, inverse_at = 2, product_at = 3, direction_at = 4, acceleration_at = 5, scaled_at = 8;
-
-  double end_weight() const noexcept { return theta; }
-  template <RealScalar Scalar>
-  Scalar stable_step(ModalBounds<Scalar> const& modes) const {
-    Scalar const explicit_share = static_cast<Scalar>(1 - 2 * theta);
-    constexpr Scalar any = std::numeric_limits<Scalar>::infinity();
-    if (!(explicit_share > 0)) return any;
-    Scalar const slow = modes.squared_frequency > 0 ? modes.min_decay_rate / (modes.squared_frequency * explicit_share) : any;
-    Scalar const fast = modes.decay_rate > 0 ? 2 / (modes.decay_rate * explicit_share) : any;
-    return std::min(slow, fast);
-  }
-
- private:
-  static constexpr int from_at = 9, still_at = 10;
 
   /// Halves the way that an iteration took the change, from the mean velocity in scratch(from_at), until the incremental potential is not above that there;
   /// W there is `potential`, and then where it went to. `a` is the acceleration at the start. False: no part of it is better.
