@@ -266,7 +266,6 @@ struct Across {
     knife.lift(body);
     CHECK(palpate_test::pieces(body) == pieces);
     CHECK(testing::to_text(before.check(body)) == "");
-    CHECK(testing::to_text(before.check_border(body)) == "");
   }
 };
 

@@ -95,7 +95,9 @@ struct VolumeCutOptions {
 /// The blade is followed in the undeformed solid: what it sweeps there is the cut, so that the same tetrahedra are cut however the tissue moves. Each edge that it
 /// goes through gets a vertex there, and the tetrahedra round the edge are divided in two; all are whole tetrahedra with common faces at any time. Where all
 /// corners of a face are on the cut, and it lies between its two sides, it is cut; a vertex splits where the faces cut round it part its tetrahedra. The cut
-/// ends, meanwhile, at the last edges that the blade has crossed: beyond them nothing is open.
+/// ends, meanwhile, at the last edges that the blade has crossed: beyond them nothing is open. Where parts would only touch along an edge, or in a vertex, the vertex
+/// that came to the cut last waits until the blade has gone on; so an edge of the border has two triangles. Where the stroke ends such an edge is divided, and parts;
+/// unless that would make a tetrahedron lower than least_height: then the faces there stay closed, and are counted as such.
 ///   case                         tetrahedra after
 ///   three edges at a corner      4
 ///   four edges                   6
@@ -117,8 +119,6 @@ struct VolumeCutOptions {
 ///            two blades pass one place within an edge of each other. A blade that comes back on its way cuts nothing new. Two edges with a gap between them are one
 ///            blade of three pieces. A blade that begins where another one ended has to come from an edge back, or up to that stays uncut; one that is itself
 ///            forgotten and comes back there goes over that edge again: after lift(), after a restore without resume(), and where tissue was taken away meanwhile.
-///            While a stroke is under way an edge of the border may have more than two triangles; where it ends such an edge is divided, and parts, unless that
-///            would make a tetrahedron lower than least_height.
 /// Source     the sweep in material coordinates is that of \cite zheng2006 for surfaces.
 template <RealScalar Scalar>
 class VolumeCutter {

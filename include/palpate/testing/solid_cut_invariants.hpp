@@ -57,7 +57,8 @@ struct SolidTaken {
 /// Topology   what check_tetrahedral_topology checks: each face has one or two tetrahedra, the border is closed.
 /// Shape      at rest each tetrahedron has a positive volume, all together what there was; those that are new are no lower than least_height, or than the lowest
 ///            there was.
-/// Border     the area of the skin is what it was; wounds face each other: the sum of their areas as vectors is what it was.
+/// Border     an edge has two triangles, if it had before; the area of the skin is what it was; wounds face each other: the sum of their areas as vectors is what
+///            it was.
 /// Pieces     tetrahedra that hang together at all do so over faces: nothing dangles on a vertex that a cut has made.
 /// Particles  Σ m and Σ m X are as they were; each mass is positive, and of elements what its tetrahedra weigh; one of no tetrahedron weighs nothing and
 ///            is nailed.
@@ -66,8 +67,8 @@ struct SolidTaken {
 /// Springs    the same: links are the edges of the tetrahedra, one each; rest lengths are those of the undeformed shape; Σ weight · k L² (the energy of a
 ///            uniform stretch) and the sums of the home springs are as they were.
 /// Search     nearest point and nearest vertex are those of a search of all.
-/// Taken      where tetrahedra were taken away, volume and mass are less by what is said; the skin is not larger, and the border is a manifold at its edges and
-///            vertices wherever it was.
+/// Taken      where tetrahedra were taken away, volume and mass are less by what is said; the skin is not larger, and the border is a manifold at its vertices
+///            wherever it was.
 /// At a stroke's end, by check_end(), of elements:
 /// Stretch    the energy of a uniform stretch is what it was, however it was divided and opened, and no particle inside is pulled: a patch test.
 /// Rigid      each piece may be turned and moved by itself without any energy: six modes each.
@@ -87,13 +88,6 @@ class SolidCutInvariants {
     if constexpr (HasTetrahedralElements<Tissue>) stretch_energy_ = static_cast<double>(body.tissue().potential_energy(stretched(body)));
   }
 
-  /// What has to hold besides when a stroke has ended: no edge of the border has more than two triangles that had not before.
-  Violations check_border(Body const& body) const {
-    Violations found;
-    if (auto const now = touching(body.tissue().topology()); now.size() > touching_)
-      report(found, now.size(), " edges of the border have more than two triangles, the last is from ", now.back().first, " to ", now.back().second, "; before there were ", touching_);
-    return found;
-  }
   /// What has to hold besides at the end of a stroke, where nothing was taken away: it computes forces of the whole body.
   Violations check_end(Body const& body) const
     requires HasTetrahedralElements<typename Body::Tissue>
@@ -139,6 +133,7 @@ class SolidCutInvariants {
     Violations found = check_tetrahedral_topology(solid);
     if (!found.empty()) return found;   // the rest would only repeat it
     check_shape(body, mesh, taken, found);
+    check_edges(solid, found);
     if (taken.is_some()) check_manifold(solid, found);
     check_particles(body, found);
     check_neighbours(body, mesh, found);
@@ -270,6 +265,10 @@ class SolidCutInvariants {
       if (!is_ring || steps != around.size()) found.push_back(v);
     }
     return found;
+  }
+  void check_edges(TetrahedralTopology const& solid, Violations& found) const {
+    if (auto const now = touching(solid); now.size() > touching_)
+      report(found, now.size(), " edges of the border have more than two triangles, the last is from ", now.back().first, " to ", now.back().second, "; before there were ", touching_);
   }
   void check_manifold(TetrahedralTopology const& solid, Violations& found) const {
     auto const now = pinched(solid);

@@ -5,6 +5,7 @@
 #include <palpate/core/sparse_table.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/blade_sweep.hpp>
+#include <palpate/cutting/detail/solid_opening.hpp>
 #include <palpate/mesh/solid_edit.hpp>
 #include <palpate/mesh/tetrahedral_adjacency.hpp>
 
@@ -58,7 +59,7 @@ class SolidCut {
   void forget() noexcept {
     if (has_cut()) last_ = report_;
     report_ = {};
-    on_.clear(), sides_.clear(), all_on_.clear(), near_.clear();
+    on_.clear(), sides_.clear(), all_on_.clear(), near_.clear(), opening_.clear();
     particles_ = 0;
   }
   /// What is farther from a blade of these points in the undeformed solid than this [m] is behind it: it is as a cut of another stroke, that this one may cross.
@@ -93,7 +94,6 @@ class SolidCut {
     crossings_.clear();
     for (auto const& [a, b] : edges_) find_crossings(body, swept, a, b, -std::numeric_limits<double>::infinity());
     if (crossings_.empty()) return;
-    to_open_.clear();
     while (!crossings_.empty()) {
       std::pop_heap(crossings_.begin(), crossings_.end(), later);
       Crossing const crossing = crossings_.back();
@@ -101,29 +101,29 @@ class SolidCut {
       cross(body, swept, crossing);
     }
     open(body);
+    body.finish_edits();
     has_taken_edits(body);
   }
 
-  /// The blade has left: an edge within what is cut and closed, or along which parts only touch, is divided, so that its middle splits.
+  /// The blade has left: an edge within what is cut and closed, or which parts would only touch along, is divided, so that its middle splits.
   template <class Body>
   void end(Body& body) {
     if (!has_cut()) return forget();
     take_edits(body);
     auto const& solid = body.tissue().topology();
-    to_open_.clear();
-    bool has_parted = false;
     std::sort(all_on_.begin(), all_on_.end());
     all_on_.erase(std::unique(all_on_.begin(), all_on_.end()), all_on_.end());   // some came to it twice
+    for (int const v : all_on_) opening_.add(v);
+    do open(body);
+    while (divide_held(body));
     for (std::size_t n = 0; n < all_on_.size(); ++n) {   // those that are made meanwhile come last
       int const v = all_on_[n];
       auto const part = [&] {
         auto const around = solid.tetrahedra_at(v);
-        return std::any_of(around.begin(), around.end(), [&](int t) { return divide_middle(body, v, end_within_cut(body, t, v)); }) ||
-               divide_middle(body, v, end_of_touching_edge(body, v));
+        return std::any_of(around.begin(), around.end(), [&](int t) { return divide_middle(body, v, end_within_cut(body, t, v)); });
       };
-      while (part()) has_parted = true;
+      while (part()) open(body);
     }
-    for (std::size_t n = 0; has_parted && n < all_on_.size(); ++n) split(body, all_on_[n]);
     body.finish_edits();
     int faces = 0;
     for (int const v : all_on_)
@@ -372,7 +372,7 @@ class SolidCut {
     On& own = entry(v);
     on.side = own.side, on.order = ++last_order_, on.is_on = true;
     own = on;
-    to_open_.push_back(v);
+    opening_.add(v);
   }
   /// Of a vertex that gets something that is known of it.
   On& entry(int v) {
@@ -450,7 +450,7 @@ class SolidCut {
     body.mark_cut(t, k);
     double const area = (rest(body, f[1]) - rest(body, f[0])).cross(rest(body, f[2]) - rest(body, f[0])).norm() / 2;
     report_.area += area, area_ += area;
-    to_open_.insert(to_open_.end(), f.begin(), f.end());
+    for (int const v : f) opening_.add(v);
   }
 
   /// Whether a tetrahedron would be parted from all others, alone or with some: they go to the other side then, if none is thicker than what snaps, and they are
@@ -549,60 +549,43 @@ class SolidCut {
   /// Splits the vertices of faces that were marked, where those part the tetrahedra round them.
   template <class Body>
   void open(Body& body) {
-    if (to_open_.empty()) return;
-    std::sort(to_open_.begin(), to_open_.end());
-    to_open_.erase(std::unique(to_open_.begin(), to_open_.end()), to_open_.end());
-    opening_.swap(to_open_);
-    for (int const v : opening_) split(body, v);
-    body.finish_edits();
+    if (opening_.is_empty()) return;
+    auto const& border = body.tissue().topology().border();
+    opening_.open(
+        body, [&](int v) { return on_at(v).order; },
+        [&](int v, int copy, int first_triangle) {
+          put_on(copy, on_at(v));
+          ++report_.particles_added, report_.triangles_added += border.triangle_count() - first_triangle;
+          for (int t = first_triangle; t < border.triangle_count(); ++t) {
+            auto const c = border.corners(t);
+            report_.lip_area += (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0])).norm() / 2;
+          }
+        });
   }
-  template <class Body>
-  void split(Body& body, int v) {
-    auto const& solid = body.tissue().topology();
-    solid.fans_at(v, fans_, [&](int t, int k) { return body.tissue().is_cut(t, k); });
-    for (int fan = 1; fan < fans_.size(); ++fan) {
-      int const opened = solid.border().triangle_count();
-      int const copy = body.split_vertex(v, fans_[fan]);
-      put_on(copy, on_at(v));
-      ++report_.particles_added, report_.triangles_added += solid.border().triangle_count() - opened;
-      for (int t = opened; t < solid.border().triangle_count(); ++t) {
-        auto const c = solid.border().corners(t);
-        report_.lip_area += (rest(body, c[1]) - rest(body, c[0])).cross(rest(body, c[2]) - rest(body, c[0])).norm() / 2;
-      }
-    }
-  }
-  /// Divides an edge in its middle, and splits that. Returns whether its tetrahedra are not too low.
+  /// Divides an edge in its middle. Returns whether its tetrahedra are not too low.
   template <class Body>
   bool divide_middle(Body& body, int v, int w) {
     if (w < 0) return false;
     Crossing const middle{0, std::min(v, w), std::max(v, w), 0.5, on_at(v).normal};
     if (lowest_height(body, middle) < snap_.height) return false;
-    int const n = divide(body, middle, {(rest(body, v) + rest(body, w)) / 2, middle.normal});
-    mark(body, n);
-    split(body, n);
+    mark(body, divide(body, middle, {(rest(body, v) + rest(body, w)) / 2, middle.normal}));
     return true;
   }
-
-  /// The other end of an edge at v along which parts of the tissue only touch that hang together at both of its ends: more than two triangles of the border are
-  /// there. Or −1.
+  /// Divides the edges for which vertices wait.
   template <class Body>
-  int end_of_touching_edge(Body const& body, int v) {
-    auto const& border = body.tissue().surface();
-    neighbours_.clear();
-    for (int const t : border.triangles_at(v))
-      for (int const w : border.corners(t))
-        if (w != v) neighbours_.push_back(w);
-    std::sort(neighbours_.begin(), neighbours_.end());
-    for (std::size_t k = 2; k < neighbours_.size(); k += 2)   // each comes twice otherwise
-      if (neighbours_[k] == neighbours_[k - 1]) return neighbours_[k];
-    return -1;
+  bool divide_held(Body& body) {
+    bool has_divided = false;
+    held_.assign(opening_.held().begin(), opening_.held().end());
+    for (auto const& [a, b] : held_) has_divided = divide_middle(body, a, b) || has_divided;
+    return has_divided;
   }
+
   /// A vertex w of a tetrahedron at v so that the edge between them is one of two faces that are cut and closed, or −1.
   template <class Body>
-  static int end_within_cut(Body const& body, int t, int v) {
+  int end_within_cut(Body const& body, int t, int v) const {
     auto const& solid = body.tissue().topology();
     for (int const w : solid.corners(t)) {
-      if (w == v) continue;
+      if (w == v || opening_.waits(v) || opening_.waits(w)) continue;
       int faces = 0;
       solid.for_each_round(v, w, [&](int u) {
         for (int k = 0; k < 4; ++k) faces += body.tissue().is_cut(u, k) && solid.corner_of(u, v) != k && solid.corner_of(u, w) != k ? 1 : 0;
@@ -622,12 +605,13 @@ class SolidCut {
   SparseTable<signed char> sides_;   // of the tetrahedra there: 1 ahead, −1 behind, 0 not known
   std::vector<int> all_on_;          // the vertices that have come to the cut
   std::vector<int> near_;            // those of which something is known
-  std::vector<int> to_open_, opening_, neighbours_, again_, queue_, slice_;
+  std::vector<int> neighbours_, again_, queue_, slice_;
   std::vector<std::pair<int, int>> edges_;
   std::vector<Crossing> crossings_;   // a heap: the earliest first
   std::vector<std::uint64_t> met_;    // edges that were gathered, by their hash
   SparseTable<bool> seen_;            // the tetrahedra that a look has come to
-  TetrahedronFans fans_;
+  SolidOpening opening_;
+  std::vector<std::pair<int, int>> held_;   // edges that it waits for
 };
 
 }  // namespace detail
