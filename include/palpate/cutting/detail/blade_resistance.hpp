@@ -15,10 +15,12 @@
 namespace palpate::detail {
 
 /// What it takes to move a blade through a solid: fracture and the friction of the lips, as a spring that gives way.
-///   F = K lag,   up to F_s = Gc L⊥ u + φ L + owed/ℓ
+///   F = K lag,   up to F_s = min(Gc L⊥ u + owed/ℓ, 2 Gc L) + φ L
 /// L is the blade's length in tissue and L⊥ its part across the way, so that Gc L⊥ is toughness times new area per way. The blade stays behind the tool by F_s/K,
 /// and cuts where it is, not where the tool is: what it cuts has been paid for. u ends at 0 where the blade has been paid for two edges of way that made
-/// no area: it moves in a cut that was there. Area beyond the way, as where the cut bends to vertices, is owed, and paid over the next half edge.
+/// no area: it moves in a cut that was there. Area beyond the way, as where the cut bends to vertices, is owed, and paid over the next half edge, or
+/// more where that would take more than twice the toughness.
+/// It acts on the particles of the tetrahedra that the blade goes through, by their masses: crumbs of tissue beside an old cut are not torn about.
 /// Paid is what the hand has really done: the force that was felt times the way of the tool through the tissue, less friction's share and what the spring would
 /// give back, F²/2K. A coupling that is slower than the spring, as in stiff tissue, resists with less than F_s, and gives back more where the hand turns round.
 /// Source     elastic up to the toughness, then plastic, as in \cite mahvash2001.
@@ -49,7 +51,7 @@ class BladeResistance {
     for_each_piece(samples, from, [&](std::size_t i, double piece) { across += size > 0 ? (from[i + 1] - from[i]).cross(lag).norm() / size : piece; });
     double const fracture = options_.toughness * across, unit = fracture * edge, friction = options_.friction * length;
     double const debt = options_.toughness > 0 ? std::max(0.0, -credit) : 0;
-    slip_force_ = (unit > 0 ? fracture * std::clamp(2 - credit / unit, 0.0, 1.0) : 0) + 2 * debt / edge + friction;
+    slip_force_ = std::min((unit > 0 ? fracture * std::clamp(2 - credit / unit, 0.0, 1.0) : 0) + 2 * debt / edge, 2 * options_.toughness * length) + friction;
     double const stays = options_.stiffness * size > slip_force_ ? slip_force_ / (options_.stiffness * size) : 1;
     rubbed_ = stays < 1 && friction > 0 ? (1 - stays) * size * friction * std::min(1.0, felt_.norm() / slip_force_) : 0;
     return stays * lag;
@@ -72,7 +74,15 @@ class BladeResistance {
       Vector3<double> const on_tool = end(samples[i].share);
       target_ += shares_[i] * on_tool, lag_ += shares_[i] * (on_tool - points_[i]);
       auto const c = body.tissue().topology().corners(samples[i].tetrahedron);
-      for (std::size_t k = 0; k < 4; ++k) entries_.emplace_back(c[k], shares_[i] * samples[i].weights[k]);
+      double mass = 0;
+      for (int const v : c) mass += static_cast<double>(body.tissue().mass(v));
+      Vector3<double> carried = Vector3<double>::Zero();
+      for (int const v : c) {
+        double const w = static_cast<double>(body.tissue().mass(v)) / mass;
+        carried += w * body.positions().col(v).template cast<double>();
+        entries_.emplace_back(v, shares_[i] * w);
+      }
+      target_ += shares_[i] * (carried - points_[i]);
     }
     std::sort(entries_.begin(), entries_.end());
     for (auto const& [particle, weight] : entries_) {
