@@ -3,8 +3,13 @@
 #include <palpate/body/soft_body.hpp>
 #include <palpate/cutting/progressive_cutter.hpp>
 #include <palpate/cutting/separating_cutter.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/sphere.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
 #include "allocation_trap.hpp"
@@ -84,4 +89,30 @@ TEMPLATE_TEST_CASE("strokes over a reserved body allocate nothing once the cutte
     INFO("the first time " << allocations_of(cutter, sphere, strokes, up, step));
     CHECK(allocations_of(cutter, sphere, strokes, up, step) == 0);
   }
+}
+
+TEST_CASE("a blade that cuts a solid which was reserved allocates only as the record of edits doubles", "[cutting][allocation]") {
+  REQUIRE(palpate_test::trap_works());
+  SoftBody body(FiniteElements<double, StableNeoHookean<double>>(make_block<double>(13, 13, 9, 0.005, BlockPattern::alternating),
+                                                                 {.density = 1000, .material = {.young = 1e4, .poisson = 0.4}}),
+                BackwardEuler{});
+  body.reserve(8 * body.size(), 16 * static_cast<int>(body.triangles().cols()));
+  VolumeCutter<double> knife;
+  long counts[3];
+  int cuts = 0;
+  for (int stroke = 0; stroke < 3; ++stroke) {
+    palpate_test::AllocationCount const allocations;
+    for (int tick = 0; tick <= 200; ++tick) {
+      double const x = 0.0137 + 0.0171 * stroke, y = -0.003 + 0.066 * tick / 200;
+      int const before = body.tissue().tetrahedra();
+      knife.advance(body, {{x, y, 0.0093}, {x, y, 0.06}});
+      cuts += body.tissue().tetrahedra() > before ? 1 : 0;
+    }
+    knife.lift(body);
+    counts[stroke] = allocations.count();
+  }
+  INFO("the first stroke " << counts[0] << ", the second " << counts[1]);
+  CHECK(cuts > 100);
+  CHECK(counts[1] < 10);
+  CHECK(counts[2] <= 2);
 }

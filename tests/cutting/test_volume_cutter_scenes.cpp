@@ -271,6 +271,41 @@ struct Across {
 
 }  // namespace
 
+TEST_CASE("a blade that is shorter than the mesh resolves says so, and so does a slice too thin to come off", "[volume_cutter][scenes]") {
+  // Yardstick: 5 mm edges. A blade of 0.6 mm between them cuts no face; one of 12 mm does. A second cut 0.2 and 0.5 mm beside the first is within what snaps.
+  for (double const length : {0.0006, 0.012}) {
+    INFO(length << " m long");
+    auto body = make_body(5, 5, 5, BlockPattern::alternating);
+    VolumeCutter<double> knife;
+    auto const before = palpate_test::shape(body);
+    palpate_test::stroke(knife, body, Place(0.0083, -0.002, 0.0112), Place(0.0083, -0.002, 0.0112 + length), Place(0, 0.024, 0), 60);
+    bool const was_short = knife.report().unresolved;
+    knife.lift(body);
+    CHECK(knife.report().unresolved == was_short);
+    CHECK(was_short == (length < 0.005));
+    CHECK((knife.report().area > 0) == (length > 0.005));
+    if (was_short) CHECK(palpate_test::pieces(body) == 1);
+  }
+  for (double const thin : {0.0002, 0.0005}) {
+    INFO("a slice of " << thin << " m");
+    auto body = make_body(6, 5, 5, BlockPattern::alternating);
+    double area[2];
+    VolumeCutReport report;
+    for (int n = 0; n < 2; ++n) {
+      VolumeCutter<double> knife;
+      double const x = 0.0112 + n * thin;
+      palpate_test::stroke(knife, body, Place(x, -0.01, -0.01), Place(x, -0.01, 0.03), Place(0, 0.04, 0), 60);
+      knife.lift(body);
+      report = knife.report(), area[n] = knife.area();
+    }
+    CHECK(area[0] == Approx(0.0004).epsilon(0.02));
+    CHECK(area[1] == 0);
+    CHECK(report.snapped > 10);
+    CHECK(report.tetrahedra_added == 0);
+    CHECK(palpate_test::pieces(body) == 2);
+  }
+}
+
 TEST_CASE("a way that bends by up to 120 degrees, and a blade that does by up to 60, cuts through", "[volume_cutter][scenes]") {
   // Yardstick: the pieces that a surface from side to side makes.
   for (std::uint64_t seed = 0; seed < 6; ++seed) {

@@ -362,7 +362,9 @@ class VolumeCutter {
       at_.assign(begin_.begin(), begin_.end());
     }
     if (is_behind_) return;
+    double const inside = traced_.length_inside();
     arrive(body, target_, puncture_depth);
+    if (inside > 0 && traced_.is_inside()) cut_.has_gone(way, std::max(inside, traced_.length_inside()), edge);
     if (trail_.goes_by(way, edge) && !traced_.empty()) cut_.leave_behind(body, trail_.here(), 2 * edge);
   }
   /// It is here now: where it is in the tissue, and whether it has left it.

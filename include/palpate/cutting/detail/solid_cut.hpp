@@ -32,6 +32,8 @@ struct VolumeCutReport : CutReport {
   int too_thin = 0;             ///< of those, because a tetrahedron would have become too low
   int joined = 0;               ///< slices of a few tetrahedra, thinner than the snap, that stayed at their lip
   int closed_faces = 0;         ///< cut, and not open: no vertex of them has split
+  bool unresolved = false;      ///< no face was cut on more than a mean edge of way, with less than that of the blade in the tissue: it is shorter than the
+                                ///< mesh resolves, or goes where all is cut
 };
 
 namespace detail {
@@ -50,15 +52,20 @@ class SolidCut {
   static constexpr double turned_back = 0.9, parallel = 0.8, bends = 0.7;   // cosines, of 26°, 37° and 45°
 
  public:
-  /// Of this stroke, or of the last one that cut something.
-  VolumeCutReport const& report() const noexcept { return has_cut() ? report_ : last_; }
+  /// Of this stroke, or of the last one that cut something or would have.
+  VolumeCutReport const& report() const noexcept { return has_met() ? report_ : last_; }
   /// m², of all strokes.
   double area() const noexcept { return area_; }
   /// Whether something was cut since the last end().
   bool has_cut() const noexcept { return report_.edges_divided > 0 || report_.area > 0; }
+  /// The blade has gone on by so much, with so much of it in the tissue [m].
+  void has_gone(double way, double length, double edge) noexcept {
+    way_ += way, longest_ = std::max(longest_, length);
+    report_.unresolved = report_.area == 0 && way_ > edge && longest_ < edge;
+  }
   void forget() noexcept {
-    if (has_cut()) last_ = report_;
-    report_ = {};
+    if (has_met()) last_ = report_;
+    report_ = {}, way_ = longest_ = 0;
     on_.clear(), sides_.clear(), all_on_.clear(), near_.clear(), opening_.clear();
     particles_ = 0;
   }
@@ -134,6 +141,8 @@ class SolidCut {
   }
 
  private:
+  bool has_met() const noexcept { return has_cut() || report_.snapped > 0 || report_.unresolved; }
+
   /// That an edge of two vertices is crossed, in the order in which crossings are dealt with.
   struct Crossing {
     double time;
@@ -596,7 +605,7 @@ class SolidCut {
   }
 
   VolumeCutReport report_, last_;
-  double area_ = 0;
+  double area_ = 0, way_ = 0, longest_ = 0;   // m², of all strokes; m, of this one
   SolidSnap snap_{};
   int last_order_ = 0;
   std::size_t edits_ = 0;   // of the body, that are dealt with

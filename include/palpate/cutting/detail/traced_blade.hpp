@@ -49,7 +49,12 @@ class TracedBlade {
     hint_ = is_inside_ ? some_inside() : -1;
     clear();
     for (std::size_t k = 0; k + 1 < blade.size(); ++k) trace_piece(body, blade[k], blade[k + 1], static_cast<double>(k));
-    std::stable_sort(samples_.begin(), samples_.end(), [](BladeSample const& a, BladeSample const& b) { return a.share < b.share; });
+    order_.clear();
+    for (std::size_t i = 0; i < samples_.size(); ++i) order_.emplace_back(samples_[i].share, i);
+    std::sort(order_.begin(), order_.end());
+    sorted_.clear();
+    for (auto const& [share, i] : order_) sorted_.push_back(samples_[i]);
+    samples_.swap(sorted_);
     // Where it goes through an edge or a vertex there are several at one place.
     samples_.erase(std::unique(samples_.begin(), samples_.end(), [](BladeSample const& a, BladeSample const& b) { return b.share - a.share < 1e-7; }), samples_.end());
   }
@@ -274,7 +279,8 @@ class TracedBlade {
     return foot.found() ? body.tissue().topology().border_face(foot.triangle).tetrahedron : -1;
   }
 
-  std::vector<BladeSample> samples_;
+  std::vector<BladeSample> samples_, sorted_;
+  std::vector<std::pair<double, std::size_t>> order_;   // of the samples, as they came
   std::vector<Hit> hits_;
   std::vector<std::pair<double, double>> within_;   // where a piece is in the tissue
   bool is_inside_ = false;
