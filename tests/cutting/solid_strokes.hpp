@@ -73,6 +73,27 @@ struct Drawn {
   }
 };
 
+/// A plane of any direction, through all of a cube of this side.
+struct AnyPlane {
+  Place at, normal;
+  AnyPlane(palpate::Random& random, double side) {
+    auto const any = [&] { return Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
+    normal = any().normalized(), at = Place::Constant(side / 2) + 0.1 * side * any();
+  }
+  template <class Body>
+  palpate::VolumeCutReport cut(Body& body, double side, bool moves) const {
+    Place const blade = normal.unitOrthogonal(), way = normal.cross(blade);
+    palpate::VolumeCutter<double> knife;
+    for (int tick = 0; tick <= 40; ++tick) {
+      Place const o = at + way * (2 * side * (tick / 20.0 - 1));
+      knife.advance(body, {o - 2 * side * blade, o + 2 * side * blade});
+      if (moves) body.step(2e-3);
+    }
+    knife.lift(body);
+    return knife.report();
+  }
+};
+
 /// A tetrahedron with a corner at 0 and edges of 10 mm along the axes, and planes through it. A corner is cut off: 3 vertices on edges, each twice; four edges: 4;
 /// X, Y: the vertices of the plane split too. Triangles and edges are those of both pieces.
 inline palpate::TetrahedralMesh<double> one_tetrahedron() {

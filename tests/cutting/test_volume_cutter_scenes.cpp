@@ -61,26 +61,6 @@ std::vector<double> volumes(auto const& body) {
   return all;
 }
 
-/// A plane of any direction, through all of a cube of this side.
-struct AnyPlane {
-  Place at, normal;
-  AnyPlane(Random& random, double side) {
-    auto const any = [&] { return Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
-    normal = any().normalized(), at = Place::Constant(side / 2) + 0.1 * side * any();
-  }
-  template <class Body>
-  void cut(Body& body, double side, bool moves) const {
-    Place const blade = normal.unitOrthogonal(), way = normal.cross(blade);
-    VolumeCutter<double> knife;
-    for (int tick = 0; tick <= 40; ++tick) {
-      Place const o = at + way * (2 * side * (tick / 20.0 - 1));
-      knife.advance(body, {o - 2 * side * blade, o + 2 * side * blade});
-      if (moves) body.step(2e-3);
-    }
-    knife.lift(body);
-  }
-};
-
 }  // namespace
 
 TEMPLATE_LIST_TEST_CASE("two planes that cross leave four pieces, whatever their directions", "[volume_cutter][scenes]", Solids) {
