@@ -9,6 +9,7 @@
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/mesh/block.hpp>
+#include <palpate/mesh/components.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
 
 #include <Eigen/Geometry>
@@ -54,7 +55,7 @@ TEST_CASE("a blade that stops after some of a tetrahedron's edges leaves the par
   Place const a(0.004, 0, 0), of_a(1, 0, 0), along_a(0, 2, 1);
   // B goes through 02 at 2 mm, 03 and 12 in their middle, 13 at 8 mm from 1. The four are a ring: 02, 03, 13, 12; those across from one another have no common
   // corner. The second of two such is in both halves that the first has left. So it is one part more, and what lies between them and the third is a face between
-  // parts: cut, and open at the vertex in the middle of the three, as the tetrahedron has a border there.
+  // parts: cut, and open at the vertex in the middle of the three, since it has the border all round.
   Place const b(0, 0.002, 0), of_b(-3, 5, 2), across(1, 0, 0.1), beside(0, 1, 0.1);
   // X goes through vertex 3, and 01 and 02 at 4 mm. Y goes through vertices 0 and 3, and 12 at x = 4 mm.
   Place const x(0, 0, 0.01), of_x(1, 1, 0.4), y(0, 0, 0), of_y(0.6, -0.4, 0);
@@ -65,8 +66,9 @@ TEST_CASE("a blade that stops after some of a tetrahedron's edges leaves the par
         PartialCase{"B: 02, 03, 13, 12", b, of_b, across, 0.008, 6, 12, 16, 4, 2}, PartialCase{"B: 03, 13", b, of_b, beside, 0.0013, 3, 6, 8, 2, 0},
         PartialCase{"B: 03, 13, 02", b, of_b, beside, 0.0035, 4, 7, 10, 3, 0}, PartialCase{"B: 03, 13, 02, 12", b, of_b, beside, 0.008, 6, 12, 16, 4, 2},
         PartialCase{"X: 01", x, of_x, Place(-1, 0, 1), -0.002, 2, 5, 6, 1, 0}, PartialCase{"X: 01, 02", x, of_x, Place(-1, 0, 1), 0.005, 3, 6, 8, 2, 0},
-        PartialCase{"X: 01, 02, vertex 3", x, of_x, Place(-1, 0, 1), 0.015, 3, 9, 10, 2, 1}, PartialCase{"X: vertex 3", x, of_x, Place(1, 0, -1), -0.005, 1, 4, 4, 0, 0},
-        PartialCase{"X: vertex 3, 02", x, of_x, Place(1, 0, -1), 0.002, 2, 5, 6, 1, 0}, PartialCase{"Y: 12", y, of_y, Place(-1, 0, 0.2), -0.002, 2, 5, 6, 1, 0},
+        PartialCase{"X: 01, 02, vertex 3", x, of_x, Place(-1, 0, 1), 0.015, 3, 9, 10, 2, 1},
+        PartialCase{"X: vertex 3", x, of_x, Place(1, 0, -1), -0.005, 1, 4, 4, 0, 0}, PartialCase{"X: vertex 3, 02", x, of_x, Place(1, 0, -1), 0.002, 2, 5, 6, 1, 0},
+        PartialCase{"Y: 12", y, of_y, Place(-1, 0, 0.2), -0.002, 2, 5, 6, 1, 0},
         PartialCase{"Y: 12, vertex 0", y, of_y, Place(-1, 0, 0.2), 0.001, 2, 5, 6, 1, 0},
         PartialCase{"Y: 12, vertices 0 and 3", y, of_y, Place(-1, 0, 0.2), 0.006, 2, 8, 8, 1, 1},
         PartialCase{"Y: vertices 0 and 3", y, of_y, Place(1, 0, 0), 0.002, 1, 4, 4, 0, 0}}) {
@@ -174,7 +176,7 @@ TEST_CASE("where a stroke ends inside, one face stays closed, two open with the 
     corner.check(25, 6, 4, area, area, 0);   // the vertex in the middle of that edge, and its copy; two faces have become four
   }
   SECTION("a ring of faces: those at its vertex open in the tick that closes it, two beyond the edges of the ring stay closed") {
-    // Two triangles and two quadrilaterals round the vertex on c-x. The blade comes from the edges beyond, so that the diagonals go to those and not to the vertex.
+    // Two triangles and two quadrilaterals round the vertex on c-x. The blade comes from the edges beyond x, so that diagonals go to those and not to the vertex.
     Corner corner;
     Place const out = Place(2, -1, -1) / step, vertex(2, 0, 0);
     double const high = 4.5 / step, low = 6 / step;
@@ -187,5 +189,117 @@ TEST_CASE("where a stroke ends inside, one face stays closed, two open with the 
     corner.check(made, 8, 4, all, all - beyond, 0);
     corner.knife.lift(corner.body);
     corner.check(made, 8, 4, all, all - beyond, 2);
+  }
+}
+
+TEST_CASE("two cutting edges that are offset, two elements apart, are one blade of three pieces: it cuts between them, too", "[volume_cutter]") {
+  // Yardstick: the volume on one side of the three planes that they sweep.
+  for (BlockPattern const pattern : {BlockPattern::alternating, BlockPattern::kuhn})
+    for (double const offset : {0.0025, 0.005, 0.0075}) {
+      INFO("offset by " << offset << " m");
+      auto body = block_of(7, 7, 7, pattern);
+      auto const before = invariants_of(body);
+      double const side = 0.03, x = 0.0128;
+      VolumeCutter<double> knife;
+      for (int tick = 0; tick <= 60; ++tick) {
+        double const y = -0.005131 + 0.0412377 * tick / 60;
+        std::array<Place, 4> const blade{Place(x, y, -0.005), Place(x, y, 0.0102), Place(x + offset, y, 0.0202), Place(x + offset, y, 0.035)};
+        knife.advance(body, std::span<Place const>(blade));
+      }
+      knife.lift(body);
+      CHECK(testing::to_text(before.check(body)) == "");
+      REQUIRE(pieces(body) == 2);
+      auto const mesh = body.rest_solid();
+      auto const parts = connected_components(mesh);
+      double near = 0;   // m³, of the piece with the vertex at 0
+      for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
+        auto const at = [&](int k) { return Place(mesh.points.col(mesh.tetrahedra(k, t))); };
+        auto const& part = parts[std::binary_search(parts[0].begin(), parts[0].end(), 0) ? 0 : 1];
+        if (std::binary_search(part.begin(), part.end(), mesh.tetrahedra(0, t))) near += (at(1) - at(0)).cross(at(2) - at(0)).dot(at(3) - at(0)) / 6;
+      }
+      CHECK(near == Approx(side * (x * side + offset * (0.005 + side - 0.0202))).epsilon(0.03));   // it bends to vertices
+      CHECK(knife.report().area == Approx(side * (0.02 + std::hypot(0.01, offset))).epsilon(0.01));
+    }
+}
+
+TEST_CASE("a stroke that ends on an old wound, or begins at one, parts the piece; one that goes on where another ended begins an edge before", "[volume_cutter]") {
+  // Yardsticks: pieces; the area of a plane through the block.
+  double const height = 0.025, wall = 0.0113;   // the wound is at x = wall, from y = 0 to 15 mm
+  auto const sweep = [](auto& body, Place const& from, Place const& way) {
+    VolumeCutter<double> knife;
+    stroke(knife, body, from - Place(0, 0, 0.01), from + Place(0, 0, 0.04), way, 50);
+    knife.lift(body);
+    return knife.area();
+  };
+  for (BlockPattern const pattern : {BlockPattern::alternating, BlockPattern::kuhn}) {
+    for (double const beyond : {0.0005, 0.0021, 0.0043})   // less than an edge: what stays uncut is in the tissue beyond
+      for (bool const begins : {false, true}) {
+        INFO((begins ? "begins " : "ends ") << beyond << " m beyond the wound");
+        auto body = block_of(6, 6, 6, pattern);
+        auto const before = invariants_of(body);
+        sweep(body, Place(wall, -0.01, 0), Place(0, 0.025, 0));
+        REQUIRE(pieces(body) == 1);
+        Place const at(wall + beyond, 0.0078, 0), outside(-0.01, 0.0078, 0);
+        double const area = begins ? sweep(body, at, outside - at) : sweep(body, outside, at - outside);
+        CHECK(pieces(body) == 2);
+        CHECK(area > wall * height * (1 - 1e-9));
+        CHECK(testing::to_text(before.check(body)) == "");
+      }
+    for (double const short_of : {0.0012, 0.0061}) {   // it joins the piece, with what is uncut before the blade's end
+      auto body = block_of(6, 6, 6, pattern);
+      sweep(body, Place(wall, -0.01, 0), Place(0, 0.025, 0));
+      double const area = sweep(body, Place(-0.01, 0.0078, 0), Place(0.01 + wall - short_of, 0, 0));
+      CHECK(pieces(body) == 1);
+      CHECK(area < (wall - short_of) * height);
+      CHECK(area > (wall - short_of - 0.0071) * height);   // m, the longest edge
+    }
+    for (double const end : {0.0123, 0.0137, 0.0151})
+      for (double const back : {0.0, 0.005, 0.0075}) {
+        INFO("another blade goes on from " << back << " m before the end at " << end);
+        auto body = block_of(6, 6, 6, pattern);
+        double area = sweep(body, Place(wall, -0.01, 0), Place(0, end + 0.01, 0));
+        area += sweep(body, Place(wall, end - back, 0), Place(0, 0.035 - end + back, 0));
+        double const left = height - area / height;   // m, of the way, in the mean
+        CHECK(pieces(body) == (back > 0 ? 2 : 1));
+        if (back > 0)
+          CHECK(std::abs(left) < 1e-9);
+        else
+          CHECK((left > 0.001 && left < 0.005));   // a strip with no more than an edge between the last edges of the one and the first ones of the other
+      }
+  }
+}
+
+TEST_CASE("a tick goes beyond most_tetrahedra by what the blade makes on half a mean edge at most, and what is left comes in the next ones", "[volume_cutter]") {
+  // Yardstick: the most that ticks of a twentieth of an edge make on such a way.
+  for (BlockPattern const pattern : {BlockPattern::alternating, BlockPattern::kuhn}) {
+    auto const to = [](double y) { return BladeSegment<double>{{0.0137, y, -0.005}, {0.0153, y, 0.035}}; };
+    double const from = -0.005131, way = 0.0412377;
+    auto whole = block_of(7, 7, 7, pattern);
+    VolumeCutter<double> fast;
+    int const ticks = static_cast<int>(20 * way / whole.mean_edge()) + 1, span = 11;
+    std::vector<int> made{0};
+    for (int tick = 0; tick <= ticks; ++tick) {
+      fast.advance(whole, to(from + way * tick / ticks));
+      made.push_back(whole.tissue().tetrahedra());
+    }
+    int largest = 0;
+    for (std::size_t k = 1 + span; k < made.size(); ++k) largest = std::max(largest, made[k] - made[k - span]);
+    REQUIRE(largest > 20);
+    for (int const most : {1, 20, 60, 150}) {
+      INFO("at most " << most << ", and up to " << largest << " on half an edge");
+      auto body = block_of(7, 7, 7, pattern);
+      VolumeCutter<double> slow({.most_tetrahedra = most});
+      slow.advance(body, to(from));
+      int count = 0;
+      do {
+        int const before = body.tissue().tetrahedra();
+        slow.advance(body, to(from + way));
+        CHECK(body.tissue().tetrahedra() - before <= most - 1 + largest);
+        if (slow.is_behind()) CHECK(body.tissue().tetrahedra() - before >= most);
+        ++count;
+      } while (slow.is_behind() && count < 100);
+      CHECK(count > 1);
+      CHECK(shape(body) == shape(whole));
+    }
   }
 }
