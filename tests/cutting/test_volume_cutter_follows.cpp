@@ -148,7 +148,8 @@ TEST_CASE("a blade that rests while the tissue goes over it cuts what one does t
   Place const low(0.0071, 0.0066, 0.0012), high(0.0085, 0.0079, 0.0181);
   for (BlockPattern const pattern : {BlockPattern::alternating, BlockPattern::kuhn}) {
     auto const tissue_at = [](double u) {
-      return Eigen::Isometry3d(Eigen::Translation3d(0.026 * (u - 0.55), 0.004 * std::sin(2 * u), 0.003 * u * u) * Eigen::AngleAxisd(0.6 * u, Place(0.2, 0.1, 1).normalized()));
+      Eigen::Translation3d const way(0.026 * (u - 0.55), 0.004 * std::sin(2 * u), 0.003 * u * u);
+      return Eigen::Isometry3d(way * Eigen::AngleAxisd(0.6 * u, Place(0.2, 0.1, 1).normalized()));
     };
     auto const cut = [&](bool tissue_moves) {
       auto body = block_body(4, pattern);
@@ -221,8 +222,8 @@ TEST_CASE("where a held vertex splits the hand keeps one side, where a nailed on
 }
 
 TEST_CASE("a cut body's stable step and row bounds are those of a body that is made of its tetrahedra", "[volume_cutter]") {
-  // Made anew with one piece a metre away: vertices at one place are refused. stable_step() is found by up to 60 products with the stiffness and raised by 5 %, from
-  // where the last search ended: it is no closer than that. What bounds it in any case, row by row, is the same number.
+  // Made anew with one piece a metre away: vertices at one place are refused. stable_step() comes from a search of up to 60 products, raised by 5 %, that begins
+  // where the last one ended: it is no closer than that. What bounds it in any case, row by row, is the same to rounding.
   auto uncut = SoftBody(Elements::tissue(make_block<double>(4, 4, 4, edge, BlockPattern::alternating), 0.0), LeapfrogVerlet{});
   auto body = uncut;
   double const before = body.stable_step();
@@ -248,7 +249,8 @@ TEST_CASE("a cut body's stable step and row bounds are those of a body that is m
     Matrix3X<double> ahead = rest, behind = rest;
     ahead(k % 3, k / 3) += step, behind(k % 3, k / 3) -= step;
     for (int i = 0; i < body.size(); ++i)
-      scaled.col(k).segment<3>(3 * i) = (body.tissue().internal_force(i, behind, still) - body.tissue().internal_force(i, ahead, still)) / (2 * step * std::sqrt(mass(3 * i) * mass(k)));
+      scaled.col(k).segment<3>(3 * i) =
+          (body.tissue().internal_force(i, behind, still) - body.tissue().internal_force(i, ahead, still)) / (2 * step * std::sqrt(mass(3 * i) * mass(k)));
   }
   double const fastest = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>((scaled + scaled.transpose()) / 2, Eigen::EigenvaluesOnly).eigenvalues()[n - 1];
   double const limit = 2 / std::sqrt(fastest);
