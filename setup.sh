@@ -220,17 +220,19 @@ part() {
 # as_often_as_always <command>...: with the numbers of `setup.sh test`, not with those of the long runs.
 as_often_as_always() (
   unset PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES \
-    PALPATE_SKIN_STROKES PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_CONTACT_STARTS PALPATE_COLLISIONS PALPATE_SCENE_TICKS PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
+    PALPATE_CROSSINGS PALPATE_BENDS PALPATE_SKIN_STROKES PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_CONTACT_STARTS PALPATE_COLLISIONS \
+    PALPATE_SCENE_TICKS PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
   "$@"
 )
 
 # Each number can be set in the environment, to small ones for a trial.
 run_long_tests() {
   : "${PALPATE_SOAK_SESSIONS:=100}" "${PALPATE_SOAK_TICKS:=100000}" "${PALPATE_STROKES:=100000}" "${PALPATE_ORGANS:=20}" \
-    "${PALPATE_SOLID_STEPS:=100000}" "${PALPATE_SOLID_RANDOM:=10000}" "${PALPATE_SOLID_STROKES:=10000}" "${PALPATE_SKIN_STROKES:=10000}" "${PALPATE_ASPIRATIONS:=1000}" \
+    "${PALPATE_SOLID_STEPS:=100000}" "${PALPATE_SOLID_RANDOM:=10000}" "${PALPATE_SOLID_STROKES:=10000}" "${PALPATE_CROSSINGS:=2000}" \
+    "${PALPATE_BENDS:=200}" "${PALPATE_SKIN_STROKES:=10000}" "${PALPATE_ASPIRATIONS:=1000}" \
     "${PALPATE_POSES:=10000}" "${PALPATE_CONTACT_STARTS:=10000}" "${PALPATE_COLLISIONS:=10000}" "${PALPATE_SCENE_TICKS:=60000}" "${PALPATE_GMSH_FILES:=100000}" "${PALPATE_VTK_FILES:=100000}" "${PALPATE_EXCHANGES:=100000000}" "${PALPATE_FUZZ_SECONDS:=600}"
-  export PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES PALPATE_SKIN_STROKES \
-    PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_CONTACT_STARTS PALPATE_COLLISIONS PALPATE_SCENE_TICKS PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
+  export PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES \
+    PALPATE_CROSSINGS PALPATE_BENDS PALPATE_SKIN_STROKES PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_CONTACT_STARTS PALPATE_COLLISIONS PALPATE_SCENE_TICKS PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
   provide "$test_needs"
   mkdir -p build/long
   : >build/long/summary
@@ -243,6 +245,8 @@ run_long_tests() {
   part "$PALPATE_SOAK_SESSIONS sessions of a hand, $PALPATE_SOAK_TICKS ticks each" build/ci/tests/test_cutting_simulator_device '[soak]'
   part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting_simulator_device 'random strokes across each other*'
   part "$PALPATE_SOLID_STROKES random strokes through solids" build/ci/tests/test_cutting_simulator_device 'whatever is cut*'
+  part "$PALPATE_CROSSINGS pairs of cuts that cross in solids" build/ci/tests/test_cutting_simulator_device 'two planes that cross leave*,cuts that cross in tissue*'
+  part "three times $PALPATE_BENDS blades that bend, in 10, 100 and 1000 ticks" build/ci/tests/test_cutting_simulator_device '*blade that bends is the same*'
   part "$PALPATE_ASPIRATIONS solids of which tissue is taken away" build/ci/tests/test_cutting_simulator_device 'whatever is taken away*'
   part "$PALPATE_ORGANS organs, 200 strokes each" build/ci/tests/test_cutting_simulator_device 'strokes across each other leave*'
   part "$PALPATE_ORGANS times five uneven meshes, 40 strokes each" build/ci/tests/test_cutting_simulator_device 'strokes over uneven meshes*'
@@ -263,6 +267,7 @@ run_long_tests() {
   configure sanitized -D CMAKE_CXX_COMPILER=clang++-16
   cmake --build --preset sanitized --parallel "$jobs"
   part "every test in float and double" as_often_as_always with_display ctest --preset sanitized --parallel "$jobs"
+  part "$PALPATE_SOLID_STROKES random strokes through solids, in float" build/sanitized/tests/test_cutting_simulator_device '*- float[volume_cutter][random]'
 
   step "clang 16, thread sanitizer"
   configure tsan -D CMAKE_CXX_COMPILER=clang++-16
