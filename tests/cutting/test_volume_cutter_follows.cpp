@@ -72,7 +72,7 @@ TEST_CASE("vertices stay where they rest, and those of a wound are on the plane 
       double nearest = 1;   // in tolerances
       bool is_nearer = false;
       for (Eigen::Index t = 0; t < uncut.tetrahedra.cols(); ++t) {
-        if ((uncut.tetrahedra.col(t).array() != old).all()) continue;
+        if ((uncut.tetrahedra.col(t).array() != static_cast<int>(old)).all()) continue;
         for (int const w : uncut.tetrahedra.col(t)) {
           double const h = height(x), k = -height(uncut.points.col(w));
           if (w == old || h * k < 0) continue;
