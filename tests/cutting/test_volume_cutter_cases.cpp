@@ -192,7 +192,7 @@ TEST_CASE("where a stroke ends inside, one face stays closed, two open with the 
   }
 }
 
-TEST_CASE("two cutting edges that are offset, two elements apart, are one blade of three pieces: it cuts between them, too", "[volume_cutter]") {
+TEST_CASE("two cutting edges that are offset and two elements apart cut between them, too, as one blade of three pieces", "[volume_cutter]") {
   // Yardstick: the volume on one side of the three planes that they sweep.
   for (BlockPattern const pattern : {BlockPattern::alternating, BlockPattern::kuhn})
     for (double const offset : {0.0025, 0.005, 0.0075}) {
