@@ -379,7 +379,8 @@ TEST_CASE("materials, nodal pressure, viscoelasticity, a zone, several blades an
     cut_and_move(body);
   }
   SECTION("a zone, and explicit steps") {
-    SoftBody body(held_below(FiniteElements<double, StableNeoHookean<double>>(mesh, {.density = 1000, .material = soft})), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 2});
+    FiniteElements<double, StableNeoHookean<double>> tissue(mesh, {.density = 1000, .material = soft});
+    SoftBody body(held_below(std::move(tissue)), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 2});
     int const top = body.nearest_vertex({0.005, 0.005, 0.015});
     body.hold(top), body.drag(top, body.positions().col(top) - Vector(0, 0, 0.0005));
     double const step = 5e-6, whole = body.stable_step();

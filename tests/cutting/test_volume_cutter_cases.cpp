@@ -54,8 +54,8 @@ TEST_CASE("a blade that stops after some of a tetrahedron's edges leaves the par
   // Along A, x = 4 mm, 2 y + z is 0 on 01, 6 mm on 13, 12 mm on 12. All parts after 01 have its vertex; 13 and 12 are in one of the two parts.
   Place const a(0.004, 0, 0), of_a(1, 0, 0), along_a(0, 2, 1);
   // B goes through 02 at 2 mm, 03 and 12 in their middle, 13 at 8 mm from 1. The four are a ring: 02, 03, 13, 12; those across from one another have no common
-  // corner. The second of two such is in both halves that the first has left. So it is one part more, and what lies between them and the third is a face between
-  // parts: cut, and open at the vertex in the middle of the three, since it has the border all round.
+  // corner. The second of two such is in both halves that the first has left. So it is one part more, and what lies between them and the third is a face
+  // between parts: cut, and open at the vertex in the middle of the three, since it has the border all round.
   Place const b(0, 0.002, 0), of_b(-3, 5, 2), across(1, 0, 0.1), beside(0, 1, 0.1);
   // X goes through vertex 3, and 01 and 02 at 4 mm. Y goes through vertices 0 and 3, and 12 at x = 4 mm.
   Place const x(0, 0, 0.01), of_x(1, 1, 0.4), y(0, 0, 0), of_y(0.6, -0.4, 0);
@@ -67,8 +67,8 @@ TEST_CASE("a blade that stops after some of a tetrahedron's edges leaves the par
         PartialCase{"B: 03, 13, 02", b, of_b, beside, 0.0035, 4, 7, 10, 3, 0}, PartialCase{"B: 03, 13, 02, 12", b, of_b, beside, 0.008, 6, 12, 16, 4, 2},
         PartialCase{"X: 01", x, of_x, Place(-1, 0, 1), -0.002, 2, 5, 6, 1, 0}, PartialCase{"X: 01, 02", x, of_x, Place(-1, 0, 1), 0.005, 3, 6, 8, 2, 0},
         PartialCase{"X: 01, 02, vertex 3", x, of_x, Place(-1, 0, 1), 0.015, 3, 9, 10, 2, 1},
-        PartialCase{"X: vertex 3", x, of_x, Place(1, 0, -1), -0.005, 1, 4, 4, 0, 0}, PartialCase{"X: vertex 3, 02", x, of_x, Place(1, 0, -1), 0.002, 2, 5, 6, 1, 0},
-        PartialCase{"Y: 12", y, of_y, Place(-1, 0, 0.2), -0.002, 2, 5, 6, 1, 0},
+        PartialCase{"X: vertex 3", x, of_x, Place(1, 0, -1), -0.005, 1, 4, 4, 0, 0},
+        PartialCase{"X: vertex 3, 02", x, of_x, Place(1, 0, -1), 0.002, 2, 5, 6, 1, 0}, PartialCase{"Y: 12", y, of_y, Place(-1, 0, 0.2), -0.002, 2, 5, 6, 1, 0},
         PartialCase{"Y: 12, vertex 0", y, of_y, Place(-1, 0, 0.2), 0.001, 2, 5, 6, 1, 0},
         PartialCase{"Y: 12, vertices 0 and 3", y, of_y, Place(-1, 0, 0.2), 0.006, 2, 8, 8, 1, 1},
         PartialCase{"Y: vertices 0 and 3", y, of_y, Place(1, 0, 0), 0.002, 1, 4, 4, 0, 0}}) {
@@ -176,7 +176,7 @@ TEST_CASE("where a stroke ends inside, one face stays closed, two open with the 
     corner.check(25, 6, 4, area, area, 0);   // the vertex in the middle of that edge, and its copy; two faces have become four
   }
   SECTION("a ring of faces: those at its vertex open in the tick that closes it, two beyond the edges of the ring stay closed") {
-    // Two triangles and two quadrilaterals round the vertex on c-x. The blade comes from the edges beyond x, so that diagonals go to those and not to the vertex.
+    // Two triangles and two quadrilaterals round the vertex on c-x. The blade comes from the edges beyond x: diagonals go to those and not to the vertex.
     Corner corner;
     Place const out = Place(2, -1, -1) / step, vertex(2, 0, 0);
     double const high = 4.5 / step, low = 6 / step;
@@ -222,7 +222,7 @@ TEST_CASE("two cutting edges that are offset and two elements apart cut between 
     }
 }
 
-TEST_CASE("a stroke that ends on an old wound, or begins at one, parts the piece; one that goes on where another ended begins an edge before", "[volume_cutter]") {
+TEST_CASE("a stroke that ends or begins at an old wound parts the piece; one that goes on where another ended begins an edge before", "[volume_cutter]") {
   // Yardsticks: pieces; the area of a plane through the block.
   double const height = 0.025, wall = 0.0113;   // the wound is at x = wall, from y = 0 to 15 mm
   auto const sweep = [](auto& body, Place const& from, Place const& way) {
@@ -269,7 +269,7 @@ TEST_CASE("a stroke that ends on an old wound, or begins at one, parts the piece
   }
 }
 
-TEST_CASE("a tick goes beyond most_tetrahedra by what the blade makes on half a mean edge at most, and what is left comes in the next ones", "[volume_cutter]") {
+TEST_CASE("a tick exceeds most_tetrahedra by what the blade makes on half a mean edge at most, and the rest comes in the next ones", "[volume_cutter]") {
   // Yardstick: the most that ticks of a twentieth of an edge make on such a way.
   for (BlockPattern const pattern : {BlockPattern::alternating, BlockPattern::kuhn}) {
     auto const to = [](double y) { return BladeSegment<double>{{0.0137, y, -0.005}, {0.0153, y, 0.035}}; };

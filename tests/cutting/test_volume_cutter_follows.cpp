@@ -222,8 +222,8 @@ TEST_CASE("where a held vertex splits the hand keeps one side, where a nailed on
 }
 
 TEST_CASE("a cut body's stable step and row bounds are those of a body that is made of its tetrahedra", "[volume_cutter]") {
-  // Made anew with one piece a metre away: vertices at one place are refused. stable_step() comes from a search of up to 60 products, raised by 5 %, that begins
-  // where the last one ended: it is no closer than that. What bounds it in any case, row by row, is the same to rounding.
+  // Made anew with one piece a metre away: vertices at one place are refused. stable_step() comes from a search of up to 60 products, raised by 5 %, that
+  // begins where the last one ended: it is no closer than that. What bounds it in any case, row by row, is the same to rounding.
   auto uncut = SoftBody(Elements::tissue(make_block<double>(4, 4, 4, edge, BlockPattern::alternating), 0.0), LeapfrogVerlet{});
   auto body = uncut;
   double const before = body.stable_step();
