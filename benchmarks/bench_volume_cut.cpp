@@ -3,6 +3,7 @@
 // nothing; and beside them, in the same run, gathering all packs anew, and making tissue and body from the mesh.
 //   bench_volume_cut
 #include <palpate/body/soft_body.hpp>
+#include <palpate/body/touch.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
@@ -76,7 +77,7 @@ auto make_body(std::type_identity<Springs>, int n) {
 ///   us_each_warm       as us_each, of another body that is cut without a step between: caches are warm
 ///   us_packs_warm      beside it, packs that follow each of its ticks, beyond
 ///   us_packs_look      what they take to see that nothing has been cut: a look at each particle's number, once a step
-///   us_idle_tick       of a tick that cuts nothing
+///   us_idle_tick       of a tick that cuts nothing; and us_touch of a tip that presses the skin elsewhere, in the same ticks
 ///   ms_step, ms_step_after_cut, ms_packs_anew, ms_made_anew   a step (of elements implicit, of one iteration), one after a tick that cuts, gathering all packs, making body and tissue from the mesh
 template <class Kind>
 void cut_block(benchmark::State& state) {
@@ -108,8 +109,10 @@ void cut_block(benchmark::State& state) {
       return microseconds_since(now);
     };
     step();
-    std::vector<double> each, warm, packs_warm, packs_look, finish, packs, idle, steps, steps_after;
+    std::vector<double> each, warm, packs_warm, packs_look, finish, packs, idle, touching, steps, steps_after;
     VolumeCutter<double> knife, other;
+    Touch<double> touch;
+    touch.update(body, {side / 4, side / 4, side + 0.001});
     auto const cut = [&](auto& cut_body, VolumeCutter<double>& blade, int tick) {   // how long it takes, and how many it makes
       auto const& solid = cut_body.tissue().topology();
       double const y = -0.002 + 0.6 * side * tick / (40.0 * n);
@@ -123,11 +126,13 @@ void cut_block(benchmark::State& state) {
     for (int tick = 0; tick <= ticks; ++tick) {
       double const finished = finishing(), packed = packing();
       auto const [took, made] = cut(body, knife, tick);
-      double const stepped = step();
+      auto const now = std::chrono::steady_clock::now();
+      touch.update(body, {side / 4, side / 4 + 0.4 * side * tick / ticks, side - 0.0005});
+      double const touched = microseconds_since(now), stepped = step();
       if (made > 0)
         each.push_back(took / made), finish.push_back((finishing() - finished) / made), packs.push_back((packing() - packed) / made), steps_after.push_back(stepped);
       else
-        idle.push_back(took), steps.push_back(stepped);
+        idle.push_back(took), touching.push_back(touched), steps.push_back(stepped);
     }
     {
       auto again = make_body(std::type_identity<Kind>{}, n);
@@ -157,7 +162,7 @@ void cut_block(benchmark::State& state) {
       state.counters["us_packs_look"] = median(std::move(packs_look));
       state.counters["us_each_finish"] = median(std::move(finish)), state.counters["us_each_packs"] = median(std::move(packs));
     }
-    state.counters["us_idle_tick"] = median(std::move(idle));
+    state.counters["us_idle_tick"] = median(std::move(idle)), state.counters["us_touch"] = median(std::move(touching));
     state.counters["ms_step"] = median(std::move(steps)) / 1e3;
     state.counters["ms_step_after_cut"] = median(std::move(steps_after)) / 1e3;
     std::vector<int> all(static_cast<std::size_t>(body.size()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/pseudo_normal.hpp>
 #include <palpate/body/shape_of.hpp>
 #include <palpate/body/touch.hpp>
 #include <palpate/core/error.hpp>
@@ -333,8 +334,11 @@ class VolumeCutter {
   static bool is_far_away(Body& body, std::span<Vector const> blade) {
     Vector low = blade[0], high = blade[0];
     for (Vector const& point : blade) low = low.cwiseMin(point), high = high.cwiseMax(point);
-    auto const near = body.nearest_point((low + high) / 2);
-    return !near.found() || near.distance > (high - low).norm() / 2 + body.mean_edge();
+    Vector const middle = (low + high) / 2;
+    auto const near = body.nearest_point(middle);
+    if (near.found() && !(near.distance > (high - low).norm() / 2 + body.mean_edge())) return false;
+    bool on_border = false;
+    return !near.found() || (middle - near.point).dot(detail::pseudo_normal(body, near.triangle, near.barycentric, on_border)) > 0;
   }
 
   /// Over what is left of the way, edge by half edge, until it is too much for one tick.

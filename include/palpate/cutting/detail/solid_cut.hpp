@@ -52,7 +52,7 @@ class SolidCut {
   static constexpr double turned_back = 0.9, parallel = 0.8, bends = 0.7;   // cosines, of 26°, 37° and 45°
 
  public:
-  /// Of this stroke, or of the last one that cut something or would have.
+  /// Of this stroke, or of the last one that cut something, or went on for an edge in the tissue and could not.
   VolumeCutReport const& report() const noexcept { return has_met() ? report_ : last_; }
   /// m², of all strokes.
   double area() const noexcept { return area_; }
@@ -60,12 +60,12 @@ class SolidCut {
   bool has_cut() const noexcept { return report_.edges_divided > 0 || report_.area > 0; }
   /// The blade has gone on by so much, with so much of it in the tissue [m].
   void has_gone(double way, double length, double edge) noexcept {
-    way_ += way, longest_ = std::max(longest_, length);
-    report_.unresolved = report_.area == 0 && way_ > edge && longest_ < edge;
+    way_ += way, longest_ = std::max(longest_, length), is_under_way_ = way_ > edge;
+    report_.unresolved = is_under_way_ && report_.area == 0 && longest_ < edge;
   }
   void forget() noexcept {
     if (has_met()) last_ = report_;
-    report_ = {}, way_ = longest_ = 0;
+    report_ = {}, way_ = longest_ = 0, is_under_way_ = false;
     on_.clear(), sides_.clear(), all_on_.clear(), near_.clear(), opening_.clear();
     particles_ = 0;
   }
@@ -141,7 +141,7 @@ class SolidCut {
   }
 
  private:
-  bool has_met() const noexcept { return has_cut() || report_.snapped > 0 || report_.unresolved; }
+  bool has_met() const noexcept { return has_cut() || (is_under_way_ && (report_.snapped > 0 || report_.unresolved)); }
 
   /// That an edge of two vertices is crossed, in the order in which crossings are dealt with.
   struct Crossing {
@@ -563,7 +563,10 @@ class SolidCut {
     opening_.open(
         body, [&](int v) { return on_at(v).order; },
         [&](int v, int copy, int first_triangle) {
-          put_on(copy, on_at(v));
+          if (On const whole = on_at(v); whole.is_on)
+            put_on(copy, whole);
+          else if (whole.side != 0)
+            entry(copy).side = whole.side;
           ++report_.particles_added, report_.triangles_added += border.triangle_count() - first_triangle;
           for (int t = first_triangle; t < border.triangle_count(); ++t) {
             auto const c = border.corners(t);
@@ -606,6 +609,7 @@ class SolidCut {
 
   VolumeCutReport report_, last_;
   double area_ = 0, way_ = 0, longest_ = 0;   // m², of all strokes; m, of this one
+  bool is_under_way_ = false;                 // it has gone more than an edge
   SolidSnap snap_{};
   int last_order_ = 0;
   std::size_t edits_ = 0;   // of the body, that are dealt with

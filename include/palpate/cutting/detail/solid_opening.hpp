@@ -58,19 +58,27 @@ class SolidOpening {
     auto const is_cut = [&](int t, int k) { return body.tissue().is_cut(t, k); };
     candidates_.insert(candidates_.end(), waiting_.begin(), waiting_.end());
     std::sort(candidates_.begin(), candidates_.end());
-    candidates_.erase(std::unique(candidates_.begin(), candidates_.end()), candidates_.end());
-    partings_.clear(), tetrahedra_.clear(), fan_.clear(), at_.clear(), edges_.clear(), held_.clear();
-    for (int const v : candidates_) {
+    partings_.clear(), tetrahedra_.clear(), fan_.clear(), places_.clear(), edges_.clear(), held_.clear();
+    for (std::size_t next = 0; next < candidates_.size(); ++next) {
+      int const v = candidates_[next];
+      if (places_.find(v) != nullptr) continue;
+      places_[v] = -1;
       solid.fans_at(v, fans_, is_cut);
       if (fans_.size() < 2) continue;
-      at_[v] = static_cast<int>(partings_.size()) + 1;
       std::size_t const first = tetrahedra_.size();
       for (int fan = 0; fan < fans_.size(); ++fan) {
         tetrahedra_.insert(tetrahedra_.end(), fans_[fan].begin(), fans_[fan].end());
         fan_.resize(tetrahedra_.size(), fan);
       }
       partings_.push_back({v, first, first + fans_[0].size(), tetrahedra_.size()});
+      for (std::size_t n = first; n < tetrahedra_.size(); ++n)   // what opens with it may part another that an earlier stroke has left
+        for (int k = 0, t = tetrahedra_[n]; k < 4; ++k)
+          if (is_cut(t, k) && solid.neighbour(t, k) > t && solid.corner_of(t, v) != k)
+            for (int const w : solid.face(t, k))
+              if (places_.find(w) == nullptr) candidates_.push_back(w);
     }
+    std::sort(partings_.begin(), partings_.end(), [](Parting const& a, Parting const& b) { return a.vertex < b.vertex; });
+    for (std::size_t n = 0; n < partings_.size(); ++n) places_[partings_[n].vertex] = static_cast<int>(n);
     for (Parting const& parting : partings_)
       for (std::size_t n = parting.first; n < parting.end; ++n)
         for (int k = 0, t = tetrahedra_[n]; k < 4; ++k) {
@@ -83,10 +91,13 @@ class SolidOpening {
     edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
   }
 
-  Parting const* parting_at(int v) const noexcept {
-    int const* const place = at_.find(v);
-    return place == nullptr ? nullptr : &partings_[static_cast<std::size_t>(*place - 1)];
+  /// The place of a vertex that the cut parts, or −1.
+  int place_of(int v) const noexcept {
+    int const* const place = places_.find(v);
+    return place == nullptr ? -1 : *place;
   }
+  Parting& at(int n) noexcept { return partings_[static_cast<std::size_t>(n)]; }
+  Parting const& at(int n) const noexcept { return partings_[static_cast<std::size_t>(n)]; }
   int fan_of(Parting const& parting, int t) const noexcept {
     std::size_t n = parting.first;
     while (n < parting.end && tetrahedra_[n] != t) ++n;
@@ -98,8 +109,8 @@ class SolidOpening {
   }
   /// Which copy of a vertex a tetrahedron will have.
   int copy_of(int v, int t) const noexcept {
-    Parting const* const parting = parting_at(v);
-    return parting != nullptr && parting->splits ? fan_of(*parting, t) : 0;
+    int const n = place_of(v);
+    return n >= 0 && at(n).splits ? fan_of(at(n), t) : 0;
   }
   /// Whether a face will be open.
   template <class Body>
@@ -158,27 +169,26 @@ class SolidOpening {
   template <class Body, class Order>
   bool let_wait(Body const& body, Order const& order, int a, int b) {
     auto const& solid = body.tissue().topology();
-    Parting* last = nullptr;
+    int last = -1;
     for (int const t : solid.tetrahedra_at(a)) {
       if (b >= 0 && solid.corner_of(t, b) < 0) continue;
       for (int k = 0; k < 4; ++k) {
         int const u = solid.neighbour(t, k);
         if (u < 0 || solid.corner_of(t, a) == k || (b >= 0 && solid.corner_of(t, b) == k)) continue;
         for (int const v : solid.face(t, k)) {
-          int const* const place = at_.find(v);
-          Parting* const parting = place == nullptr ? nullptr : &partings_[static_cast<std::size_t>(*place - 1)];
-          if (parting == nullptr || !parting->splits || !parts(*parting, t, u)) continue;
-          if (last == nullptr || std::pair(order(v), v) > std::pair(order(last->vertex), last->vertex)) last = parting;
+          int const n = place_of(v);
+          if (n < 0 || !at(n).splits || !parts(at(n), t, u)) continue;
+          if (last < 0 || std::pair(order(v), v) > std::pair(order(at(last).vertex), at(last).vertex)) last = n;
         }
       }
     }
-    if (last != nullptr) last->splits = false;
-    return last != nullptr;
+    if (last >= 0) at(last).splits = false;
+    return last >= 0;
   }
 
   std::vector<int> candidates_, waiting_;   // the latter ascending
   std::vector<Parting> partings_;   // by ascending vertices
-  SparseTable<int> at_;             // of a vertex: the place of its parting, from 1
+  SparseTable<int> places_;         // of a vertex that was looked at: that of its parting, or −1
   std::vector<int> tetrahedra_, fan_;   // of all partings, fan after fan
   std::vector<std::pair<int, int>> edges_, held_, parts_;
   std::vector<int> ring_;
