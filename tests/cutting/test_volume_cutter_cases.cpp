@@ -10,6 +10,7 @@
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/components.hpp>
+#include <palpate/mesh/validation.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
 
 #include <Eigen/Geometry>
@@ -17,6 +18,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -301,5 +304,62 @@ TEST_CASE("a tick exceeds most_tetrahedra by what the blade makes on half a mean
       CHECK(count > 1);
       CHECK(shape(body) == shape(whole));
     }
+  }
+}
+
+TEST_CASE("what an earlier stroke, or another blade, has left closed opens with what opens beside it, and a blade that begins deep inside cuts", "[volume_cutter]") {
+  // Yardsticks: the checker, after every tick; the area of the way.
+  SECTION("four strokes of a blade, two ticks each: one vertex was left between two parts of the tissue") {
+    std::array<BladeSegment<double>, 8> const ticks{{{{0.0071911876, 0.0071812523, 0.0149970606}, {-0.0027075993, -0.0043678613, 0.0064699101}},
+                                                     {{0.0107804434, 0.0124313357, 0.0137799086}, {0.0006862923, 0.0001964336, 0.0038998570}},
+                                                     {{0.0086345904, 0.0209825418, 0.0009568626}, {0.0041444999, 0.0177765174, -0.0024829208}},
+                                                     {{0.0063273437, 0.0105559675, 0.0115100324}, {0.0005223089, 0.0055426184, 0.0066610349}},
+                                                     {{0.0099218955, -0.0129069547, -0.0008598828}, {0.0176868409, -0.0037891138, 0.0015165188}},
+                                                     {{0.0079374771, -0.0068681194, 0.0024655831}, {0.0140930449, 0.0040510588, 0.0041750955}},
+                                                     {{0.0039686402, 0.0052095513, 0.0091165148}, {0.0069054530, 0.0197314038, 0.0094922488}},
+                                                     {{-0.0030684842, 0.0111603432, 0.0256068773}, {0.0141777881, 0.0026179102, 0.0188412709}}}};
+    auto body = body_of(solid_of(32));
+    auto const before = invariants_of(body);
+    VolumeCutter<double> knife;
+    for (auto const& blade : ticks) {
+      knife.advance(body, blade);
+      CHECK(testing::to_text(before.check(body)) == "");
+    }
+  }
+  SECTION("three blades by turns, and again") {
+    for (std::uint64_t seed = 1; seed <= 24; ++seed) {
+      INFO("seed " << seed);
+      auto const mesh = solid_of(seed);
+      if (!validate(mesh).empty()) continue;
+      auto body = body_of(mesh);
+      auto const before = invariants_of(body);
+      auto const strokes = strokes_of(seed).strokes;
+      std::array<VolumeCutter<double>, 3> knives;
+      for (int round = 0; round < 2; ++round) {
+        for (std::size_t tick = 0; tick < 22; ++tick)
+          for (std::size_t n = 0; n < 3; ++n) {
+            if (tick >= strokes[n].size()) continue;
+            auto const& [from, to, steps] = strokes[n][tick];
+            Place const aside = round * Place(0.0004, -0.0003, 0.0002);
+            knives[n].advance(body, {from + aside, to + aside});
+            REQUIRE(testing::to_text(before.check(body)) == "");
+          }
+        for (auto& knife : knives) {
+          knife.lift(body);
+          REQUIRE(testing::to_text(before.check(body)) == "");
+        }
+      }
+    }
+  }
+  SECTION("12 mm long, 12 mm deep in 40") {
+    auto body = block_of(9, 9, 9);
+    VolumeCutter<double> knife;
+    for (int tick = 0; tick <= 60; ++tick) {
+      double const x = 0.012 + 0.016 * tick / 60;
+      knife.advance(body, {Place(x, 0.0213, 0.0147), Place(x, 0.0213, 0.0267)});
+    }
+    knife.lift(body);
+    CHECK(knife.area() > 0.4 * 0.012 * 0.016);   // up to an edge short of each side
+    CHECK(knife.area() < 0.012 * 0.016);
   }
 }

@@ -97,8 +97,8 @@ struct VolumeCutOptions {
 /// goes through gets a vertex there, and the tetrahedra round the edge are divided in two; all are whole tetrahedra with common faces at any time. Where all
 /// corners of a face are on the cut, and it lies between its two sides, it is cut; a vertex splits where the faces cut round it part its tetrahedra. The cut
 /// ends, meanwhile, at the last edges that the blade has crossed: beyond them nothing is open. Where parts would only touch along an edge, or in a vertex, the vertex
-/// that came to the cut last waits until the blade has gone on; so an edge of the border has two triangles. Where the stroke ends such an edge is divided, and parts;
-/// unless that would make a tetrahedron lower than least_height: then the faces there stay closed, and are counted as such.
+/// that came to the cut last waits until the blade has gone on; so an edge of the border has two triangles. Where the stroke ends such an edge is divided, and parts.
+/// Where that would make a tetrahedron lower than least_height, and where parts would touch in a vertex, the faces stay closed, and are counted as such.
 ///   case                         tetrahedra after
 ///   three edges at a corner      4
 ///   four edges                   6
@@ -368,7 +368,7 @@ class VolumeCutter {
     if (is_behind_) return;
     double const inside = traced_.length_inside();
     arrive(body, target_, puncture_depth);
-    if (inside > 0 && traced_.is_inside()) cut_.has_gone(way, std::max(inside, traced_.length_inside()), edge);
+    if (inside > 0 && traced_.is_inside()) cut_.has_moved(way, std::max(inside, traced_.length_inside()), edge);
     if (trail_.goes_by(way, edge) && !traced_.empty()) cut_.leave_behind(body, trail_.here(), 2 * edge);
   }
   /// It is here now: where it is in the tissue, and whether it has left it.

@@ -15,12 +15,12 @@
 namespace palpate::detail {
 
 /// What it takes to move a blade through a solid: fracture and the friction of the lips, as a spring that gives way.
-///   F = K lag,   up to F_s = min(Gc L⊥ u + owed/ℓ, 2 Gc L) + φ L
+///   F = K lag,   up to F_s = min(Gc L⊥ u + owed/ℓ, 2 Gc L) + φ L,   ℓ half a mean edge
 /// L is the blade's length in tissue and L⊥ its part across the way, so that Gc L⊥ is toughness times new area per way. The blade stays behind the tool by F_s/K,
 /// and cuts where it is, not where the tool is: what it cuts has been paid for. u ends at 0 where the blade has been paid for two edges of way that made
-/// no area: it moves in a cut that was there. Area beyond the way, as where the cut bends to vertices, is owed, and paid over the next half edge, or
-/// more where that would take more than twice the toughness.
-/// It acts on the particles of the tetrahedra that the blade goes through, by their masses: crumbs of tissue beside an old cut are not torn about.
+/// no area: it moves in a cut that was there. Area beyond the way, as where the cut bends to vertices, is owed, and paid over the next half edge of
+/// way, or a longer one where that would take more than twice the toughness.
+/// F acts on the particles of the tetrahedra that the blade goes through, by their masses: crumbs of tissue beside an old cut are not torn about.
 /// Paid is what the hand has really done: the force that was felt times the way of the tool through the tissue, less friction's share and what the spring would
 /// give back, F²/2K. A coupling that is slower than the spring, as in stiff tissue, resists with less than F_s, and gives back more where the hand turns round.
 /// Source     elastic up to the toughness, then plastic, as in \cite mahvash2001.
@@ -51,7 +51,8 @@ class BladeResistance {
     for_each_piece(samples, from, [&](std::size_t i, double piece) { across += size > 0 ? (from[i + 1] - from[i]).cross(lag).norm() / size : piece; });
     double const fracture = options_.toughness * across, unit = fracture * edge, friction = options_.friction * length;
     double const debt = options_.toughness > 0 ? std::max(0.0, -credit) : 0;
-    slip_force_ = std::min((unit > 0 ? fracture * std::clamp(2 - credit / unit, 0.0, 1.0) : 0) + 2 * debt / edge, 2 * options_.toughness * length) + friction;
+    double const due = (unit > 0 ? fracture * std::clamp(2 - credit / unit, 0.0, 1.0) : 0) + 2 * debt / edge;
+    slip_force_ = std::min(due, 2 * options_.toughness * length) + friction;
     double const stays = options_.stiffness * size > slip_force_ ? slip_force_ / (options_.stiffness * size) : 1;
     rubbed_ = stays < 1 && friction > 0 ? (1 - stays) * size * friction * std::min(1.0, felt_.norm() / slip_force_) : 0;
     return stays * lag;

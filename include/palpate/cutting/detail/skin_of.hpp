@@ -26,11 +26,12 @@ class SkinOf {
   Tissue const& tissue() const noexcept { return body_.tissue(); }
   auto positions() const noexcept { return body_.positions(); }
   Vector reference_position(int i) const { return body_.reference_position(i); }
+  /// While it cuts, on a lip the skin's own: the walls do not lean it.
   Vector reference_normal(int i) const {
+    if (!cuts_) return body_.reference_normal(i);
     Vector sum = Vector::Zero();
     bool is_on_lip = false;
     for (int const t : tissue().surface().triangles_at(i)) {
-      if (!cuts_) break;
       is_on_lip = is_on_lip || tissue().is_wound(t);
       if (tissue().is_wound(t)) continue;
       auto const c = tissue().surface().corners(t);

@@ -32,8 +32,8 @@ struct VolumeCutReport : CutReport {
   int too_thin = 0;             ///< of those, because a tetrahedron would have become too low
   int joined = 0;               ///< slices of a few tetrahedra, thinner than the snap, that stayed at their lip
   int closed_faces = 0;         ///< cut, and not open: no vertex of them has split
-  bool unresolved = false;      ///< no face was cut on more than a mean edge of way, with less than that of the blade in the tissue: it is shorter than the
-                                ///< mesh resolves, or goes where all is cut
+  bool unresolved = false;      ///< no face was cut on more than a mean edge of way, with and never as much of the blade was in the tissue: it is shorter than
+                                ///< the mesh resolves, unless all was cut there already
 };
 
 namespace detail {
@@ -52,19 +52,19 @@ class SolidCut {
   static constexpr double turned_back = 0.9, parallel = 0.8, bends = 0.7;   // cosines, of 26°, 37° and 45°
 
  public:
-  /// Of this stroke, or of the last one that cut something, or went on for an edge in the tissue and could not.
-  VolumeCutReport const& report() const noexcept { return has_met() ? report_ : last_; }
+  /// Of this stroke, or of the last one that cut something, or that went on for more than an edge in the tissue and did not.
+  VolumeCutReport const& report() const noexcept { return is_worth_a_report() ? report_ : last_; }
   /// m², of all strokes.
   double area() const noexcept { return area_; }
   /// Whether something was cut since the last end().
   bool has_cut() const noexcept { return report_.edges_divided > 0 || report_.area > 0; }
-  /// The blade has gone on by so much, with so much of it in the tissue [m].
-  void has_gone(double way, double length, double edge) noexcept {
+  /// The blade has moved by so much, with so much of it in the tissue [m].
+  void has_moved(double way, double length, double edge) noexcept {
     way_ += way, longest_ = std::max(longest_, length), is_under_way_ = way_ > edge;
     report_.unresolved = is_under_way_ && report_.area == 0 && longest_ < edge;
   }
   void forget() noexcept {
-    if (has_met()) last_ = report_;
+    if (is_worth_a_report()) last_ = report_;
     report_ = {}, way_ = longest_ = 0, is_under_way_ = false;
     on_.clear(), sides_.clear(), all_on_.clear(), near_.clear(), opening_.clear();
     particles_ = 0;
@@ -121,15 +121,14 @@ class SolidCut {
     std::sort(all_on_.begin(), all_on_.end());
     all_on_.erase(std::unique(all_on_.begin(), all_on_.end()), all_on_.end());   // some came to it twice
     for (int const v : all_on_) opening_.add(v);
-    do open(body);
-    while (divide_held(body));
+    open_and_divide_held(body);
     for (std::size_t n = 0; n < all_on_.size(); ++n) {   // those that are made meanwhile come last
       int const v = all_on_[n];
       auto const part = [&] {
         auto const around = solid.tetrahedra_at(v);
         return std::any_of(around.begin(), around.end(), [&](int t) { return divide_middle(body, v, end_within_cut(body, t, v)); });
       };
-      while (part()) open(body);
+      while (part()) open_and_divide_held(body);
     }
     body.finish_edits();
     int faces = 0;
@@ -141,7 +140,7 @@ class SolidCut {
   }
 
  private:
-  bool has_met() const noexcept { return has_cut() || (is_under_way_ && (report_.snapped > 0 || report_.unresolved)); }
+  bool is_worth_a_report() const noexcept { return has_cut() || (is_under_way_ && (report_.snapped > 0 || report_.unresolved)); }
 
   /// That an edge of two vertices is crossed, in the order in which crossings are dealt with.
   struct Crossing {
@@ -583,13 +582,14 @@ class SolidCut {
     mark(body, divide(body, middle, {(rest(body, v) + rest(body, w)) / 2, middle.normal}));
     return true;
   }
-  /// Divides the edges for which vertices wait.
+  /// Divides the edges for which vertices wait, as long as their tetrahedra are not too low.
   template <class Body>
-  bool divide_held(Body& body) {
-    bool has_divided = false;
-    held_.assign(opening_.held().begin(), opening_.held().end());
-    for (auto const& [a, b] : held_) has_divided = divide_middle(body, a, b) || has_divided;
-    return has_divided;
+  void open_and_divide_held(Body& body) {
+    for (bool has_divided = true; std::exchange(has_divided, false);) {
+      open(body);
+      held_.assign(opening_.held().begin(), opening_.held().end());
+      for (auto const& [a, b] : held_) has_divided = divide_middle(body, a, b) || has_divided;
+    }
   }
 
   /// A vertex w of a tetrahedron at v so that the edge between them is one of two faces that are cut and closed, or −1.

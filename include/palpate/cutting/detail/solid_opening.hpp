@@ -5,7 +5,6 @@
 #include <palpate/mesh/tetrahedral_adjacency.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -14,8 +13,9 @@
 namespace palpate::detail {
 
 /// Opens a cut in a solid: a vertex splits where the faces that are cut part the tetrahedra round it, and with it those faces open.
-/// Where that would leave parts of the tissue that touch along an edge alone, or in a vertex alone, those vertices wait that came to the cut last, until others
-/// there split as well. So each edge of the border has two triangles, if it had before.
+/// Where that would leave parts of the tissue that only touch along an edge, or only in a vertex, the vertex that came to the cut last waits, and another one if
+/// that is not enough, until others there split as well. So each edge of the border has two triangles, unless the mesh came otherwise, and no tissue hangs on a
+/// vertex. Cavities may still meet in one.
 class SolidOpening {
  public:
   void clear() noexcept { candidates_.clear(), waiting_.clear(), held_.clear(); }
@@ -32,6 +32,8 @@ class SolidOpening {
     auto const& solid = body.tissue().topology();
     find_partings(body);
     while (hold_back(body, order)) {}
+    std::sort(held_.begin(), held_.end());
+    held_.erase(std::unique(held_.begin(), held_.end()), held_.end());
     waiting_.clear();
     for (Parting const& parting : partings_) {
       if (!parting.splits) waiting_.push_back(parting.vertex);
@@ -123,7 +125,7 @@ class SolidOpening {
     return std::any_of(c.begin(), c.end(), [&](int v) { return copy_of(v, t) != copy_of(v, u); });
   }
 
-  /// Lets vertices wait at which something would only touch; false if there are none.
+  /// Lets vertices wait where something would only touch; returns whether any has to.
   template <class Body, class Order>
   bool hold_back(Body const& body, Order const& order) {
     auto const& solid = body.tissue().topology();
@@ -136,10 +138,6 @@ class SolidOpening {
       if (fans_.size() == 1) continue;
       solid.fans_at(parting.vertex, fans_);
       holds = (fans_.size() == 1 && let_wait(body, order, parting.vertex, -1)) || holds;
-    }
-    if (!holds) {
-      std::sort(held_.begin(), held_.end());
-      held_.erase(std::unique(held_.begin(), held_.end()), held_.end());
     }
     return holds;
   }
