@@ -202,37 +202,39 @@ TEST_CASE("the force on the hand changes in a tick by no more than stiffness tim
 
 TEST_CASE("a tool that crosses an old wound cuts on beyond it, and is not jerked there", "[volume_cutter][cut_force]") {
   // Yardsticks: the same way of the blade alone; the area without the old wound; |ΔF| ≤ K |Δp| + 0.75 N, of 1.8 N that the blade is held with.
-  double const depth_reached = top - depth;
-  for (double const x : {0.0287, 0.0364})
-    for (double const low : {0.006, 0.001}) {   // 14 and 19 mm deep, of 20
-      INFO("a wound at " << x << " m, down to " << low << " m");
-      for (bool const steps : {false, true}) {
-        Body bodies[2] = {make_body<double>(), make_body<double>()};
-        Knife tool({.puncture_depth = 0.003}), blade({.puncture_depth = 0.003});
-        for (Body& body : bodies) cut_across(body, x, low);
-        bool is_touching = true;
-        for (int tick = 0; tick <= 1400; ++tick) {
-          double const z = tick < 200 ? top + 0.004 - (depth + 0.004) * tick / 200 : depth_reached;
-          Vector3<double> const at(tick < 200 ? 0.012 : 0.012 + 0.034 * (tick - 200) / 1200, 0.0113, z);
-          tool.advance(bodies[0], ToolPose<double>{.position = at});
-          blade.advance(bodies[1], {at, at + Vector3<double>(0, 0, 0.03)});
-          is_touching = is_touching && (tick < 200 || tool.state() == CuttingPhase::moving);
-          if (steps) REQUIRE((bodies[0].step(1e-3) && bodies[1].step(1e-3)));
-        }
-        CHECK(is_touching);
-        CHECK(tool.area() == Approx(blade.area()).epsilon(1e-12));
-      }
-      auto path = Trajectory<double>::start({0.012, 0.0113, top + 0.004});
-      path.line({0.012, 0.0113, depth_reached}, 0.2).line({0.046, 0.0113, depth_reached}, 1.2).line({0.046, 0.0113, top + 0.01}, 0.2);
-      VolumeCutOptions<double> const options{.puncture_depth = 0.003, .toughness = 150};
-      Body body = make_body<double>();
-      cut_across(body, x, low);
-      auto const across = cut_along(path, options, std::move(body)), alone = cut_along(path, options);
-      CHECK(across.area == Approx(alone.area).epsilon(0.1));
-      CHECK(across.recording.ticks().back().energy >= 150 * across.area);
-      for (Tick const* tick : jumps(across.recording, 0.75))
-        if (tick->phase == (tick - 1)->phase) FAIL_CHECK("at " << tick->time << " s, x = " << tick->tip[0] << " m the force jumps");
+  double const low = top - depth;
+  auto path = Trajectory<double>::start({0.012, 0.0113, top + 0.004});
+  path.line({0.012, 0.0113, low}, 0.2).line({0.046, 0.0113, low}, 1.0).line({0.046, 0.0113, top + 0.01}, 0.2);
+  VolumeCutOptions<double> const options{.puncture_depth = 0.003, .toughness = 150};
+  auto const alone = cut_along(path, options);
+  struct Wound {
+    double x, low;
+    bool steps;
+  };
+  for (Wound const& wound : {Wound{0.0287, 0.001, true}, Wound{0.0364, 0.006, false}}) {   // 19 and 14 mm deep, of 20
+    INFO("a wound at " << wound.x << " m, down to " << wound.low << " m");
+    Body bodies[2] = {make_body<double>(), make_body<double>()};
+    Knife tool({.puncture_depth = 0.003}), blade({.puncture_depth = 0.003});
+    for (Body& body : bodies) cut_across(body, wound.x, wound.low);
+    bool is_touching = true;
+    for (int tick = 0; tick <= 700; ++tick) {
+      double const in = std::min(tick, 100) / 100.0, on = std::max(tick - 100, 0) / 600.0;
+      Vector3<double> const at(0.012 + 0.034 * on, 0.0113, top + 0.004 - (depth + 0.004) * in);
+      tool.advance(bodies[0], ToolPose<double>{.position = at});
+      blade.advance(bodies[1], {at, at + Vector3<double>(0, 0, 0.03)});
+      is_touching = is_touching && (tick < 100 || tool.state() == CuttingPhase::moving);
+      if (wound.steps && tick % 4 == 0) REQUIRE((bodies[0].step(1e-3) && bodies[1].step(1e-3)));
     }
+    CHECK(is_touching);
+    CHECK(tool.area() == Approx(blade.area()).epsilon(1e-12));
+    Body body = make_body<double>();
+    cut_across(body, wound.x, wound.low);
+    auto const across = cut_along(path, options, std::move(body));
+    CHECK(across.area == Approx(alone.area).epsilon(0.1));
+    CHECK(across.recording.ticks().back().energy >= 150 * across.area);
+    for (Tick const* tick : jumps(across.recording, 0.75))
+      if (tick->phase == (tick - 1)->phase) FAIL_CHECK("at " << tick->time << " s, x = " << tick->tip[0] << " m the force jumps");
+  }
 }
 
 TEST_CASE("a blade punctures when it presses hard enough, however little deep", "[volume_cutter][cut_force]") {
