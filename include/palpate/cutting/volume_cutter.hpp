@@ -4,6 +4,7 @@
 #include <palpate/body/pseudo_normal.hpp>
 #include <palpate/body/shape_of.hpp>
 #include <palpate/body/touch.hpp>
+#include <palpate/collision/detail/box_tree.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
@@ -430,13 +431,19 @@ class VolumeCutter {
     // Where what is swept meets a part of the solid, one of its points is in it, or it goes through its border.
     starts_.clear();
     for (detail::BladeSample const& sample : traced_.samples()) starts_.push_back(sample.tetrahedron);
-    Vector low = Vector::Constant(std::numeric_limits<Scalar>::infinity()), high = -low;
+    detail::Box<Scalar> box;
     for (detail::SweptQuadrilateral const& q : swept.quadrilaterals()) {
-      low = low.cwiseMin(q.low.template cast<Scalar>()), high = high.cwiseMax(q.high.template cast<Scalar>());
-      if (&q != &swept.quadrilaterals().back() && (high - low).maxCoeff() < edge) continue;
+      box.add(q.low.template cast<Scalar>()), box.add(q.high.template cast<Scalar>());
+      if (&q != &swept.quadrilaterals().back() && (box.high - box.low).maxCoeff() < edge) continue;
       Vector const margin = Vector::Constant(Scalar(1e-3) * edge);
-      body.visit_triangles_in_box(low - margin, high + margin, [&](int triangle) { starts_.push_back(body.tissue().topology().border_face(triangle).tetrahedron); });
-      low = Vector::Constant(std::numeric_limits<Scalar>::infinity()), high = -low;
+      box.low -= margin, box.high += margin;
+      body.visit_triangles_in_box(box.low, box.high, [&](int triangle) {   // and some beside it, others in a tree that is made anew
+        auto const c = body.tissue().surface().corners(triangle);
+        detail::Box<Scalar> own;
+        own.add(body.positions().col(c[0]), body.positions().col(c[1]), body.positions().col(c[2]));
+        if (own.overlaps(box)) starts_.push_back(body.tissue().topology().border_face(triangle).tetrahedron);
+      });
+      box = {};
     }
     double const mean = static_cast<double>(edge), share = static_cast<double>(options_.snap), least = static_cast<double>(options_.least_snap) * mean;
     cut_.sweep(body, swept, starts_,

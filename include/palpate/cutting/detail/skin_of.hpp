@@ -62,7 +62,8 @@ class SkinOf {
         auto const c = tissue().surface().corners(t);
         auto const x = positions();
         auto const found = closest_point_on_triangle<Scalar>(point, x.col(c[0]), x.col(c[1]), x.col(c[2]));
-        if (Scalar const far = std::sqrt(found.squared_distance); !nearest.found() || far < nearest.distance)
+        Scalar const far = std::sqrt(found.squared_distance);
+        if (far < nearest.distance || (far == nearest.distance && t < nearest.triangle))   // in whatever order they come
           nearest = {.triangle = t, .barycentric = found.barycentric, .point = found.point, .distance = far};
       });
       if (nearest.distance <= reach || reach > 2 * distance + 2 * body_.home_diagonal()) return nearest;

@@ -32,8 +32,8 @@ struct VolumeCutReport : CutReport {
   int too_thin = 0;             ///< of those, because a tetrahedron would have become too low
   int joined = 0;               ///< slices of a few tetrahedra, thinner than the snap, that stayed at their lip
   int closed_faces = 0;         ///< cut, and not open: no vertex of them has split
-  bool unresolved = false;      ///< no face was cut on more than a mean edge of way, with and never as much of the blade was in the tissue: it is shorter than
-                                ///< the mesh resolves, unless all was cut there already
+  bool unresolved = false;      ///< it went on for more than a mean edge with less than that of the blade in the tissue, and cut no face: the blade is shorter
+                                ///< than the mesh resolves, unless all was cut there already
 };
 
 namespace detail {
@@ -347,7 +347,7 @@ class SolidCut {
     return (v == at.low ? at.s : 1 - at.s) * std::abs(at.normal.dot(rest(body, at.high) - rest(body, at.low)));
   }
 
-  /// What the lowest height of a tetrahedron would be with a new vertex on the edge.
+  /// What the lowest height of a tetrahedron would be with a new vertex on the edge; infinite where no tetrahedron holds the edge.
   template <class Body>
   static double lowest_height(Body const& body, Crossing const& at) {
     auto const& solid = body.tissue().topology();
@@ -573,16 +573,16 @@ class SolidCut {
           }
         });
   }
-  /// Divides an edge in its middle. Returns whether its tetrahedra are not too low.
+  /// Divides an edge in its middle, where there is one and its tetrahedra do not become too low. Returns whether it has.
   template <class Body>
   bool divide_middle(Body& body, int v, int w) {
     if (w < 0) return false;
     Crossing const middle{0, std::min(v, w), std::max(v, w), 0.5, on_at(v).normal};
-    if (lowest_height(body, middle) < snap_.height) return false;
+    if (double const height = lowest_height(body, middle); !(height >= snap_.height && std::isfinite(height))) return false;
     mark(body, divide(body, middle, {(rest(body, v) + rest(body, w)) / 2, middle.normal}));
     return true;
   }
-  /// Divides the edges for which vertices wait, as long as their tetrahedra are not too low.
+  /// Divides the edges for which vertices wait, again and again; what has split meanwhile may have parted such an edge.
   template <class Body>
   void open_and_divide_held(Body& body) {
     for (bool has_divided = true; std::exchange(has_divided, false);) {

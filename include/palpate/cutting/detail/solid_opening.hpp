@@ -148,12 +148,13 @@ class SolidOpening {
     auto const& solid = body.tissue().topology();
     ring_.clear(), parts_.clear();
     solid.for_each_round(a, b, [&](int t) { ring_.push_back(t); });
-    auto const is_joined = [&](int t, int u) { return solid.neighbour(t, face_to(solid, t, u)) == u && !opens(body, t, face_to(solid, t, u)); };
     for (std::size_t n = 0; n < ring_.size(); ++n) {
-      if (n > 0 && face_to(solid, ring_[n - 1], ring_[n]) < 0) return false;   // two fans
-      if (n == 0 || !is_joined(ring_[n - 1], ring_[n])) parts_.emplace_back(copy_of(a, ring_[n]), copy_of(b, ring_[n]));
+      int const face = n > 0 ? face_to(solid, ring_[n - 1], ring_[n]) : -1;
+      if (n > 0 && face < 0) return false;   // two fans
+      if (n == 0 || opens(body, ring_[n - 1], face)) parts_.emplace_back(copy_of(a, ring_[n]), copy_of(b, ring_[n]));
     }
-    if (parts_.size() > 1 && face_to(solid, ring_.back(), ring_.front()) >= 0 && is_joined(ring_.back(), ring_.front())) parts_.pop_back();
+    if (parts_.size() < 2) return false;
+    if (int const face = face_to(solid, ring_.back(), ring_.front()); face >= 0 && !opens(body, ring_.back(), face)) parts_.pop_back();   // it closes
     std::sort(parts_.begin(), parts_.end());
     return std::adjacent_find(parts_.begin(), parts_.end()) != parts_.end();
   }
