@@ -179,17 +179,23 @@ demo() {
 run_tests() {
   provide "$test_needs"
 
-  step "gcc, warnings are errors: all headers, tests, examples, benchmarks"
+  step "gcc, warnings are errors: what hosts see, tests for them"
   configure ci -D CMAKE_CXX_COMPILER=g++
   cmake --build --preset ci --parallel "$jobs"
   step "gcc: run the tests"
   with_display ctest --preset ci --parallel "$jobs"
 
+  step "clang 16, warnings are errors: all headers, tests, examples, benchmarks"
+  configure plain -D CMAKE_CXX_COMPILER=clang++-16
+  cmake --build --preset plain --parallel "$jobs"
+  step "clang 16: run the tests"
+  with_display ctest --preset plain --parallel "$jobs"
+
   name_functions_in_reports
   step "clang 16, warnings are errors, address and undefined-behaviour sanitizers"
   configure asan -D CMAKE_CXX_COMPILER=clang++-16
   cmake --build --preset asan --parallel "$jobs"
-  step "clang 16: run the tests"
+  step "clang 16, sanitizers: run the tests"
   with_display ctest --preset asan --parallel "$jobs"
 
   step "clang 16, thread sanitizer: what has threads"
@@ -238,10 +244,10 @@ run_long_tests() {
   : >build/long/summary
   failed=0
 
-  step "gcc: every test, and what runs for long"
-  configure ci -D CMAKE_CXX_COMPILER=g++ -D PALPATE_TEST_PASS=
+  step "gcc: every test, example and benchmark, and what runs for long"
+  configure ci -D CMAKE_CXX_COMPILER=g++ -D PALPATE_TEST_PASS= -D PALPATE_EXAMPLES= -D PALPATE_BUILD_BENCHMARKS=ON
   cmake --build --preset ci --parallel "$jobs"
-  part "every test in double, gcc" as_often_as_always with_display ctest --preset ci --parallel "$jobs" --tests-regex '^test_'
+  part "every test and example in double, gcc" as_often_as_always with_display ctest --preset ci --parallel "$jobs" --tests-regex '^(test|example)_'
   part "$PALPATE_SOAK_SESSIONS sessions of a hand, $PALPATE_SOAK_TICKS ticks each" build/ci/tests/test_cutting_simulator_device '[soak]'
   part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting_simulator_device 'random strokes across each other*'
   part "$PALPATE_SOLID_STROKES random strokes through solids" build/ci/tests/test_cutting_simulator_device 'whatever is cut*'

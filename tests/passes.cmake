@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
-# `setup.sh test` compiles the tests in two passes: plainly with gcc in double, and with clang in float under the sanitizers. Most of a run is
-# compiling, so what is large belongs to one of them; `setup.sh test --long` runs every file in both.
+# `setup.sh test` compiles the tests in three passes: for a host with gcc, plainly with clang in double, and with clang in float under the sanitizers. Most of
+# a run is compiling, for which gcc takes three times as long where much is compiled together; so what is large belongs to one or two of them.
+# `setup.sh test --long` runs every file with gcc, and under the sanitizers.
 #
-# palpate_select_tests(<variable> <pass>): takes out of the list of folder/file.cpp what the other pass is for. A pass of "" keeps everything.
+# palpate_select_tests(<variable> <pass>): takes out of the list of folder/file.cpp what other passes are for. A pass of "" keeps everything.
+
+# As most hosts are compiled: the packs of numbers, steps and their orders, and the force loops for this processor.
+set(host_tests "^(core|integrator|native)/")
 
 # Only plainly: numbers (orders, closed forms, statistics), which compute for long and touch little memory that others do not.
 set(plain_tests
@@ -19,7 +23,8 @@ set(plain_tests
   "^network/test_(bodies|network_simulation|nodes)[.]"
   "^phantom/test_phantom_simulator[.]"
   "^simulator/test_(body_loop|closed_loop|force_along_strokes|many_hands|pacer|proxy_force|tick_statistics|trocar_option)[.]"
-  "^tissue/test_(mass_scaling|maximum_elongation|solid_solver|solid_yardsticks|spring_law|supported)[.]"
+  "^tissue/test_(corotated_tensor_mass|cubes|element|long_elements|mass_scaling|maximum_elongation|models_touched|nodal_pressure|solid_solver)[.]"
+  "^tissue/test_(solid_yardsticks|spring_law|stiffness_rows|supported|two_layers|vertex_rings|viscoelastic|young_springs)[.]"
   "^tool/test_(hands_at_rest|random_poses|rod_contact|tool_shape|trocar)[.]"
   "^training/test_(alignment|comparison|guidance|replay|smoothness)[.]"
   "^vtk/test_(plot|series)[.]")
@@ -27,7 +32,7 @@ set(plain_tests
 # Only under the sanitizers, as far as they are not among those above: what changes meshes and searches in them.
 set(sanitized_tests "^(collision|collision_fcl|cutting|mesh|scene|tool|volume)/" "^network/test_(protocol|sockets)[.]")
 
-# Of those under the sanitizers, the ones that compute so much that they are compiled with -O1.
+# The ones that compute so much that they are optimised in the other two passes, as all are that are only compiled plainly.
 set(optimised_tests
   "^body/test_(allocation|execution|surface_changes|touch|zone)[.]"
   "^(collision|collision_fcl|cutting|material|scene|tool|volume)/"
@@ -37,8 +42,8 @@ set(optimised_tests
   "^mesh/test_(generators|tetrahedral_edits)[.]"
   "^network/test_sockets[.]"
   "^simulator/test_(many_tools|realtime)[.]"
-  "^tissue/test_(corotated_tensor_mass|cubes|element|element_tissue|finite_elements|long_elements|nodal_pressure|stiffness_rows|tensor_mass)[.]"
-  "^tissue/test_(models_touched|two_layers|vertex_rings|viscoelastic|young_springs)[.]")
+  "^tissue/test_(element_tissue|finite_elements|tensor_mass)[.]"
+  ${plain_tests})
 
 function(palpate_select_tests variable pass)
   set(plain ${${variable}})
@@ -53,14 +58,18 @@ function(palpate_select_tests variable pass)
   foreach(pattern IN LISTS sanitized_tests)
     list(FILTER both EXCLUDE REGEX "${pattern}")
   endforeach()
-  if(pass STREQUAL "plain")
+  if(pass STREQUAL "host")
     set(selected ${plain} ${both})
+    list(FILTER selected INCLUDE REGEX "${host_tests}")
+  elseif(pass STREQUAL "plain")
+    set(selected ${plain} ${both})
+    list(FILTER selected EXCLUDE REGEX "${host_tests}")
   elseif(pass STREQUAL "sanitized")
     set(selected ${rest})
   elseif(pass STREQUAL "")
     set(selected ${plain} ${rest})
   else()
-    message(FATAL_ERROR "PALPATE_TEST_PASS is '${pass}'; it is plain, sanitized or empty, which is both")
+    message(FATAL_ERROR "PALPATE_TEST_PASS is '${pass}'; it is host, plain, sanitized or empty, which is all")
   endif()
   list(SORT selected)
   set(${variable} ${selected} PARENT_SCOPE)

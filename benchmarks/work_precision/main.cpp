@@ -26,11 +26,11 @@ int main(int count, char** arguments) {
   }
   try {
     std::vector<Scene> scenes = quick ? quick_scenes() : all_scenes();
-    std::string known;
-    for (Scene const& scene : scenes) known += (known.empty() ? "" : ", ") + scene.name;
+    std::string names;
+    for (Scene const& scene : scenes) names += (names.empty() ? "" : ", ") + scene.name;
     for (auto word = words.begin() + 1; word != words.end(); ++word)
       if (std::none_of(scenes.begin(), scenes.end(), [&](Scene const& scene) { return scene.name == *word; })) {
-        std::fprintf(stderr, "work_precision: there is no scene \"%s\"%s; there are %s\n", word->c_str(), quick ? " with --quick" : "", known.c_str());
+        std::fprintf(stderr, "work_precision: there is no scene \"%s\"%s; there are %s\n", word->c_str(), quick ? " with --quick" : "", names.c_str());
         return 2;
       }
     std::filesystem::path const folder = words[0];

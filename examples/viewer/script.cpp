@@ -90,23 +90,23 @@ std::vector<Step> read_script(std::filesystem::path const& file) {
     std::istringstream words(line.substr(0, line.find('#')));
     Step step;
     if (!(words >> step.verb)) continue;
-    bool good = false;
+    bool is_whole = false;
     if (step.verb == "move") {
-      good = static_cast<bool>(words >> step.x >> step.y);
+      is_whole = static_cast<bool>(words >> step.x >> step.y);
       if (!(words >> step.seconds)) words.clear(), step.seconds = 0.0;
     } else if (step.verb == "wait") {
-      good = static_cast<bool>(words >> step.seconds);
+      is_whole = static_cast<bool>(words >> step.seconds);
     } else if (step.verb == "wheel") {
-      good = static_cast<bool>(words >> step.x);
+      is_whole = static_cast<bool>(words >> step.x);
     } else if (step.verb == "key" || step.verb == "shot") {
-      good = static_cast<bool>(words >> step.name);
+      is_whole = static_cast<bool>(words >> step.name);
     } else if (step.verb == "left" || step.verb == "right") {
-      good = words >> step.name && (step.name == "down" || step.name == "up");
+      is_whole = words >> step.name && (step.name == "down" || step.name == "up");
     } else if (step.verb == "click") {
-      good = words >> step.name && std::find(std::begin(button_names), std::end(button_names), step.name) != std::end(button_names);
+      is_whole = words >> step.name && std::find(std::begin(button_names), std::end(button_names), step.name) != std::end(button_names);
     }
     std::string rest;
-    if (!good || words >> rest || !(step.seconds >= 0.0 && step.seconds <= 600.0))
+    if (!is_whole || words >> rest || !(step.seconds >= 0.0 && step.seconds <= 600.0))
       throw palpate::FileError(palpate::detail::message(file.string(), ": line ", number, " is \"", line,
                                                         "\"; give move X Y [SECONDS], left or right down or up, wheel N, key NAME, "
                                                         "click record, replay, undo or reset, "

@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: MIT
+# What programs are compiled with that compute much, where the build type optimises nothing (the presets plain and asan). Half of what -O1 takes with clang is
+# choosing instructions and registers well and carrying lines along, for code that is run once.
+set(palpate_optimised -O1)
+if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  list(APPEND palpate_optimised -g0 "SHELL:-mllvm -fast-isel=true" "SHELL:-mllvm -regalloc=fast")
+endif()
