@@ -537,7 +537,7 @@ TEST_CASE("a stroke goes on after a restore as it did before, where the cutter i
 TEST_CASE("a restore in mid-stroke changes nothing where blades go along the faces of a solid, one through what others have left", "[volume_cutter]") {
   // Seeds that took, of some 9,000 ticks, what a new search tree visits beside the blade for a place to begin at; and for which an edge was to be divided that
   // splits had parted.
-  for (std::uint64_t const seed : {189, 612}) {
+  for (std::uint64_t const seed : {189u, 612u}) {
     auto body = solid_body<Elements>(solid_of(5 * seed));
     Random random(Seed{seed});
     auto const direction = [&] {
