@@ -12,7 +12,7 @@ set(host_tests "^(core|integrator|native)/")
 set(plain_tests
   "^body/test_(aliasing|archetypes|damping|gravity|reference|reference_scene|stability_limits|stable_step|truncation)[.]"
   "^core/test_(similarity|triple_buffer|units)[.]"
-  "^cutting/test_(blade_edge|counts|material_path|separating_counts|volume_cutter_force)[.]"
+  "^cutting/test_(blade_edge|counts|material_path|separating_counts|volume_cutter_follows|volume_cutter_force|volume_cutter_scenes)[.]"
   "^device/test_(concept|lifecycle|limit|trajectory_shapes)[.]"
   "^fitting/test_(fit|fit_network|fit_stiffness|least_squares)[.]"
   "^force/test_(band_limited_noise|blade|concept|contact_laws|curve|curve_report|cutting_force|indentation_spring|liver|needle_force)[.]"
