@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # `setup.sh test` compiles the tests in three passes: for a host with gcc, plainly with clang in double, and with clang in float under the sanitizers. Most of
-# a run is compiling, for which gcc takes three times as long where much is compiled together; so what is large belongs to one or two of them.
+# a run is compiling, for which gcc takes up to three times as long where much is compiled together; so what is large belongs to one or two of them.
 # `setup.sh test --long` runs every file with gcc, and under the sanitizers.
 #
 # palpate_select_tests(<variable> <pass>): takes out of the list of folder/file.cpp what other passes are for. A pass of "" keeps everything.
