@@ -39,17 +39,33 @@ set(plain_tests
 # Only under the sanitizers, as far as they are not among those above: what changes meshes and searches in them.
 set(sanitized_tests "^(collision|collision_fcl|cutting|mesh|scene|tool|volume)/" "^network/test_(protocol|sockets)[.]")
 
-# The ones that compute so much that they are optimised in the other two passes, as all are that are only compiled plainly.
+# The ones that compute so much that they are optimised in the other two passes, as are all that are only compiled plainly, but the brief ones.
 set(optimised_tests
-  "^body/test_(surface_changes|touch)[.]"
+  "^body/test_(implicit_body|step|surface_changes|touch)[.]"
   "^(collision|collision_fcl|cutting|scene|tool|volume)/"
   "^device/test_(scripted_device|simulated_hand)[.]"
-  "^haptics/test_facet_planes[.]"
+  "^haptics/test_(facet_planes|implicit_contact)[.]"
   "^json/test_network_file[.]"
   "^mesh/test_(generators|tetrahedral_edits)[.]"
   "^network/test_sockets[.]"
   "^simulator/test_(many_tools|realtime)[.]"
   ${plain_tests})
+
+# Of those, the ones that take less than 5 s without: less than what optimising them does.
+set(brief_tests
+  "^body/test_(aliasing|archetypes)[.]"
+  "^contact/test_free_motion[.]"
+  "^cutting/test_(archetypes|rest_area)[.]"
+  "^device/test_(concept|lifecycle|limit|trajectory_shapes)[.]"
+  "^extend/test_(device|force|integrator|law|material|tissue)[.]"
+  "^fitting/test_(fit|least_squares)[.]"
+  "^force/test_(band_limited_noise|blade|concept|contact_laws|curve|indentation_spring|liver|noise|organ_force|tissue_reaction|trainer)[.]"
+  "^haptics/test_(handover_jumps|patch_update|press_then_cut|velocity_estimate|virtual_coupling|workspace_mapping)[.]"
+  "^integrator/test_(implicit|motion_forecast|order)[.]" "^material/"
+  "^simulator/test_(pacer|tick_statistics)[.]"
+  "^tissue/test_(element|spring_law|stiffness_rows)[.]"
+  "^tool/test_(tool_shape|trocar)[.]"
+  "^vtk/test_series[.]")
 
 # palpate_matching(<out> <list> <patterns>): what of the list matches one of the patterns.
 function(palpate_matching out list patterns)
