@@ -223,19 +223,13 @@ class SolidCut {
     for (int const t : starts) consider(t);
     for (std::size_t k = 0; k < queue_.size(); ++k)
       for (int face = 0; face < 4; ++face) consider(solid.neighbour(queue_[k], face));
-    std::size_t places = 64;
-    while (places < 12 * queue_.size()) places *= 2;
-    met_.assign(places, 0);
+    met_.clear();
     for (int const t : queue_) {
       Corners const c = solid.corners(t);
       for (std::size_t i = 0; i < 4; ++i)
         for (std::size_t j = i + 1; j < 4; ++j) {
           auto const [low, high] = std::minmax(c[i], c[j]);
-          std::uint64_t const key = (static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high)) + 1;
-          std::size_t place = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15u) >> 20) & (places - 1);
-          while (met_[place] != 0 && met_[place] != key) place = (place + 1) & (places - 1);
-          if (met_[place] == key) continue;
-          met_[place] = key;
+          if (std::exchange(met_[static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high)], true)) continue;
           edges_.emplace_back(low, high);
         }
     }
@@ -621,7 +615,7 @@ class SolidCut {
   std::vector<int> neighbours_, again_, queue_, slice_;
   std::vector<std::pair<int, int>> edges_;
   std::vector<Crossing> crossings_;   // a heap: the earliest first
-  std::vector<std::uint64_t> met_;    // edges that were gathered, by their hash
+  SparseTable<bool, std::uint64_t> met_;   // edges that were gathered, by both their ends
   SparseTable<bool> seen_;            // the tetrahedra that a look has come to
   SolidOpening opening_;
   std::vector<std::pair<int, int>> held_;   // edges that it waits for

@@ -176,10 +176,12 @@ class TracedBlade {
   template <class Body>
   void add_in_air(Body& body, Vector const& p, Vector const& q, double first, double begin, double end) {
     double const edge = static_cast<double>(body.mean_edge()), length = (q - p).norm();
+    int likely = hits_.empty() ? -1 : hits_.front().triangle;
     for (double u = begin;;) {
       Vector const x = p + u * (q - p);
-      auto const foot = body.nearest_point(x.template cast<Scalar>());
+      auto const foot = body.nearest_point(x.template cast<Scalar>(), likely);
       if (!foot.found()) return;
+      likely = foot.triangle;
       if (u == 0 || u == 1 || (u > begin && u < end)) {
         int const t = body.tissue().topology().border_face(foot.triangle).tetrahedron;
         Weights const w = weights(corners(body, t), x);
