@@ -60,10 +60,11 @@ concept HasSemidefiniteStiffness = Element<E, Scalar> && requires(E const& eleme
   { element.semidefinite_stiffness(x) } -> std::convertible_to<NodeMatrix<Scalar, E::nodes>>;
 };
 
-/// Refinement: has a shorter way to stiffness(rest), where the particles rest; it has to be equal to that.
+/// Refinement: has a shorter way to the norms of the 3 × 3 blocks of stiffness(rest), where the particles rest: they may be less than `norm_bound` of those, not than
+/// their largest singular values.
 template <class E, class Scalar>
-concept HasStiffnessAtRest = Element<E, Scalar> && requires(E const& element, NodeColumns<Scalar, E::nodes> const& rest) {
-  { element.stiffness_at_rest(rest) } -> std::convertible_to<NodeMatrix<Scalar, E::nodes>>;
+concept HasBlockNormsAtRest = Element<E, Scalar> && requires(E const& element, NodeColumns<Scalar, E::nodes> const& rest) {
+  { element.block_norms_at_rest(rest) } -> std::convertible_to<Matrix<Scalar, E::nodes, E::nodes>>;
 };
 
 /// Refinement: damps: `damping(x)` is C in the force −C v, symmetric and positive semidefinite [N·s/m].
@@ -148,12 +149,20 @@ NodeColumns<Scalar, N> damping_product(E const& element, NodeColumns<Scalar, N> 
   }
 }
 
+/// ‖B_kj‖ of a stiffness, which is symmetric.
+template <RealScalar Scalar, int N3>
+Matrix<Scalar, N3 / 3, N3 / 3> block_norms(Matrix<Scalar, N3, N3> const& stiffness) noexcept {
+  Matrix<Scalar, N3 / 3, N3 / 3> norms;
+  for (int k = 0; k < N3 / 3; ++k)
+    for (int j = k; j < N3 / 3; ++j) norms(k, j) = norms(j, k) = norm_bound<Scalar>(stiffness.template block<3, 3>(3 * k, 3 * j));
+  return norms;
+}
 template <class E, RealScalar Scalar, int N>
-NodeMatrix<Scalar, N> stiffness_at_rest(E const& element, NodeColumns<Scalar, N> const& rest) {
-  if constexpr (HasStiffnessAtRest<E, Scalar>)
-    return element.stiffness_at_rest(rest);
+Matrix<Scalar, N, N> block_norms_at_rest(E const& element, NodeColumns<Scalar, N> const& rest) {
+  if constexpr (HasBlockNormsAtRest<E, Scalar>)
+    return element.block_norms_at_rest(rest);
   else
-    return element.stiffness(rest);
+    return block_norms<Scalar, 3 * N>(element.stiffness(rest));
 }
 
 /// Σ_j ‖B_kj‖ of the row of node k.
@@ -170,7 +179,7 @@ Scalar stiffness_bound_at_rest(E const& element, NodeColumns<Scalar, N> const& x
   if constexpr (HasElementBounds<E, Scalar>)
     return element.stiffness_bound();
   else
-    return row_norm<Scalar, 3 * N>(stiffness_at_rest(element, x), k);
+    return block_norms_at_rest(element, x).col(k).sum();
 }
 template <class E, RealScalar Scalar, int N>
 Scalar stiffness_bound(E const& element, NodeColumns<Scalar, N> const& x, int k) {
@@ -195,10 +204,7 @@ void add_bounds_at_rest(E const& element, NodeColumns<Scalar, E::nodes> const& x
   if constexpr (HasElementBounds<E, Scalar>) {
     for (int k = 0; k < E::nodes; ++k) add(k, element.stiffness_bound(), element.damping_bound());
   } else {
-    NodeMatrix<Scalar, E::nodes> const stiffness = stiffness_at_rest(element, x);
-    Matrix<Scalar, E::nodes, E::nodes> size;   // of the blocks; a stiffness is symmetric
-    for (int k = 0; k < E::nodes; ++k)
-      for (int j = k; j < E::nodes; ++j) size(k, j) = size(j, k) = norm_bound<Scalar>(stiffness.template block<3, 3>(3 * k, 3 * j));
+    Matrix<Scalar, E::nodes, E::nodes> const size = block_norms_at_rest(element, x);
     for (int k = 0; k < E::nodes; ++k) add(k, size.col(k).sum(), damping_bound_at_rest<E, Scalar, E::nodes>(element, x, k));
   }
 }

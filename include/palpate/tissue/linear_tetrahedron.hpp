@@ -62,25 +62,27 @@ class LinearTetrahedron {
     auto const tangent = tangent_at(x);
     return matrix([&](Tensor3<Scalar> const& dF) { return tangent.stress_change(dF); });
   }
-  /// stiffness(rest). Where F is a multiple of the identity it is found at once: there an isotropic law's stress changes by a tr(dF) 1 + b dF + c dFᵀ.
-  NodeMatrix<Scalar, 4> stiffness_at_rest(Columns const& rest) const noexcept
+  /// Of the 3 × 3 blocks of stiffness(rest). Where F is a multiple of the identity an isotropic law's stress changes by a tr(dF) 1 + b dF + c dFᵀ, and with g and h
+  /// the gradients of two nodes their block is V (a g hᵀ + c h gᵀ + b (g · h) 1). In the plane of both that is 2 × 2, and its norm is found at once.
+  Matrix<Scalar, 4, 4> block_norms_at_rest(Columns const& rest) const noexcept
     requires IsIsotropicLaw<Law>
   {
     Tensor3<Scalar> const F = deformation_gradient(rest);
     Scalar const off = std::max({std::abs(F.xy), std::abs(F.xz), std::abs(F.yx), std::abs(F.yz), std::abs(F.zx), std::abs(F.zy), std::abs(F.yy - F.xx), std::abs(F.zz - F.xx)});
-    if (!(off * off <= std::numeric_limits<Scalar>::epsilon() * F.xx * F.xx)) return stiffness(rest);
+    if (!(off * off <= std::numeric_limits<Scalar>::epsilon() * F.xx * F.xx)) return detail::block_norms<Scalar, 12>(stiffness(rest));
     Tensor3<Scalar> const dP = law_.stress_change(F, {1, 1, 0, 0, 0, 0, 0, 0, 0});
     Scalar const a = volume_ * dP.yy, b = volume_ * dP.xy, c = volume_ * dP.yx;
     Columns const all = columns(gradients_);   // ∇N of all four
-    NodeMatrix<Scalar, 4> stiffness;
+    Matrix<Scalar, 4, 4> const dots = all.transpose().lazyProduct(all);
+    Matrix<Scalar, 4, 4> norms;
     for (int i = 0; i < 4; ++i)
       for (int j = i; j < 4; ++j) {
-        Matrix<Scalar, 3, 3> const outer = all.col(i) * all.col(j).transpose();
-        Matrix<Scalar, 3, 3> block = a * outer + c * outer.transpose();
-        block.diagonal().array() += b * outer.trace();
-        stiffness.template block<3, 3>(3 * i, 3 * j) = block, stiffness.template block<3, 3>(3 * j, 3 * i) = block.transpose();
+        // [p, a s; c s, q] with s = |g × h|: the sum and the difference of its singular values σ₁ ± σ₂ are the roots of |·|² ± 2 |det|.
+        Scalar const dot = dots(i, j), squared = std::max(Scalar(0), dots(i, i) * dots(j, j) - dot * dot), p = (a + b + c) * dot, q = b * dot;
+        Scalar const sum = p * p + q * q + (a * a + c * c) * squared, twice = 2 * std::abs(p * q - a * c * squared);
+        norms(i, j) = norms(j, i) = (std::sqrt(sum + twice) + std::sqrt(std::max(Scalar(0), sum - twice))) / 2;
       }
-    return stiffness;
+    return norms;
   }
   /// That without the matrix; it has no damping.
   Columns stiffness_product(Columns const& x, Columns const& d) const noexcept {
