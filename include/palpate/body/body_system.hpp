@@ -61,10 +61,10 @@ class BodySystem {
   StridedView<Scalar> previous_acceleration() noexcept { return now(memory_, &State::remembered).view(moving_); }
   bool remembers() const noexcept { return remembers_; }
 
-  StridedView<Scalar> scratch(int k) noexcept {   // sized on demand: most integrators use few
+  StridedView<Scalar> scratch(int k) noexcept {   // sized on demand: most integrators use few; with room for the border, see multiply_tangent()
     auto& columns = scratch_[static_cast<std::size_t>(k)];
-    if (columns.size() != moving_) columns.resize(moving_);
-    return columns.view();
+    if (columns.size() != all_) columns.resize(all_);
+    return columns.view(moving_);
   }
 
   template <class X, class V>
@@ -144,7 +144,7 @@ class BodySystem {
     assembly_.linearise(now(x_, &State::position).padded_view(), inverse_mass_.data());
     if (all_ == moving_) return;
     direction_.resize(all_), product_.resize(all_);
-    direction_.set_zero();   // the border does not move
+    direction_.padded_view().rightCols(all_ - moving_).setZero();   // the border does not move
   }
   /// What is forecast for steps of h seconds is in scratch(), the tangent with it, until the state changes: then the next linearise() has it. Else false.
   bool foresees(Scalar h) const noexcept { return foreseen_h_ > 0 && foreseen_h_ == h; }
@@ -160,7 +160,10 @@ class BodySystem {
     requires HasTangentOperator<Tissue>
   {
     if constexpr (is_padded<D> && is_padded<Out>)
-      if (all_ == moving_) return assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
+      if (all_ == moving_ || (is_scratch(d) && is_scratch(out))) {
+        PaddedView<Scalar>(const_cast<Scalar*>(d.data()), 4, all_).rightCols(all_ - moving_).setZero();
+        return assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
+      }
     if (all_ == moving_) direction_.resize(moving_), product_.resize(moving_);
     if constexpr (int{D::RowsAtCompileTime} == 4)
       direction_.padded_view().leftCols(moving_) = d;
@@ -434,6 +437,11 @@ class BodySystem {
       return 1;
   }
 
+  /// Whether columns are those of a scratch(), which have room for the border behind them.
+  template <class C>
+  bool is_scratch(C const& columns) const noexcept {
+    return std::any_of(scratch_.begin(), scratch_.end(), [&](auto const& one) { return one.size() == all_ && one.padded_view().data() == columns.data(); });
+  }
   template <class Out>
   void hand_out(Out&& out) {
     if constexpr (int{std::remove_cvref_t<Out>::RowsAtCompileTime} == 4)
