@@ -8,7 +8,7 @@
 ///   Scalar energy(x) const                                 J
 ///   NodeColumns<Scalar, nodes> force(x) const              −∇energy [N]
 ///   NodeMatrix<Scalar, nodes> stiffness(x) const           −∂force/∂x, 3·nodes square [N/m]
-/// Optional of an element: HasElementDamping, HasSemidefiniteStiffness, HasElementProducts, HasElementBounds, HasElementMass;
+/// Optional of an element: HasElementDamping, HasSemidefiniteStiffness, HasElementProducts, HasElementBounds, HasBlockNormsAtRest, HasElementMass;
 /// their members are listed in tissue/element.hpp
 ///   ElementTissue tissue(mesh, {.total = 0.1}, make_elements(mesh.points, mesh.tetrahedra, make));   make(rest) returns an element
 /// Battery of an element
