@@ -161,7 +161,7 @@ class BodySystem {
   {
     if constexpr (is_padded<D> && is_padded<Out>)
       if (all_ == moving_ || (is_scratch(d) && is_scratch(out))) {
-        PaddedView<Scalar>(const_cast<Scalar*>(d.data()), 4, all_).rightCols(all_ - moving_).setZero();
+        PaddedView<Scalar>(const_cast<Scalar*>(d.data()), 4, all_).rightCols(all_ - moving_).setZero();   // the border does not move
         return assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
       }
     if (all_ == moving_) direction_.resize(moving_), product_.resize(moving_);
