@@ -30,6 +30,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <map>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -345,7 +346,10 @@ TEMPLATE_TEST_CASE("no triangle of a skin spans a wound, whatever is cut", "[vol
   Mesh const box = refined(border_of(block), 2), round = make_sphere<double>(0.01, 10), organ = make_organ<double>({.vertices = 1500});
   auto const ball = fill(round, {.edge = 0.006}).mesh, liver = fill(organ, {.edge = 0.016}).mesh;
   int parted_most = 0;
-  for (std::uint64_t seed = first; 3 * (seed - first) < strokes; ++seed) {
+  std::vector<std::uint64_t> seeds((strokes + 2) / 3);
+  std::iota(seeds.begin(), seeds.end(), first);
+  if (std::getenv("PALPATE_SEED") == nullptr) seeds.push_back(1213);   // two cuts cross an edge 2e-7 of it apart, where 1e-10 of the area was lost
+  for (std::uint64_t const seed : seeds) {
     Random random(Seed{seed});
     auto const any = [&] { return Vector(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
     auto const kind = seed % 3;

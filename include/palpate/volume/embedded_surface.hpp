@@ -314,7 +314,10 @@ class EmbeddedSurface {
     std::vector<Corners> all;
     auto const add = [&](std::vector<int> const& polygon, auto const& leaf) {
       auto const number = [&](int p) { return point(f, parts, p, leaf(p), x, solid); };
-      parts.triangulate(polygon, [&](int p, int q, int r) { all.push_back({number(p), number(q), number(r)}); });
+      parts.triangulate(polygon, [&](int p, int q, int r) {
+        Corners const corners{number(p), number(q), number(r)};
+        if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) all.push_back(corners);
+      });
     };
     if (open_.contains(f)) {
       for (auto const& part : parts.parts)
@@ -330,12 +333,17 @@ class EmbeddedSurface {
   template <class X, class Hang>
   int point(int f, Parts const& parts, int p, int leaf, X const& x, Hang& solid) {
     int const t = solid_.tetrahedron(leaf);
-    Added const wanted{place(f, parts, p), leaf, of_corners(f, parts.at(p), shadow_)};
+    Added wanted{place(f, parts, p), leaf, of_corners(f, parts.at(p), shadow_)};
+    Point undeformed = of_corners(f, parts.at(p), rest_);
     if (p < 3)
       if (int const own = made_.corners(f)[at(p)]; solid(t, tetrahedron_at(own), wanted.shadow)) return own;
     std::vector<int>& there = copies_[wanted.key];
-    for (int const i : there)
-      if (std::abs(added(i).share - wanted.share) < 2 * same && solid(t, solid_.tetrahedron(added(i).leaf), wanted.shadow)) return i;
+    for (int const i : there) {
+      if (!(std::abs(added(i).share - wanted.share) < 2 * same)) continue;
+      if (solid(t, solid_.tetrahedron(added(i).leaf), wanted.shadow)) return i;
+      if (double const share = added(i).share; share != wanted.share)   // another lip of the same place of an edge: nothing is lost between them
+        wanted.share = share, undeformed = (1 - share) * rest(detail::key_first(wanted.key)) + share * rest(detail::key_second(wanted.key));
+    }
     int i = points_.size();
     if (free_.empty())
       points_.push_back(Vector::Zero()), normals_.push_back(Vector::Zero()), carriers_.emplace_back(), added_.emplace_back();
@@ -343,7 +351,7 @@ class EmbeddedSurface {
       i = free_.back(), free_.pop_back();
     there.push_back(i);
     added_[at(i - made_.vertex_count())] = wanted;
-    carriers_[at(i)] = carrier_of(t, of_corners(f, parts.at(p), rest_), solid);
+    carriers_[at(i)] = carrier_of(t, undeformed, solid);
     points_[i] = carried(carriers_[at(i)], x);
     return i;
   }
