@@ -232,23 +232,11 @@ class BodyShape {
       mix_velocity(copy, p, -gained / tissue_.mass(p));
   }
 
-  /// Evens out the masses around all that was edited since the last call, where the tissue can: a cutter asks for it once a tick.
-  /// Momentum is kept, and the kinetic energy does not rise.
+  /// Evens out the masses around all that was edited since the last call, where the tissue can: a cutter asks for it once a tick. Those of elastic solids stay
+  /// as they are lumped where the integrator stands steps of any size. Momentum is kept, and the kinetic energy does not rise.
   void even_masses() {
-    if constexpr (RedistributesMass<Tissue>) {
-      auto const moved = [&](int from, int to, Scalar share) { mix_velocity(from, to, share); };
-      last_look_.resize(static_cast<std::size_t>(size()));
-      ++look_;
-      auto const look_at = [&](int p) {   // once: one that gives mass later keeps what it needs, by the receiver's measure
-        if (std::exchange(last_look_[static_cast<std::size_t>(p)], look_) != look_) tissue_.even_mass(p, moved);
-      };
-      for (std::size_t k = std::min(evened_, disturbed_.size()); k < disturbed_.size(); ++k) {
-        int const p = disturbed_[k];
-        if (p >= size()) continue;   // gone again
-        look_at(p);
-        tissue_.for_each_neighbour(p, look_at);
-      }
-    }
+    if constexpr (EvensMass<Tissue>)
+      if (RedistributesMass<Tissue> || !any_step_is_stable_) look_at_masses();
     evened_ = disturbed_.size();
   }
 
@@ -512,6 +500,7 @@ class BodyShape {
   TemporaryId last_temporary_ = 0;
   std::size_t cut_epoch_ = 0;   // how often a cut has come to stand on a particle
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
+  bool any_step_is_stable_ = false;   // whatever its integrator
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
   HugePageVector<unsigned> last_look_;   // which of its calls looked at each particle last
   unsigned look_ = 0;
@@ -549,6 +538,20 @@ class BodyShape {
     for (auto found = temporaries_.begin(); (found = std::find_if(temporaries_.begin(), temporaries_.end(), condition)) != temporaries_.end();)
       particle = make_permanent(found->id);
     return particle;
+  }
+  void look_at_masses() {
+    auto const moved = [&](int from, int to, Scalar share) { mix_velocity(from, to, share); };
+    last_look_.resize(static_cast<std::size_t>(size()));
+    ++look_;
+    auto const look_at = [&](int p) {   // once: one that gives mass later keeps what it needs, by the receiver's measure
+      if (std::exchange(last_look_[static_cast<std::size_t>(p)], look_) != look_) tissue_.even_mass(p, moved);
+    };
+    for (std::size_t k = std::min(evened_, disturbed_.size()); k < disturbed_.size(); ++k) {
+      int const p = disturbed_[k];
+      if (p >= size()) continue;   // gone again
+      look_at(p);
+      tissue_.for_each_neighbour(p, look_at);
+    }
   }
 
   /// Particle `to` has got this share of its mass from `from`: an inelastic impact.

@@ -81,7 +81,9 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
   /// With pre-tension in the tissue the body is settled first: it starts in equilibrium.
   /// Without an integrator and a region: LeapfrogVerlet{}, of elastic solids BackwardEuler{}, and WholeBody{}.
   explicit SoftBody(Tissue matter, IntegratorType integrator = {}, RegionType region = {}, ExecutionType execution = {})
-      : Motion(std::move(matter), std::move(region), std::move(execution)), integrator_(std::move(integrator)) {}
+      : Motion(std::move(matter), std::move(region), std::move(execution)), integrator_(std::move(integrator)) {
+    this->any_step_is_stable_ = any_step_is_stable;
+  }
 
   /// Forces of a step are those of the time force_time · h after its begin.
   static constexpr double force_time = [] {

@@ -33,7 +33,7 @@
 /// Optional, their members in tissue/concept.hpp: HasPotentialEnergy, HasStiffnessRowBoundsAt, HasStiffnessProduct, HasStiffnessBlocks,
 /// HasTangentOperator (implicit integrators), HasAssemblyEnergy, HasFastTangent, DampsByTangent, HasForcesOfSome, HasHistory, HasLowestDeterminant,
 /// HasDefaultIntegrator, HasHomeSprings, HasLinks, HasPrestrain, ReservesMemory, HasFusedForces, FollowsEdits; CuttableTissue, TellsWounds,
-/// CuttableSolid, RemovableSolid, SeparableTissue, RedistributesMass, DivisibleTissue
+/// CuttableSolid, RemovableSolid, SeparableTissue, EvensMass, RedistributesMass, DivisibleTissue
 /// Battery
 ///   testing::to_text(testing::check_tissue(tissue)) == ""
 

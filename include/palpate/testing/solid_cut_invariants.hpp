@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/collision/closest_point.hpp>
 #include <palpate/core/random.hpp>
 #include <palpate/mesh/components.hpp>
@@ -60,8 +61,8 @@ struct SolidTaken {
 /// Border     an edge has two triangles, if it had before; the area of the skin is what it was; wounds face each other: the sum of their areas as vectors is what
 ///            it was.
 /// Pieces     tetrahedra that hang together at all do so over faces: nothing dangles on a vertex that a cut has made.
-/// Particles  Σ m and Σ m X are as they were; each mass is positive, and of elements what its tetrahedra weigh; one of no tetrahedron weighs nothing and
-///            is nailed.
+/// Particles  Σ m and Σ m X are as they were; each mass is positive, and of elements what its tetrahedra weigh, but where an explicit integrator has masses evened
+///            out; one of no tetrahedron weighs nothing and is nailed.
 /// Tissue     neighbours are those of a search of all; row bounds those of a sum over all.
 /// Elements   where there are any, they are the tetrahedra, with their volume.
 /// Springs    the same: links are the edges of the tetrahedra, one each; rest lengths are those of the undeformed shape; Σ weight · k L² (the energy of a
@@ -335,7 +336,7 @@ class SolidCutInvariants {
       auto const listed = tissue.elements_at(i);
       if (sorted({listed.begin(), listed.end()}) != here[k]) report(found, "the list of elements at particle ", i, " is not that of the mesh");
       double const mass = static_cast<double>(tissue.mass(i));
-      if (!(std::abs(mass - weighs[k]) <= 1e3 * exact * weighs[k])) report(found, "particle ", i, " weighs ", mass, " kg, its tetrahedra ", weighs[k]);
+      if (AnyStepIsStable<Body> && !(std::abs(mass - weighs[k]) <= 1e3 * exact * weighs[k])) report(found, "particle ", i, " weighs ", mass, " kg, its tetrahedra ", weighs[k]);
       if (!has_wide_stencil(tissue)) check_bound(body, i, bounds[k], found);
     }
   }

@@ -341,11 +341,13 @@ concept CuttableSolid = TissueModel<T> && TellsWounds<T> && requires(T& tissue, 
 template <class T>
 concept RemovableSolid = CuttableSolid<T> && requires(T& tissue, int i) { tissue.remove_tetrahedron(i).last; };
 
-/// Refinement: evens out the masses around a particle that a cut has left too light, and says where there is too little to divide an edge or a
-/// triangle; see MassSpring::even_mass and has_mass_to_divide.
+/// Refinement: evens out the masses around a particle that a cut has left too light; see MassSpring::even_mass.
 template <class T>
-concept RedistributesMass = CuttableTissue<T> && requires(T& tissue, T const& seen, int i, typename T::Scalar s, Vector3<typename T::Scalar> const& barycentric) {
-  tissue.even_mass(i, [](int, int, typename T::Scalar) {});
+concept EvensMass = TissueModel<T> && requires(T& tissue, int i) { tissue.even_mass(i, [](int, int, typename T::Scalar) {}); };
+
+/// Refinement: says besides where there is too little to divide an edge or a triangle; see MassSpring::has_mass_to_divide.
+template <class T>
+concept RedistributesMass = CuttableTissue<T> && EvensMass<T> && requires(T const& seen, int i, typename T::Scalar s, Vector3<typename T::Scalar> const& barycentric) {
   { seen.has_mass_to_divide(i, i, s) } -> std::same_as<bool>;
   { seen.has_mass_to_divide(i, barycentric) } -> std::same_as<bool>;
 };

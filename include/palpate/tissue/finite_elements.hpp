@@ -11,6 +11,7 @@
 #include <palpate/tissue/edit_log.hpp>
 #include <palpate/tissue/element_tissue.hpp>
 #include <palpate/tissue/linear_tetrahedron.hpp>
+#include <palpate/tissue/mass_exchange.hpp>
 #include <palpate/tissue/pressure_stars.hpp>
 #include <palpate/tissue/solid_assembly.hpp>
 
@@ -99,6 +100,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     if constexpr (remembers) history_.resize(group_.size());
     solid_ = CutSolid(this->size(), mesh.tetrahedra);
     this->drop_surface();
+    for (int i = 0; i < this->size(); ++i) exchange_.add_particle();
     find_stars();
   }
 
@@ -118,6 +120,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   void set_mass(int i, Scalar mass) {
     Base::set_mass(i, mass);
     is_reweighed_ = true;
+    if (!is_edited_) fastest_ = 0;
     log_.forget_all();
   }
   /// These tetrahedra are of another material from now on, and weigh what it does. With nodal pressure they share it with each other, not with the rest.
@@ -145,6 +148,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
       }
     made.keep(pieces);
     made.solid_ = solid_.part(pieces);
+    made.exchange_ = exchange_.part(pieces.particles, pieces.now());
     made.find_stars();
     if (!stars_.empty())   // those at rest, whatever is remembered by now
       for (std::size_t k = 0; k < particles.size(); ++k) made.bound_at_rest_[k] = bound_at_rest_[at(particles[k])];
@@ -176,6 +180,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     Scalar const mass = is_reweighed_ ? quarter * std::min(this->mass(a) / lumped_mass(a), this->mass(b) / lumped_mass(b)) : quarter;
     this->add_particle((1 - s) * this->rest_position(a) + s * this->rest_position(b), Scalar(0), this->nailed(a) && this->nailed(b));
     int const n = edit.vertex;
+    exchange_.add_particle(), exchange_.set_parents(std::array{a, b}, std::array{1 - s, s});
     this->move_mass(a, n, (1 - s) * mass), this->move_mass(b, n, s * mass);
     for (int t = edit.first_tetrahedron; t < edit.end_tetrahedron; ++t) {
       int const whole = solid_.whole_of(t, b);
@@ -205,6 +210,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     Scalar share = 0;
     for (int const t : some) share += list().elements[at(t)].mass() / 4;
     this->add_particle(this->rest_position(p), Scalar(0), this->nailed(p));
+    exchange_.add_particle(), exchange_.set_copy_of(p);
     this->move_mass(p, edit.vertex, share / all * this->mass(p));
     for (int const t : topology().tetrahedra_at(edit.vertex)) this->template rename_node<Element>(t, p, edit.vertex), log_.add(t);
     auto const left = topology().tetrahedra_at(p);
@@ -226,6 +232,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   TetrahedronRemoval remove_tetrahedron(int tetrahedron) {
     detail::check_index("tetrahedron", tetrahedron, tetrahedra());
     if (tetrahedra() == 1) throw InvalidArgument("remove_tetrahedron: it is the only one; a solid has at least one tetrahedron");
+    begin_edit();
     auto const corners = list().nodes[at(tetrahedron)];
     std::array<Scalar, 4> before;
     for (int k = 0; k < 4; ++k) before[at(k)] = lumped_mass(corners[at(k)]);
@@ -254,12 +261,26 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
       find_stars();
   }
 
+  /// Lets a particle that a cut has left with little mass for how stiff it is held have some of those it lies between, and of its copies; see MassSpring::even_mass.
+  template <class Moved>
+  void even_mass(int particle, Moved const& moved) {
+    exchange_.relieve(*this, particle, 4 * fastest_, [&](int from, int to, Scalar amount) {
+      this->move_mass(from, to, amount);
+      if (!this->nailed(to)) moved(from, to, amount / this->mass(to));   // a nail stands still
+      is_reweighed_ = true;
+      bool const followed = starred_ == log_.end();
+      log_.add(elements_at(from).front()), log_.add(elements_at(to).front());   // these have other masses, and stars are what they were
+      if (followed) starred_ = log_.end();
+      this->count_edit();
+    });
+  }
+
   /// Memory for a body that cuts have made so large.
   void reserve(int particles, int triangles) {
     int const more = particles - this->size();
     if (more <= 0) return;
     int const elements = tetrahedra() + 6 * more;
-    solid_.reserve(particles, elements, triangles), log_.reserve(20 * at(more)), reserve_and_prefault(group_, at(elements));
+    solid_.reserve(particles, elements, triangles), exchange_.reserve(particles), log_.reserve(2 * at(elements) + 20 * at(more)), reserve_and_prefault(group_, at(elements));
     this->template reserve_edits<Element>(particles, elements);
     if constexpr (remembers) history_.reserve(at(elements));
   }
@@ -551,7 +572,12 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     return Element(rest, old.law(), old.density());
   }
   void begin_edit() noexcept {
-    if (edited_.empty()) log_.trim(2 * at(tetrahedra()));
+    if (!edited_.empty()) return;
+    log_.trim(2 * at(tetrahedra()));
+    is_edited_ = true;
+    if (fastest_ > 0) return;
+    for (int i = 0; i < this->size(); ++i)
+      if (!this->nailed(i)) fastest_ = std::max(fastest_, stiffness_bound(i) / this->mass(i));
   }
 
   template <class Density>
@@ -563,6 +589,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
       for (int const t : some) history_[static_cast<std::size_t>(t)] = {};
     this->template change_elements<Element>(some, [&](auto const& rest, Element const& old) { return element(rest, law, density(old), prestrain_); });
     log_.forget_all();
+    if (!is_edited_) fastest_ = 0;
     find_stars();
   }
   void find_stars() {
@@ -659,6 +686,9 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   bool averages_ = false;
   std::vector<int> group_;   // of each tetrahedron: those of one share a material
   CutSolid solid_;
+  MassExchange<Scalar> exchange_;
+  bool is_edited_ = false;
+  Scalar fastest_ = 0;   // 1/s², the largest stiffness bound over mass before the first edit; 0: not known
   bool is_reweighed_ = false;   // particles may have other masses than their tetrahedra give them
   std::vector<int> edited_;   // particles whose row bounds are to be found anew
   EditLog log_;

@@ -109,14 +109,17 @@ class MassExchange {
     return std::numeric_limits<Scalar>::epsilon() * tissue.mass(i);
   }
 
-  /// Whether a particle still lies where its parents say: a cutter may have moved one of them.
+  /// Whether a particle still lies where its parents say: a cutter may have moved one of them, or taken away all that was round it.
   template <class Tissue>
   bool lies_between_parents(Tissue const& tissue, Origin const& origin, int i) const {
     if (origin.parents[0] < 0) return false;
     Vector3<Scalar> off = tissue.rest_position(i);
     Scalar size = off.norm();
     for (std::size_t k = 0; k < 3; ++k)
-      if (origin.parents[k] >= 0) off -= origin.weights[k] * tissue.rest_position(origin.parents[k]), size += tissue.rest_position(origin.parents[k]).norm();
+      if (int const parent = origin.parents[k]; parent >= 0) {
+        if (!(tissue.mass(parent) > 0)) return false;
+        off -= origin.weights[k] * tissue.rest_position(parent), size += tissue.rest_position(parent).norm();
+      }
     return off.norm() <= 4 * std::numeric_limits<Scalar>::epsilon() * size;
   }
 

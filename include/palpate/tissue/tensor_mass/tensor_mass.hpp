@@ -84,11 +84,20 @@ class TensorMass : public FiniteElements<Scalar, LinearElastic<Scalar>> {
     Base::finish_edits();
     follow_elements();
   }
+  template <class Moved>
+  void even_mass(int particle, Moved const& moved) {
+    bool const followed = seen_ == this->edits().end();
+    Base::even_mass(particle, [&](int from, int to, Scalar share) {
+      row_log_.add(from), row_log_.add(to);
+      moved(from, to, share);
+    });
+    if (followed) seen_ = this->edits().end();   // rows are what they were
+  }
   void reserve(int particles, int triangles) {
     Base::reserve(particles, triangles);
     std::size_t const more = at(std::max(0, particles - this->size()));
     rows_.reserve(at(this->size()) + more, 2 * tensors_ + 60 * more);
-    row_log_.reserve(20 * more), changed_.reserve(100 * more), columns_.reserve(256), values_.reserve(9 * 256);
+    row_log_.reserve(2 * at(this->size()) + 22 * more), changed_.reserve(100 * more), columns_.reserve(256), values_.reserve(9 * 256);
   }
 
   void assemble(std::span<int const> moving, Assembly& assembly) const { assembly.build(*this, moving); }
