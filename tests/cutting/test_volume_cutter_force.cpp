@@ -198,6 +198,15 @@ TEST_CASE("the force on the hand changes in a tick by no more than stiffness tim
     if (tick->phase == (tick - 1)->phase && tick->tip[0] < 0.058) FAIL_CHECK("at " << tick->time << " s, x = " << tick->tip[0] << " m the force jumps");
   CHECK(jumps(result.recording, 0.5).size() <= 3);
   CHECK(result.recording.largest_force() > 1.0);
+  // Of a soft spring with much toughness, which is far behind where it leaves, and of a stiff one: what they cut is paid for.
+  CHECK(result.recording.ticks().back().energy >= 150 * result.area);
+  auto deeper = Trajectory<double>::start({0.012, 0.0113, top + 0.004});
+  deeper.line({0.012, 0.0113, top - 0.0163}, 0.2).line({0.070, 0.0113, top - 0.0163}, 1.4).line({0.070, 0.0113, top + 0.01}, 0.2);
+  for (double const stiffness : {500.0, 4000.0}) {
+    auto const out = cut_along<double>(deeper, {.puncture_depth = 0.002, .toughness = 400, .blade_stiffness = stiffness});
+    CHECK(out.area > 0.7 * 0.048 * 0.0163);
+    CHECK(out.recording.ticks().back().energy >= 400 * out.area);
+  }
 }
 
 TEST_CASE("a tool that crosses an old wound cuts on beyond it, and is not jerked there", "[volume_cutter][cut_force]") {
