@@ -25,7 +25,7 @@ set(plain_tests
   "^force/test_(network_training|noise|organ_force|tissue_reaction|trainer)[.]"
   "^haptics/test_(contact_coupling|coupled_force|filtered_wall|handover_jumps|passivity|passivity_walls|patch_handover|patch_update|plane_handover)[.]"
   "^haptics/test_(plane_set|press_then_cut|solid|spring_then_tissue|surface_proxy|velocity_estimate|virtual_coupling|workspace_mapping)[.]"
-  "^(contact|extend|integrator|material|native|parallel|statics)/"
+  "^(contact|extend|integrator|material|native|parallel|scene|statics)/"
   "^network/test_(bodies|network_simulation|nodes)[.]"
   "^phantom/test_phantom_simulator[.]"
   "^simulator/test_(body_loop|closed_loop|force_along_strokes|many_hands|pacer|proxy_force|tick_statistics|trocar_option)[.]"
@@ -36,13 +36,15 @@ set(plain_tests
   "^training/test_(alignment|comparison|guidance|replay|smoothness)[.]"
   "^vtk/test_(plot|series)[.]")
 
-# Only under the sanitizers, as far as they are not among those above: what changes meshes and searches in them.
-set(sanitized_tests "^(collision|collision_fcl|cutting|mesh|scene|tool|volume)/" "^network/test_(protocol|sockets)[.]")
+# Only under the sanitizers, as far as they are not among those above: what changes meshes and searches in them, and what talks to devices and files.
+set(sanitized_tests
+  "^(collision|collision_fcl|cutting|device|force_dimension|haply|json|mesh|phantom|region|tool|volume|vtk)/"
+  "^network/test_(protocol|sockets)[.]")
 
 # The ones that compute so much that they are optimised in the other two passes, as are all that are only compiled plainly, but the brief ones.
 set(optimised_tests
   "^body/test_(implicit_body|step|surface_changes|touch)[.]"
-  "^(collision|collision_fcl|cutting|scene|tool|volume)/"
+  "^(collision|collision_fcl|cutting|tool|volume)/"
   "^device/test_(scripted_device|simulated_hand)[.]"
   "^haptics/test_(facet_planes|implicit_contact)[.]"
   "^json/test_network_file[.]"
