@@ -14,7 +14,8 @@ set(long_tests "^native/tissue/test_(nodal_pressure|stiffness_rows|viscoelastic)
 # Only plainly: numbers (orders, closed forms, statistics), which compute for long and touch little memory that others do not. What random strokes, edits
 # and whole runs reach is left to the sanitizers.
 set(plain_tests
-  "^body/test_(aliasing|allocation|archetypes|damping|execution|gravity|reference|reference_scene|stability_limits|stable_step|truncation|zone)[.]"
+  "^body/test_(aliasing|allocation|archetypes|damping|execution|gravity|implicit_body|reference|reference_scene|stability_limits|stable_step|step|touch)[.]"
+  "^body/test_(truncation|zone)[.]"
   "^core/test_(similarity|triple_buffer|units)[.]"
   "^cutting/test_(allocation|archetypes|blade_edge|counts|crossings_per_tick|cube_cutter|edges_per_tick|material_path|quality|rest_area)[.]"
   "^cutting/test_(separating_counts|separating_rest_lengths|separating_states|states|strokes)[.]"
@@ -43,7 +44,7 @@ set(sanitized_tests
 
 # The ones that compute so much that they are optimised in the other two passes, as are all that are only compiled plainly, but the brief ones.
 set(optimised_tests
-  "^body/test_(implicit_body|step|surface_changes|touch)[.]"
+  "^body/test_surface_changes[.]"
   "^(collision|collision_fcl|cutting|tool|volume)/"
   "^device/test_(scripted_device|simulated_hand)[.]"
   "^haptics/test_(facet_planes|implicit_contact)[.]"
