@@ -287,7 +287,7 @@ run_long_tests() {
   for source in tests/fuzz/*.cpp; do
     target=$(basename "$source" .cpp)
     mkdir -p "build/long/$target"
-    part "$target for $PALPATE_FUZZ_SECONDS s" "build/fuzz/tests/fuzz/$target" -max_len=600 -max_total_time="$PALPATE_FUZZ_SECONDS" \
+    part "$target for $PALPATE_FUZZ_SECONDS s" "build/fuzz/tests/fuzz/$target" -max_len=600 -len_control=0 -max_total_time="$PALPATE_FUZZ_SECONDS" \
       -artifact_prefix=build/long/ "build/long/$target"
   done
 
