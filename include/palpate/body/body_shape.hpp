@@ -233,7 +233,7 @@ class BodyShape {
   }
 
   /// Evens out the masses around all that was edited since the last call, where the tissue can: a cutter asks for it once a tick. Those of elastic solids stay
-  /// as they are lumped where the integrator stands steps of any size. Momentum is kept, and the kinetic energy does not rise.
+  /// as they are lumped where the integrator stands steps of any size. Momentum is kept, but for what goes into nails, and the kinetic energy does not rise.
   void even_masses() {
     if constexpr (EvensMass<Tissue>)
       if (RedistributesMass<Tissue> || !any_step_is_stable_) look_at_masses();
@@ -500,7 +500,7 @@ class BodyShape {
   TemporaryId last_temporary_ = 0;
   std::size_t cut_epoch_ = 0;   // how often a cut has come to stand on a particle
   std::vector<int> disturbed_;   // particles whose springs an edit has changed since the last step
-  bool any_step_is_stable_ = false;   // whatever its integrator
+  bool any_step_is_stable_ = false;   // SoftBody says so of its integrator
   std::size_t evened_ = 0;       // so many of them have been looked at by even_masses()
   HugePageVector<unsigned> last_look_;   // which of its calls looked at each particle last
   unsigned look_ = 0;

@@ -334,9 +334,9 @@ class EmbeddedSurface {
   int point(int f, Parts const& parts, int p, int leaf, X const& x, Hang& solid) {
     int const t = solid_.tetrahedron(leaf);
     Added wanted{place(f, parts, p), leaf, of_corners(f, parts.at(p), shadow_)};
-    Point undeformed = of_corners(f, parts.at(p), rest_);
     if (p < 3)
       if (int const own = made_.corners(f)[at(p)]; solid(t, tetrahedron_at(own), wanted.shadow)) return own;
+    Point undeformed = of_corners(f, parts.at(p), rest_);
     std::vector<int>& there = copies_[wanted.key];
     for (int const i : there) {
       if (!(std::abs(added(i).share - wanted.share) < 2 * same)) continue;
