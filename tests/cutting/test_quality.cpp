@@ -141,6 +141,40 @@ TEST_CASE("a light particle on stiff springs is given mass, and nothing is lost"
   CHECK(fastest_by_area > 20 * rate);   // or there was nothing to even out
 }
 
+TEST_CASE("a nailed particle that is given mass stands still, and one in a hand moves as the hand does") {
+  // Strokes over a sheet in motion, of which every fourth particle is nailed and every fourth held.
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    INFO("seed " << seed);
+    Random random(Seed{seed});
+    auto const in = [&](double low, double high) { return random.uniform(low, high); };
+    MassSpring<double> tissue(make_grid<double>(9, 9, 0.01), {.mass = {.total = 0.1}, .link = {.stiffness = 50}, .home = {.stiffness = 5}});
+    for (int i = 0; i < tissue.size(); i += 4) tissue.nail(i);
+    SoftBody body(std::move(tissue), LeapfrogVerlet{});
+    for (int i = 0; i < body.size(); ++i) {
+      if (i % 4 == 0) continue;
+      body.drag(i, body.positions().col(i), {in(-0.1, 0.1), in(-0.1, 0.1), in(-0.1, 0.1)});
+      if (i % 4 > 1) body.release(i);
+    }
+    Matrix3X<double> const x = body.positions(), v = body.velocities();
+    double const h = body.stable_step() / 10;
+    for (int stroke = 0; stroke < 6; ++stroke) {
+      ProgressiveCutter<double> scalpel({.puncture_depth = 0.002});
+      Vector3<double> const from(in(0, 0.08), in(0, 0.08), -0.003), to(in(0, 0.08), in(0, 0.08), -0.003);
+      scalpel.advance(body, Vector3<double>(from[0], from[1], 0.004));
+      for (int tick = 0; tick <= 40; ++tick) {
+        scalpel.advance(body, Vector3<double>(from + (to - from) * tick / 40.0));
+        REQUIRE(body.step(h));
+      }
+      scalpel.advance(body, Vector3<double>(to[0], to[1], 0.004));
+    }
+    for (int i = 0; i < body.size(); ++i) {
+      if (body.tissue().nailed(i)) CHECK(body.velocities().col(i) == Vector3<double>::Zero());
+      if (body.is_held(i)) CHECK(body.velocities().col(i) == v.col(i));
+      if (i < x.cols() && (body.tissue().nailed(i) || body.is_held(i))) CHECK(body.positions().col(i) == x.col(i));
+    }
+  }
+}
+
 TEST_CASE("a line drawn again and again frees next to nothing") {
   // A line has no area, so nothing should come free. Where the first way was snapped the later ones lie beside it: what comes free is small and rare.
   auto const mesh = make_organ<double>({.vertices = 500});

@@ -15,6 +15,7 @@
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/solid_edit.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
+#include <palpate/tissue/mass_spring.hpp>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -41,6 +42,12 @@ auto block_body(int n, BlockPattern pattern = BlockPattern::alternating) {
   return SoftBody(Elements::tissue(make_block<double>(n, n, n, edge, pattern), 0.0), BackwardEuler{});
 }
 using ExplicitSolids = std::tuple<Elements, Tensors, Turned>;
+struct Springs {
+  static auto tissue(TetrahedralMesh<double> const& mesh, double prestrain) {
+    return MassSpring<double>(mesh, {.mass = {.total = 0.1}, .link = {.stiffness = 50}, .link_prestrain = prestrain});
+  }
+};
+using ExplicitBodies = std::tuple<Elements, Springs>;
 BlockPattern pattern_of(std::uint64_t seed) { return seed % 2 == 0 ? BlockPattern::kuhn : BlockPattern::alternating; }
 
 }  // namespace
@@ -336,6 +343,34 @@ TEMPLATE_LIST_TEST_CASE("the explicit step of a solid outlasts a stroke of 3 to 
     for (int k = 0; k < 200; ++k) REQUIRE(body.step(h));
   }
   CHECK(least > 2 * least_lumped);
+}
+
+TEMPLATE_LIST_TEST_CASE("a nailed particle of a solid that is given mass stands still, and one in a hand moves as the hand does", "[volume_cutter]", ExplicitBodies) {
+  // Strokes through a block in motion, of which every fourth particle is nailed and every fourth held.
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    INFO("seed " << seed);
+    auto tissue = TestType::tissue(make_block<double>(6, 6, 6, edge, BlockPattern::kuhn), 0.0);
+    for (int i = 0; i < tissue.size(); i += 4) tissue.nail(i);
+    SoftBody body(std::move(tissue), LeapfrogVerlet{});
+    Random random(Seed{seed});
+    auto const any = [&] { return Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
+    for (int i = 0; i < body.size(); ++i) {
+      if (i % 4 == 0) continue;
+      body.drag(i, body.positions().col(i), 0.1 * any());
+      if (i % 4 > 1) body.release(i);
+    }
+    Matrix3X<double> const before = body.velocities();
+    for (int n = 0; n < 4; ++n) {
+      Place const middle = Place::Constant(0.0125) + 0.01 * any(), blade = 0.02 * any().normalized(), way = 0.02 * any();
+      VolumeCutter<double> knife;
+      stroke(knife, body, middle - way / 2 - blade, middle - way / 2 + blade, way, 20);
+      knife.lift(body);
+    }
+    for (int i = 0; i < body.size(); ++i) {
+      if (body.tissue().nailed(i)) CHECK(body.velocities().col(i) == Place::Zero());
+      if (body.is_held(i)) CHECK(body.velocities().col(i) == before.col(i));
+    }
+  }
 }
 
 TEMPLATE_LIST_TEST_CASE("masses are evened out beside particles of which all tetrahedra are gone, and those weigh nothing", "[volume_cutter]", ExplicitSolids) {

@@ -201,7 +201,8 @@ class BodyShape {
     requires CuttableTissue<Tissue>
   {
     int const last = size() - 1;
-    state_.merge_last(p, tissue_.mass(p), tissue_.mass(last));
+    Scalar const share = is_free(p) ? tissue_.mass(last) / (tissue_.mass(p) + tissue_.mass(last)) : Scalar(0);   // what is nailed or held stays where it is
+    state_.merge_last(p, share);
     tissue_.merge_last_particle(p);
     for (int const t : tissue_.surface().triangles_at(p)) patch_tree(t);   // while the tree may still look at the old corner
     state_.pop();
@@ -233,7 +234,7 @@ class BodyShape {
   }
 
   /// Evens out the masses around all that was edited since the last call, where the tissue can: a cutter asks for it once a tick. Those of elastic solids stay
-  /// as they are lumped where the integrator stands steps of any size. Momentum is kept, but for what goes into nails, and the kinetic energy does not rise.
+  /// as they are lumped where the integrator stands steps of any size. Momentum is kept, but for what goes into nails and hands, and the kinetic energy does not rise.
   void even_masses() {
     if constexpr (EvensMass<Tissue>)
       if (RedistributesMass<Tissue> || !any_step_is_stable_) look_at_masses();
@@ -554,8 +555,10 @@ class BodyShape {
     }
   }
 
-  /// Particle `to` has got this share of its mass from `from`: an inelastic impact.
-  void mix_velocity(int from, int to, Scalar share) noexcept { state_.velocity[to] += share * (state_.velocity[from] - state_.velocity[to]); }
+  /// Particle `to` has got this share of its mass from `from`: an inelastic impact. What is nailed or held moves as it did.
+  void mix_velocity(int from, int to, Scalar share) noexcept {
+    if (is_free(to)) state_.velocity[to] += share * (state_.velocity[from] - state_.velocity[to]);
+  }
 
   void patch_tree(int t) {
     Corners const now = tissue_.surface().corners(t);

@@ -60,12 +60,12 @@ struct ParticleState {
     held.push_back(0);
   }
 
-  /// Gives p what the last particle is and carries, before that one goes: momentum is kept, the position is the mean by mass.
-  void merge_last(int p, Scalar mass_p, Scalar mass_last) {
+  /// Gives p what the last particle is and carries, before that one goes: place and velocity are the mean, in which that one has this share. With its share of the mass
+  /// momentum is kept.
+  void merge_last(int p, Scalar share) {
     int const last = size() - 1;
-    Scalar const w = mass_last / (mass_p + mass_last);
     for (auto* columns : {&position, &velocity, &remembered})
-      (*columns)[p] = (1 - w) * (*columns)[p] + w * (*columns)[last];
+      (*columns)[p] = (1 - share) * (*columns)[p] + share * (*columns)[last];
     for (auto* columns : {&applied, &load}) (*columns)[p] += (*columns)[last];
   }
 

@@ -266,7 +266,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   void even_mass(int particle, Moved const& moved) {
     exchange_.relieve(*this, particle, 4 * fastest_, [&](int from, int to, Scalar amount) {
       this->move_mass(from, to, amount);
-      if (!this->nailed(to)) moved(from, to, amount / this->mass(to));   // a nail stands still
+      moved(from, to, amount / this->mass(to));
       is_reweighed_ = true;
       bool const followed = starred_ == log_.end();
       log_.add(elements_at(from).front()), log_.add(elements_at(to).front());   // these have other masses, and stars are what they were
