@@ -48,6 +48,7 @@ inline palpate::Session random_session(unsigned seed, int ticks, bool hand) {
       tick.force = {any(), any(), any()};
       tick.energy = any();
       if (seed % 5 == 0) tick.torque = {any(), any(), any()};
+      if (seed % 3 == 0) tick.cut_area = any();
     }
     session.recording.append(tick);
     if (hand)

@@ -91,6 +91,37 @@ TEST_CASE("a file of a recording is a session of which little is known", "[train
   CHECK(session.events == std::vector<SessionEvent>{{0.001, "touch"}, {0.002, "puncture"}});
 }
 
+TEST_CASE("a recording of a solid that was cut, of torques too, is a session, and what it has is kept", "[training][session]") {
+  TemporaryFolder const folder;
+  for (bool const has_area : {false, true})
+    for (bool const has_torque : {false, true}) {
+      INFO("area " << has_area << ", torque " << has_torque);
+      Recording recording;
+      recording.append({.time = 0, .tip = {0.1, 0.2, 0.3}});
+      recording.append({.time = 0.001, .cut_area = has_area ? 2.5e-5 : 0, .torque = {0, has_torque ? 0.125 : 0, 0}});
+      recording.append({.time = 0.002, .cut_area = has_area ? 3e-5 : 0});
+      recording.write_csv(folder / "plain.csv");
+      Session const session = read_session_csv(folder / "plain.csv");
+      CHECK_FALSE(first_difference(session.recording, recording));
+      write_session(folder / "a.session", session), write_session_csv(folder / "a.csv", session);
+      CHECK_FALSE(first_difference(read_session(folder / "a.session").recording, recording));
+      CHECK_FALSE(first_difference(read_session(folder / "a.csv").recording, recording));
+      CHECK(Recording::read_csv(folder / "a.csv").to_csv() == recording.to_csv());
+      Session with_hand = session;
+      with_hand.hand.assign(3, {.velocity = {1, 2, 3}});
+      write_session(folder / "b.session", with_hand), write_session_csv(folder / "b.csv", with_hand);
+      for (char const* const name : {"b.session", "b.csv"}) {
+        Session const back = read_session(folder / name);
+        CHECK_FALSE(first_difference(back.recording, recording));
+        REQUIRE(back.hand.size() == 3);
+        CHECK(back.hand[2].velocity == Vector3<double>(1, 2, 3));
+      }
+    }
+  Recording one, other;
+  one.append({.cut_area = 1e-4}), other.append({.cut_area = 2e-4});
+  CHECK(first_difference(one, other) == std::optional<std::size_t>(0));
+}
+
 TEST_CASE("a session is a tool path", "[training][session]") {
   TemporaryFolder const folder;
   Session session = random_session(4, 0, false);

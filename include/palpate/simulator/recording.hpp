@@ -113,6 +113,10 @@ class Recording {
   ForceSaturation const& saturation() const noexcept { return saturation_; }
   void set_saturation(ForceSaturation const& saturation) noexcept { saturation_ = saturation; }
 
+  /// Whether a solid was cut.
+  bool has_area() const noexcept {
+    return std::ranges::any_of(ticks_, [](Tick const& tick) { return !(tick.cut_area == 0); });
+  }
   /// N, the largest magnitude that was written; 0 for an empty recording. Ticks whose force is not finite do not count.
   double largest_force() const noexcept {
     double largest = 0.0;
@@ -132,7 +136,7 @@ class Recording {
 
   /// The text that `write_csv` puts into the file.
   std::string to_csv() const {
-    bool const has_area = std::ranges::any_of(ticks_, [](Tick const& tick) { return tick.cut_area > 0; });
+    bool const has_area = this->has_area();
     bool const has_torque = std::ranges::any_of(ticks_, [](Tick const& tick) { return !is_zero(tick.torque); });
     std::string text(csv_header);
     text.reserve(text.size() + 180 * ticks_.size());

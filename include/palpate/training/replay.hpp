@@ -81,7 +81,7 @@ inline std::optional<std::size_t> first_difference(Recording const& a, Recording
     Tick const &one = a.ticks()[i], &other = b.ticks()[i];
     bool const same = one.phase == other.phase && detail::same_bits(one.time, other.time) && detail::same_bits(one.depth, other.depth) &&
                       detail::same_bits(one.tip, other.tip) && detail::same_bits(one.force, other.force) && detail::same_bits(one.energy, other.energy) &&
-                      detail::same_bits(one.torque, other.torque);
+                      detail::same_bits(one.cut_area, other.cut_area) && detail::same_bits(one.torque, other.torque);
     if (!same) return i;
   }
   if (a.ticks().size() != b.ticks().size()) return both;

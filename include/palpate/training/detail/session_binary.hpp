@@ -110,9 +110,9 @@ class ByteReader {
 //       ticks: count (8), each two bytes of flags and then
 //         flags     phase (bits 0-1), read (2-3), written (4-5), the hand is where the tip is (6), depth and force are +0 (7),
 //                   the energy is the tick's before (8), so are the buttons (9); before the first tick both are +0; the orientation is not (10),
-//                   nor is the gripper (11); there is a torque (12)
-//         time, tip (4 · 8); without flag 7 depth, force (4 · 8); with flag 12 torque (3 · 8); without flag 8 the energy (8); with a hand its velocity (3 · 8), without flag 6
-//         its position (3 · 8), without flag 9 its buttons (4), with flag 10 its orientation (x, y, z, w: 4 · 8), the identity before the first tick, with
+//                   nor is the gripper (11); there is a torque (12); the area cut is not the tick's before (13), +0 before the first tick
+//         time, tip (4 · 8); without flag 7 depth, force (4 · 8); with flag 12 torque (3 · 8); without flag 8 the energy (8); with flag 13 the area (8); with a hand its velocity
+//         (3 · 8), without flag 6 its position (3 · 8), without flag 9 its buttons (4), with flag 10 its orientation (x, y, z, w: 4 · 8), the identity before the first tick, with
 //         flag 11 its gripper (8), 1 before the first tick
 //   4   CRC-32 of all before
 inline constexpr std::string_view session_magic = "\x89PLPS\r\n\x1A";
@@ -120,7 +120,7 @@ inline constexpr std::uint32_t session_format = 1;
 inline constexpr std::size_t session_frame = 8 + 4 + 8;   // before the payload
 inline constexpr unsigned velocity_flag = 1, hand_flag = 2, moves_flag = 4, orientation_flag = 8, gripper_flag = 16, torque_flag = 32;
 inline constexpr unsigned at_tip_flag = 1u << 6, silent_flag = 1u << 7, same_energy_flag = 1u << 8, same_buttons_flag = 1u << 9, turned_flag = 1u << 10,
-                          gripped_flag = 1u << 11, twisted_flag = 1u << 12;
+                          gripped_flag = 1u << 11, twisted_flag = 1u << 12, cut_flag = 1u << 13;
 
 inline bool same_bits(double a, double b) noexcept { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
 inline bool same_bits(Vector3<double> const& a, Vector3<double> const& b) noexcept {
@@ -165,15 +165,16 @@ inline std::string session_bytes(Session const& session) {
   }
   auto const& ticks = session.recording.ticks();
   out.put(static_cast<std::uint64_t>(ticks.size()));
-  double energy = 0.0, gripper = 1.0;
+  double energy = 0.0, area = 0.0, gripper = 1.0;
   std::uint32_t buttons = 0;
   Eigen::Quaternion<double> orientation = Eigen::Quaternion<double>::Identity();
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     Tick const& tick = ticks[i];
     bool const silent = same_bits(tick.depth, 0.0) && same_bits(tick.force, Vector3<double>::Zero());
     unsigned flags = static_cast<unsigned>(tick.phase) | (silent ? silent_flag : 0u) | (same_bits(tick.energy, energy) ? same_energy_flag : 0u) |
-                     (session.device.max_torque > 0 && !same_bits(tick.torque, Vector3<double>::Zero()) ? twisted_flag : 0u);
-    energy = tick.energy;
+                     (session.device.max_torque > 0 && !same_bits(tick.torque, Vector3<double>::Zero()) ? twisted_flag : 0u) |
+                     (same_bits(tick.cut_area, area) ? 0u : cut_flag);
+    energy = tick.energy, area = tick.cut_area;
     bool at_tip = false;
     if (has_hand) {
       HandSample const& hand = session.hand[i];
@@ -193,6 +194,7 @@ inline std::string session_bytes(Session const& session) {
     }
     if ((flags & twisted_flag) != 0) put(out, tick.torque);
     if ((flags & same_energy_flag) == 0) out.put(tick.energy);
+    if ((flags & cut_flag) != 0) out.put(area);
     if (has_hand) {
       put(out, session.hand[i].velocity);
       if (!at_tip) put(out, session.hand[i].position);
@@ -270,14 +272,14 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
     std::size_t const ticks = in.count(has_hand ? 58 : 34, "the number of ticks");
     session.recording.reserve(ticks);
     if (has_hand) session.hand.reserve(ticks);
-    double energy = 0.0, gripper = 1.0;
+    double energy = 0.0, area = 0.0, gripper = 1.0;
     std::uint32_t buttons = 0;
     Eigen::Quaternion<double> orientation = Eigen::Quaternion<double>::Identity();
     for (std::size_t i = 0; i < ticks; ++i) {
       auto const bits = in.word<std::uint16_t>("a tick");
       if ((bits & 3u) > static_cast<unsigned>(CuttingPhase::moving)) here(message("tick ", i, " has an unknown phase; copy the file again"));
       constexpr unsigned of_hand = 0x7Cu | same_buttons_flag | turned_flag | gripped_flag;
-      if (bits > (same_energy_flag | of_hand | twisted_flag | 0xFFu) || (!has_hand && (bits & of_hand) != 0) || (!has_torque && (bits & twisted_flag) != 0))
+      if (bits > (same_energy_flag | of_hand | twisted_flag | cut_flag | 0xFFu) || (!has_hand && (bits & of_hand) != 0) || (!has_torque && (bits & twisted_flag) != 0))
         here(message("tick ", i, " has unknown flags; copy the file again"));
       Tick tick;
       tick.phase = static_cast<CuttingPhase>(bits & 3u);
@@ -289,7 +291,8 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
       }
       if ((bits & twisted_flag) != 0) tick.torque = vector("a tick");
       if ((bits & same_energy_flag) == 0) energy = in.number("a tick");
-      tick.energy = energy;
+      if ((bits & cut_flag) != 0) area = in.number("a tick");
+      tick.energy = energy, tick.cut_area = area;
       session.recording.append(tick);
       if (!has_hand) continue;
       HandSample hand{.read = static_cast<DeviceStatus>(bits >> 2 & 3u), .written = static_cast<DeviceStatus>(bits >> 4 & 3u)};

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -60,6 +61,8 @@ inline std::string session_text(Session const& session) {
   (text += "\n# ticks ") += std::to_string(ticks.size());
   (text += '\n') += Recording::csv_header;
   bool const turns = !session.hand.empty() && session.device.reports_orientation, grips = !session.hand.empty() && session.device.reports_gripper;
+  bool const has_area = session.recording.has_area();
+  if (has_area) text += Recording::area_column;
   if (!session.hand.empty()) text += hand_header;
   if (turns) text += turn_header;
   if (grips) text += grip_header;
@@ -67,6 +70,7 @@ inline std::string session_text(Session const& session) {
   text += '\n';
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     append_tick(text, ticks[i]);
+    if (has_area) append_number(text += ',', ticks[i].cut_area);
     if (!session.hand.empty()) {
       HandSample const& hand = session.hand[i];
       for (double const coordinate : hand.position) append_number(text += ',', coordinate);
@@ -209,25 +213,26 @@ inline std::optional<DeviceStatus> status_from(std::string_view text) noexcept {
   return std::nullopt;
 }
 
-inline HandSample hand_from(CsvTable const& table, CsvTable::Row const& row, Capabilities const& device) {
+/// Its columns begin at `first`.
+inline HandSample hand_from(CsvTable const& table, CsvTable::Row const& row, std::size_t first, Capabilities const& device) {
   HandSample hand;
   for (std::size_t i = 0; i < 3; ++i) {
-    hand.position(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + i, hand_names[i]);
-    hand.velocity(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + 3 + i, hand_names[3 + i]);
+    hand.position(static_cast<Eigen::Index>(i)) = table.number(row, first + i, hand_names[i]);
+    hand.velocity(static_cast<Eigen::Index>(i)) = table.number(row, first + 3 + i, hand_names[3 + i]);
   }
-  std::string_view const buttons = row[tick_columns + 6];
+  std::string_view const buttons = row[first + 6];
   auto const pressed = to_number<decltype(hand.buttons)>(buttons);
   if (!pressed) table.fail_here(message("the buttons are \"", buttons, "\"; write a whole number, one bit a button"));
   hand.buttons = *pressed;
-  for (std::size_t const column : {tick_columns + 7, tick_columns + 8}) {
+  for (std::size_t const column : {first + 7, first + 8}) {
     auto const status = status_from(row[column]);
     if (!status)
       table.fail_here(message("the device's status \"", row[column], "\" is unknown; it is \"ok\", \"stale\", \"disconnected\" or \"fault\""));
-    (column == tick_columns + 7 ? hand.read : hand.written) = *status;
+    (column == first + 7 ? hand.read : hand.written) = *status;
   }
   if (device.reports_orientation)
-    for (std::size_t i = 0; i < 4; ++i) hand.orientation.coeffs()(static_cast<Eigen::Index>(i)) = table.number(row, tick_columns + 9 + i, turn_names[i]);
-  if (device.reports_gripper) hand.gripper = table.number(row, tick_columns + 9 + (device.reports_orientation ? 4 : 0), grip_header.substr(1));
+    for (std::size_t i = 0; i < 4; ++i) hand.orientation.coeffs()(static_cast<Eigen::Index>(i)) = table.number(row, first + 9 + i, turn_names[i]);
+  if (device.reports_gripper) hand.gripper = table.number(row, first + 9 + (device.reports_orientation ? 4 : 0), grip_header.substr(1));
   return hand;
 }
 
@@ -250,21 +255,27 @@ inline Session session_from_csv(std::filesystem::path const& path) {
   std::string const header = joined(row);
   bool const turns = session.device.reports_orientation, grips = session.device.reports_gripper;
   std::string const of_hand = message(hand_header, turns ? turn_header : "", grips ? grip_header : "");
-  bool const has_torque = session.device.max_torque > 0;
+  bool const has_torque = head.is_session() ? session.device.max_torque > 0 : header.ends_with(Recording::torque_columns);   // of a device that nothing is known of
   std::string_view const of_torque = has_torque ? Recording::torque_columns : std::string_view();
-  bool const has_hand = header == message(Recording::csv_header, of_hand, of_torque);
-  if (!has_hand && header != message(Recording::csv_header, of_torque))
-    table.fail_here(message("not the header of a session; it must be ", Recording::csv_header, of_torque, has_torque ? ", with " : ", and may go on with ", of_hand.substr(1),
-                            has_torque ? " before the torque or without" : ""));
-  std::size_t const columns = tick_columns + (has_hand ? hand_names.size() + 3 + (turns ? turn_names.size() : 0) + (grips ? 1 : 0) : 0) + (has_torque ? 3 : 0);
+  bool has_area = false, has_hand = false, is_known = false;
+  for (bool const with_area : {false, true})
+    for (bool const with_hand : {false, true})
+      if (header == message(Recording::csv_header, with_area ? Recording::area_column : "", with_hand ? std::string_view(of_hand) : "", of_torque))
+        is_known = true, has_area = with_area, has_hand = with_hand;
+  if (!is_known)
+    table.fail_here(message("not the header of a session; it must be ", Recording::csv_header, of_torque, has_torque ? ", with " : ", and may go on with ", Recording::area_column.substr(1),
+                            " and ", of_hand.substr(1), has_torque ? " before the torque or without" : ""));
+  std::size_t const first_of_hand = tick_columns + (has_area ? 1 : 0);
+  std::size_t const columns = first_of_hand + (has_hand ? hand_names.size() + 3 + (turns ? turn_names.size() : 0) + (grips ? 1 : 0) : 0) + (has_torque ? 3 : 0);
   while (table.next(row)) {
     if (row.size() != columns)
       table.fail_here(message("there are ", row.size(), " cells instead of ", columns, "; the file may be cut short: write it again"));
     Tick tick = tick_from(table, row);
+    if (has_area) tick.cut_area = table.number(row, tick_columns, Recording::area_column.substr(1));
     for (std::size_t k = 0; k < 3 && has_torque; ++k)
       tick.torque[static_cast<Eigen::Index>(k)] = table.number(row, columns - 3 + k, Recording::torque_columns.substr(1 + 12 * k, 11));
     session.recording.append(tick);
-    if (has_hand) session.hand.push_back(hand_from(table, row, session.device));
+    if (has_hand) session.hand.push_back(hand_from(table, row, first_of_hand, session.device));
   }
   if (!table.ends_with_line()) table.fail_here("the last line does not end; the file is cut short: write it again");
   if (head.is_session()) {
@@ -274,6 +285,7 @@ inline Session session_from_csv(std::filesystem::path const& path) {
                          "; the file is cut short: write it again"));
   } else {
     session.version = "recording";
+    if (has_torque) session.device.max_torque = std::numeric_limits<double>::infinity();
     session.device.rate = rate_of(session.recording);
     session.events = phase_events(session.recording);
   }
