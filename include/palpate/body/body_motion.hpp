@@ -240,6 +240,7 @@ class BodyMotion : public BodyShape<TissueType> {
     bool remembers;
     Scalar time, last_step;
     std::vector<SolidEdit<Scalar>> solid_edits;
+    std::size_t numbering;
     typename BodySystem<Tissue, ExecutionType>::Layout layout;
     ModalSearch<Scalar> search;      // of explicit bodies' fastest modes,
     ModalBounds<Scalar> modes;       // and what it found last,
@@ -256,7 +257,7 @@ class BodyMotion : public BodyShape<TissueType> {
       }
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
-            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, system_.layout(),
+            gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, this->numbering_, system_.layout(),
             modal_estimate_.search(), known_modes_, modes_of_, modes_are_known_};
   }
   void restore(State const& saved) {
@@ -270,7 +271,7 @@ class BodyMotion : public BodyShape<TissueType> {
     known_modes_ = saved.modes, modes_of_ = saved.modes_of, modes_are_known_ = saved.modes_are_known;
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
-    this->solid_edits_ = saved.solid_edits;
+    this->solid_edits_ = saved.solid_edits, this->numbering_ = saved.numbering;
     disturbed_.clear();
     this->evened_ = 0;
     temporaries_.clear(), this->kept_.clear();

@@ -50,6 +50,8 @@ class BodyShape {
   std::size_t restorations() const noexcept { return restorations_; }
   /// How often that was so, or tetrahedra were taken away: those and triangles that were remembered before may have other numbers.
   std::size_t renumberings() const noexcept { return restorations_ + removals_; }
+  /// Which numbers its triangles and tetrahedra have: another one after some were taken away, and the one of then after a restore.
+  std::size_t numbering() const noexcept { return numbering_; }
   auto positions() const noexcept { return state_.position.view(); }
   auto velocities() const noexcept { return state_.velocity.view(); }
   auto triangles() const noexcept { return tissue_.surface().triangles(); }
@@ -294,7 +296,7 @@ class BodyShape {
       if (!(tissue_.mass(p) > 0)) state_.velocity[p].setZero(), state_.remembered[p].setZero();
     }
     solid_edits_.push_back({.kind = SolidEdit<Scalar>::Kind::removed, .first = tetrahedron, .second = removal.last});
-    ++topology_revision_, ++removals_;
+    ++topology_revision_, numbering_ = removals_ = std::max(removals_, numbering_) + 1;   // the latter may be another body's
   }
   /// Once after the edits of a tick: what is near what, the normals at what they have opened, and masses as even_masses() has them.
   void finish_edits()
@@ -506,7 +508,7 @@ class BodyShape {
   HugePageVector<unsigned> last_look_;   // which of its calls looked at each particle last
   unsigned look_ = 0;
   std::size_t topology_revision_ = 0;
-  std::size_t restorations_ = 0, removals_ = 0;
+  std::size_t restorations_ = 0, removals_ = 0, numbering_ = 0;
   Scalar mean_edge_ = 0;   // m
   Vector home_low_ = Vector::Zero(), home_high_ = Vector::Zero();   // m, of the undisturbed body
   bool home_box_is_known_ = false;

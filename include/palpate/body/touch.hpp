@@ -118,7 +118,6 @@ class Touch {
   template <class Body>
   void resume(Body const& body) noexcept {
     restorations_ = body.restorations();
-    remember(body);
   }
 
   /// Forgets the contact and where the tip was.

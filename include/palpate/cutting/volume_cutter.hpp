@@ -177,7 +177,7 @@ class VolumeCutter {
   ///   auto const saved = body.save(); auto const knife_then = knife;  …  body.restore(saved), knife = knife_then, knife.resume(body);
   template <class Body>
   void resume(Body const& body) {
-    renumberings_ = body.renumberings(), size_ = body.size(), tetrahedra_ = body.tissue().topology().tetrahedron_count();
+    restorations_ = body.restorations();   // a stroke that was to be forgotten then still is
     touch_.resume(body);
   }
   /// The same as lift(); a tool has to come from outside again.
@@ -244,7 +244,7 @@ class VolumeCutter {
 
   template <class Body>
   bool was_restored(Body const& body) const {   // throws for a surface
-    return renumberings_ != body.renumberings() || body.size() < size_ || body.tissue().topology().tetrahedron_count() < tetrahedra_;
+    return restorations_ != body.restorations() || numbering_ != body.numbering() || body.size() < size_ || body.tissue().topology().tetrahedron_count() < tetrahedra_;
   }
   void forget() noexcept {
     cut_.forget();
@@ -299,7 +299,7 @@ class VolumeCutter {
   template <class Body>
   void cut(Body& body, std::span<Vector const> blade, Scalar puncture_depth) {
     if (was_restored(body) || pieces_ != blade.size()) forget();
-    renumberings_ = body.renumberings(), pieces_ = blade.size();
+    restorations_ = body.restorations(), numbering_ = body.numbering(), pieces_ = blade.size();
     follow(body, blade, puncture_depth);
     size_ = body.size(), tetrahedra_ = body.tissue().topology().tetrahedron_count();
   }
@@ -409,7 +409,7 @@ class VolumeCutter {
       if (removal_.size() == 0) return false;
       removal_.take(body, removed_);
       body.finish_edits();
-      renumberings_ = body.renumberings();
+      numbering_ = body.numbering();
       return true;
     }
     return false;
@@ -462,7 +462,7 @@ class VolumeCutter {
   detail::BladeTrail<Scalar> trail_;
   std::vector<Vector3<double>> at_;      // its samples: where they were then,
   std::vector<Vector3<double>> from_, to_, begin_, end_;   // where they are carried to by now, where they have to go, and a part of that way
-  std::size_t pieces_ = 0, renumberings_ = 0;
+  std::size_t pieces_ = 0, restorations_ = 0, numbering_ = 0;
   int size_ = 0, tetrahedra_ = 0;   // of the body, after the last tick
   bool punctured_ = false, is_behind_ = false;
   bool leaves_ = false;           // the tool is out of the tissue: nothing holds its edge back in there
