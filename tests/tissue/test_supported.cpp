@@ -2,7 +2,12 @@
 // Support springs. Yardsticks: their formula in a plain loop, the tissue law battery, sums before a cut, and volumes by the divergence theorem.
 #include <palpate/body/soft_body.hpp>
 #include <palpate/core/random.hpp>
+#include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/integrator/node_steps.hpp>
+#include <palpate/integrator/runge_kutta_4.hpp>
+#include <palpate/integrator/theta_scheme.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/edges.hpp>
 #include <palpate/mesh/grid.hpp>
@@ -11,9 +16,12 @@
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/testing/tissue.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/saturating_spring.hpp>
 #include <palpate/tissue/supported.hpp>
+#include <palpate/tissue/tensor_mass/corotated_tensor_mass.hpp>
+#include <palpate/tissue/tensor_mass/tensor_mass.hpp>
 
 #include "body/random_edits.hpp"
 #include "catch.hpp"
@@ -161,6 +169,27 @@ TEST_CASE("tissue that can do no more than a tissue must can be supported too") 
   CHECK(body.displacement(40).z() < -1e-4);
   CHECK((plain.positions() - body.positions()).cwiseAbs().maxCoeff() < 1e-14);
   CHECK(testing::to_text(testing::check_tissue(plain.tissue())) == "");
+}
+
+TEMPLATE_TEST_CASE("a supported solid swings about its supports by every integrator", "", (FiniteElements<double, StableNeoHookean<double>>), TensorMass<double>,
+                   CorotatedTensorMass<double>) {
+  // Shifted by 2 mm and let go. Yardstick: the classic Runge-Kutta method, with the forces that the tissue states particle by particle; of implicit steps the same
+  // ones without the energy that they compare.
+  auto const mesh = make_block<double>(3, 3, 3, 0.01, BlockPattern::alternating);
+  auto const swing = [&](auto const& integrator, double h, auto const&... region) {
+    Supported tissue(TestType(mesh, {.density = 1000, .material = {.young = 5e3, .poisson = 0.45}}), LinearSpring<double>{.stiffness = 20}, Vector3<double>(0.0103, 0.0102, 0.0101));
+    SoftBody body(std::move(tissue), integrator, region...);
+    for (int i = 0; i < body.size(); ++i) body.drag(i, mesh.points.col(i) + Vector3<double>(0.002, 0, 0));
+    for (int i = 0; i < body.size(); ++i) body.release(i);
+    for (int step = 0; step < std::lround(0.02 / h); ++step) REQUIRE(body.step(h));
+    return Matrix3X<double>(body.positions() - mesh.points);
+  };
+  Matrix3X<double> const exact = swing(RungeKutta4{}, 2e-4), implicit = swing(ThetaScheme{.theta = 1.0, .tolerance = 1e-9, .halvings = 0}, 2e-4);
+  REQUIRE(exact.row(0).mean() < -0.0015);
+  REQUIRE((implicit - exact).cwiseAbs().maxCoeff() < 2e-4);
+  CHECK((swing(BackwardEuler{.tolerance = 1e-9}, 2e-4) - implicit).cwiseAbs().maxCoeff() < 1e-7);
+  CHECK((swing(NodeSteps{.theta = 1.0, .tolerance = 1e-9}, 2e-4) - implicit).cwiseAbs().maxCoeff() < 1e-5);
+  CHECK((swing(LeapfrogVerlet{}, 2e-4) - exact).cwiseAbs().maxCoeff() < 1e-5);
 }
 
 TEST_CASE("inside a volume nothing is supported") {

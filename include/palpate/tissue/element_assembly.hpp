@@ -100,6 +100,15 @@ class ElementAssembly : public AssembledParticles<Scalar> {
           diagonal(k % 3, kind.nodes[e][at(k / 3)]) += stiffness * kind.tangents[e].stiffness(k, k) + damping * kind.tangents[e].damping(k, k);
     });
   }
+  /// Their energy at x [J].
+  Scalar energy(Scalar const* x) const noexcept {
+    ConstPadded const positions(x, 4, this->force_columns());
+    Scalar sum = 0;
+    for_each_kind(*this, [&](auto const& kind) {
+      for (std::size_t e = 0; e < kind.elements.size(); ++e) sum += kind.elements[e].energy(gather(positions, kind.nodes[e]));
+    });
+    return sum;
+  }
   /// a_i += inverse mass · force of the elements at (x, v), for elements of one node: x, v and a with a fourth row of zeros.
   void add_acceleration(int i, Scalar const* x, Scalar const* v, Scalar* a) const noexcept
     requires((Elements::nodes == 1) && ...)

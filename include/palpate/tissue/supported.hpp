@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -201,15 +202,28 @@ class Supported<Tissue, Law>::Assembly : public Tissue::Assembly {
     Inner::tangent_diagonal(mass, damping, stiffness, out), supports_.add_tangent_diagonal(damping, stiffness, out);
   }
 
+  /// The tissue's own energy and that of the supports; see HasAssemblyEnergy.
+  Scalar energy(Scalar const* x) const noexcept
+    requires HasAssemblyEnergy<Tissue>
+  {
+    return Inner::energy(x) + supports_.energy(x);
+  }
+  Scalar energy_rounding() const noexcept
+    requires HasAssemblyEnergy<Tissue>
+  {
+    return Inner::energy_rounding() + energy_rounding_;
+  }
+  void accelerate_some() = delete;   // the tissue's own would leave the supports out: see HasForcesOfSome
+
   void build(Supported const& tissue, std::span<int const> moving) {
     static_cast<Tissue const&>(tissue).assemble(moving, static_cast<Inner&>(*this));
-    supports_.build(tissue.supports(), moving);
+    support(tissue, moving);
   }
   void follow(Supported const& tissue, std::span<int const> moving)
     requires FollowsEdits<Tissue>
   {
     static_cast<Tissue const&>(tissue).follow_edits(moving, static_cast<Inner&>(*this));
-    supports_.build(tissue.supports(), moving);
+    support(tissue, moving);
   }
   void reserve(Supported const& tissue, int particles, int triangles)
     requires ReservesMemory<Tissue>
@@ -219,7 +233,15 @@ class Supported<Tissue, Law>::Assembly : public Tissue::Assembly {
   }
 
  private:
+  void support(Supported const& tissue, std::span<int const> moving) {
+    supports_.build(tissue.supports(), moving);
+    energy_rounding_ = 0;
+    for (int const i : moving) energy_rounding_ += tissue.supports().stiffness_bound(i) * tissue.support_length(i) * tissue.support_length(i);
+    energy_rounding_ *= 4 * std::numeric_limits<Scalar>::epsilon();
+  }
+
   ElementAssembly<Scalar, SupportSpring<Scalar, Law>> supports_;
+  Scalar energy_rounding_ = 0;   // J, of the supports
 };
 
 }  // namespace palpate
