@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // A body asked for its equilibrium. Yardsticks: the same body stepped until it rests, closed forms, and what it was before.
 #include <palpate/body/soft_body.hpp>
+#include <palpate/core/error.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
+#include <palpate/statics/newton_raphson.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/supported.hpp>
 
@@ -93,6 +95,31 @@ TEST_CASE("settle takes any solver and makes the balance its home, without the a
     CHECK((body.positions() - plain.positions()).cwiseAbs().maxCoeff() < 1e-10);
     CHECK(body.reference_position(27) == body.positions().col(27));
   });
+}
+
+TEST_CASE("loads that act in parts all act in the end, or there is no balance") {
+  // Yardstick: the balance with all of them at once.
+  SoftBody whole(skin<double>(), LeapfrogVerlet{}, WholeBody{});
+  load(whole);
+  whole.solve_statics(NewtonRaphson<>{});
+  int found = 0, refused = 0;
+  for (int const parts : {4, 100})
+    for (int const iterations : {1, 2, 3, 4, 5, 6, 8, 12, 20, 200}) {
+      INFO(parts << " parts, " << iterations << " iterations");
+      SoftBody body(skin<double>(), LeapfrogVerlet{}, WholeBody{});
+      Matrix3X<double> const before = body.positions();
+      load(body);
+      try {
+        body.solve_statics(NewtonRaphson<>{.iterations = iterations, .load_steps = parts});
+        ++found;
+        CHECK((body.positions() - whole.positions()).cwiseAbs().maxCoeff() < 1e-7);
+      } catch (Error const&) {
+        ++refused;
+        CHECK(body.positions() == before);
+      }
+    }
+  CHECK(found > 2);
+  CHECK(refused > 2);
 }
 
 TEST_CASE("without a balance the body stays as it was and says so") {

@@ -99,6 +99,12 @@ struct NewtonRaphson {
       if (shift >= 1 && halvings == too_many) break;   // as short a step as any relaxation's fails: the digits are spent
       shift = std::clamp(100 * shift, Scalar(1e-6), Scalar(1));
     }
+    if (steps_taken < load_steps) {   // the iterations are spent, or none goes on: not all of the loads act
+      steps_taken = load_steps;
+      net.set_share(Scalar(1));
+      force = net.at(x);
+      measure();
+    }
     positions = x;
     return result;
   }
