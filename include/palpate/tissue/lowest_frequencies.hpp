@@ -7,12 +7,14 @@
 #include <palpate/tissue/concept.hpp>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -21,7 +23,8 @@ namespace palpate {
 /// The lowest frequencies at which undamped tissue swings about its rest [Hz], rising: roots of det(K − (2πf)² M). What nothing holds has six of 0 for each
 /// piece. By subspace iteration with a sparse factorisation of K and a small share of M. Nailed particles stay.
 /// A header of its own, which palpate.hpp leaves out: Eigen's factorisations take long to compile.
-/// Errors     InvalidArgument for a count below 1, or above the free particles' coordinates, or where there is no equilibrium to swing about.
+/// Errors     InvalidArgument for a count below 1, or above the free particles' coordinates, or where there is no equilibrium to swing about,
+///            as where tissue is pre-strained.
 /// Source     \cite bathe1973.
 /// Cost       that of a factorisation, see DirectFactorisation. Allocates.
 template <HasStiffnessBlocks Tissue>
@@ -35,8 +38,16 @@ std::vector<typename Tissue::Scalar> lowest_frequencies(Tissue const& tissue, in
   Eigen::Index const n = 3 * std::ssize(free);
   if (count < 1 || count > n) throw InvalidArgument(detail::message(count, " frequencies asked of ", free.size(), " free particles; give 1 to three times as many"));
 
+  Matrix3X<Scalar> const rest = tissue.rest_positions(), still = Matrix3X<Scalar>::Zero(3, tissue.size());
+  for (int const i : free) {
+    Scalar longest = 0;
+    tissue.for_each_neighbour(i, [&](int j) { longest = std::max(longest, (rest.col(j) - rest.col(i)).norm()); });
+    Scalar const pull = tissue.internal_force(i, rest, still).norm();
+    if (!(pull <= std::sqrt(std::numeric_limits<Scalar>::epsilon()) * tissue.stiffness_bound(i) * longest))
+      throw InvalidArgument(detail::message("particle ", i, " is pulled with ", pull, " N where it rests, as in pre-strained tissue; without equilibrium there it has no frequencies"));
+  }
   std::vector<Eigen::Triplet<double>> entries;
-  tissue.for_each_stiffness_block(Matrix3X<Scalar>(tissue.rest_positions()), [&](int i, int j, Matrix<Scalar, 3, 3> const& block) {
+  tissue.for_each_stiffness_block(rest, [&](int i, int j, Matrix<Scalar, 3, 3> const& block) {
     int const row = 3 * place[static_cast<std::size_t>(i)], column = 3 * place[static_cast<std::size_t>(j)];
     for (int a = 0; row >= 0 && column >= 0 && row >= column && a < 3; ++a)
       for (int b = 0; b < 3; ++b)
@@ -56,11 +67,13 @@ std::vector<typename Tissue::Scalar> lowest_frequencies(Tissue const& tissue, in
   Random random(Seed{1});
   Dense space = Dense::NullaryExpr(n, width, [&] { return random.uniform<double>() - 0.5; });
   Eigen::VectorXd values = Eigen::VectorXd::Zero(width);
+  Eigen::VectorXd const root = mass.cwiseSqrt();
   for (int round = 0; round < 200; ++round) {
-    Dense const loads = mass.asDiagonal() * space;
-    space = factors.solve(loads);
-    Dense const with_mass = mass.asDiagonal() * space;
-    Eigen::GeneralizedSelfAdjointEigenSolver<Dense> const small(space.transpose() * loads, space.transpose() * with_mass);
+    space = factors.solve(Dense(mass.asDiagonal() * space));
+    // Normal to each other by Householder: free motions are 10⁸ times as large in it as the fastest, and a square of that is lost in rounding.
+    Eigen::HouseholderQR<Dense> const basis(Dense(root.asDiagonal() * space));
+    space = root.cwiseInverse().asDiagonal() * Dense(basis.householderQ() * Dense::Identity(n, width));
+    Eigen::SelfAdjointEigenSolver<Dense> const small(space.transpose() * Dense(shifted.selfadjointView<Eigen::Lower>() * space));
     space = space * small.eigenvectors();
     Eigen::VectorXd const before = values;
     values = small.eigenvalues();

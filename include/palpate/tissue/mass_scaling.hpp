@@ -69,7 +69,7 @@ MassScaling<typename Tissue::Scalar> scale_masses(Tissue& tissue, typename Tissu
     if (!(spare[at(i)] < 0)) continue;
     seen[at(i)] = i;
     ring.assign(1, i);
-    ++scaling.particles;
+    Scalar got = 0;
     for (int r = 0; r < most_rings && spare[at(i)] < 0; ++r) {
       next.clear();
       Scalar there = 0;
@@ -85,9 +85,10 @@ MassScaling<typename Tissue::Scalar> scale_masses(Tissue& tissue, typename Tissu
       for (int const k : ring)
         if (Scalar const own = spare[at(k)]; own > 0) given(k, -own * (lent / there));
       given(i, lent);
-      scaling.moved += lent;
+      got += lent;
       if (lent == lacks) spare[at(i)] = 0;   // to the last digit
     }
+    scaling.moved += got, scaling.particles += got > 0 ? 1 : 0;
   }
   scaling.step = longest_step();
   scaling.frequencies = found();
