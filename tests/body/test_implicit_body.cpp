@@ -7,6 +7,8 @@
 #include <palpate/integrator/crank_nicolson.hpp>
 #include <palpate/integrator/dormand_prince.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/integrator/node_steps.hpp>
+#include <palpate/integrator/theta_scheme.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/sphere.hpp>
@@ -26,6 +28,7 @@
 #include "catch.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -262,12 +265,25 @@ TEST_CASE("a spent budget still gives a bounded step towards rest") {
     SoftBody body(tissue, BackwardEuler{.max_iterations = budget}, WholeBody{});
     for (int k = 0; k < 300; ++k) {
       body.apply_force(38, {0.0, 0.2, 0.0});
-      REQUIRE(body.step(5e-3));
+      auto const report = body.step(5e-3);
+      REQUIRE(report);
+      if (budget == 0) CHECK((!report.solve.converged && report.solve.residual == 1));
     }
     CAPTURE(budget);
     CHECK((body.positions() - body.rest_mesh().points).cwiseAbs().maxCoeff() < 0.02);
     if (budget == 0) CHECK((body.positions() - body.rest_mesh().points).norm() == 0);
   }
+}
+
+TEST_CASE("integrators whose numbers make no sense are refused with the value, as a body is made") {
+  auto const tissue = sheet<double>(50.0, 5.0, 0.05);
+  double const nan = std::numeric_limits<double>::quiet_NaN();
+  for (double const theta : {-1.0, 2.0, nan}) {
+    CHECK_THROWS_WITH(SoftBody(tissue, ThetaScheme{.theta = theta}), says("ThetaScheme: theta is ", "give 0 to 1"));
+    CHECK_THROWS_WITH(SoftBody(tissue, NodeSteps{.theta = theta}), says("NodeSteps: theta is ", "give 0 to 1"));
+  }
+  for (DormandPrince const& wrong : {DormandPrince{.relative = -1}, DormandPrince{.absolute = nan}, DormandPrince{.max_inner_steps = 0}})
+    CHECK_THROWS_WITH(SoftBody(tissue, wrong), says("DormandPrince: the tolerances are ", "zero or more"));
 }
 
 TEMPLATE_TEST_CASE("a zone with its border moves as a body whose other particles are nailed", "", BackwardEuler, CrankNicolson) {

@@ -82,6 +82,7 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
   /// Without an integrator and a region: LeapfrogVerlet{}, of elastic solids BackwardEuler{}, and WholeBody{}.
   explicit SoftBody(Tissue matter, IntegratorType integrator = {}, RegionType region = {}, ExecutionType execution = {})
       : Motion(std::move(matter), std::move(region), std::move(execution)), integrator_(std::move(integrator)) {
+    if constexpr (Validatable<IntegratorType>) integrator_.validate();
     this->any_step_is_stable_ = any_step_is_stable;
   }
 

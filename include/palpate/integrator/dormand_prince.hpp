@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/error.hpp>
 #include <palpate/integrator/concept.hpp>
 
 #include <algorithm>
@@ -58,8 +59,14 @@ struct DormandPrince {
   double absolute = 1e-12;   // m
   int max_inner_steps = 1000000;
 
+  void validate() const {
+    if (!(relative >= 0 && absolute >= 0) || max_inner_steps < 1)
+      throw InvalidArgument(detail::message("DormandPrince: the tolerances are ", relative, " and ", absolute, " m, the inner steps ", max_inner_steps,
+                                            " at most; give zero or more, and 1 step or more"));
+  }
   template <System S>
   void step(S& system, typename S::Scalar h) const {
+    validate();
     using Scalar = typename S::Scalar;
     constexpr auto const& table = detail::dormand_prince;
     constexpr double min_share = std::same_as<Scalar, float> ? 1e-5 : 1e-10;

@@ -47,7 +47,7 @@ concept HasList = requires(S& system) { { system.list() } -> std::same_as<std::v
 ///            θ = 1 and 0.6 lose energy at 100 times the explicit limit, θ = ½ gains some slowly.
 /// Cost       for a node of level l at most 2^(l + 1) − 1 solves, and 2^max_halvings with that step everywhere; SolveReport counts them as node_steps. A system
 ///            that is not ComputesSome computes all columns each time: the same result without the saving. Each step also copies all positions.
-/// Errors     InvalidArgument in step() for θ outside 0 … 1, a speed_bound not above 0, max_halvings outside 0 … 20.
+/// Errors     InvalidArgument as a body is made with it, and in step(), for θ outside 0 … 1, a speed_bound not above 0, max_halvings outside 0 … 20.
 /// Source     \cite baraff1998; going back to halve a step is as in \cite savcenco2007.
 struct NodeSteps {
   double theta = 1;
@@ -59,7 +59,7 @@ struct NodeSteps {
 
   template <LinearisedSystem S>
   void step(S& system, typename S::Scalar h) const {
-    check();
+    validate();
     if (h == 0) return;
     std::vector<int> own;
     if constexpr (HasList<S>)
@@ -68,19 +68,18 @@ struct NodeSteps {
       Walk<S>(*this, system, h).run(own);
   }
 
+  void validate() const {
+    if (!(theta >= 0 && theta <= 1)) throw InvalidArgument(detail::message("NodeSteps: theta is ", theta, "; give 0 to 1"));
+    if (!(speed_bound > 0)) throw InvalidArgument(detail::message("NodeSteps: the speed bound is ", speed_bound, " m/s; give one above zero"));
+    if (max_halvings < 0 || max_halvings > 20)
+      throw InvalidArgument(detail::message("NodeSteps: steps are halved up to ", max_halvings, " times; give 0 to 20"));
+  }
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {
     return ThetaScheme{.theta = theta}.stable_step(modes);
   }
 
  private:
-  void check() const {
-    if (!(theta >= 0 && theta <= 1)) throw InvalidArgument(detail::message("NodeSteps: theta is ", theta, "; give 0 to 1"));
-    if (!(speed_bound > 0)) throw InvalidArgument(detail::message("NodeSteps: the speed bound is ", speed_bound, " m/s; give one above zero"));
-    if (max_halvings < 0 || max_halvings > 20)
-      throw InvalidArgument(detail::message("NodeSteps: steps are halved up to ", max_halvings, " times; give 0 to 20"));
-  }
-
   /// A step of h. Times are shares of it.
   template <class S>
   class Walk {

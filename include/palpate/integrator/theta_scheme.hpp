@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/error.hpp>
 #include <palpate/integrator/concept.hpp>
 #include <palpate/integrator/conjugate_gradients.hpp>
 #include <palpate/integrator/solve_report.hpp>
@@ -48,6 +49,7 @@ struct ThetaScheme {
   template <LinearisedSystem S>
   void step(S& system, typename S::Scalar h) const {
     using Scalar = typename S::Scalar;
+    validate();
     if (h == 0) return;
     Scalar const share = static_cast<Scalar>(theta), damping = h * share, stiffness = damping * damping;
     auto&& x = padded_view(system.positions());
@@ -78,7 +80,7 @@ struct ThetaScheme {
     }
     Scalar const least = std::max(static_cast<Scalar>(tolerance), 4 * std::numeric_limits<Scalar>::epsilon());
     SolveReport<Scalar> report;
-    report.converged = std::isfinite(size);
+    report.converged = size == 0, report.residual = report.converged ? Scalar(0) : Scalar(1);   // without a budget
     int left = std::isfinite(size) ? max_iterations : 0;
     [[maybe_unused]] bool const searches = HasPotential<S> && halvings > 0 && share > 0;
     [[maybe_unused]] Scalar potential = 0;
@@ -117,6 +119,9 @@ struct ThetaScheme {
     v += change;
   }
 
+  void validate() const {
+    if (!(theta >= 0 && theta <= 1)) throw InvalidArgument(detail::message("ThetaScheme: theta is ", theta, "; give 0 to 1"));
+  }
   double end_weight() const noexcept { return theta; }
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {
