@@ -12,9 +12,12 @@
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/material/viscoelastic.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/solid_edit.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -28,6 +31,7 @@
 #include <limits>
 #include <set>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -277,6 +281,27 @@ TEST_CASE("a cut body's stable step and row bounds are those of a body that is m
     CHECK(of->stable_step() >= 0.95 * limit);
   }
   CHECK(body.stable_step() < before);
+}
+
+TEST_CASE("row bounds after a cut do not depend on what viscoelastic tissue remembers", "[volume_cutter]") {
+  // Yardstick: the same cut before anything has faded.
+  auto const mesh = make_block<double>(5, 5, 5, edge, BlockPattern::alternating);
+  auto const cut = [&](int steps) {
+    Viscoelastic const law{StableNeoHookean<double>{.young = 5e3, .poisson = 0.45}, {{0.3, 0.1}, {0.6, 0.2}}};
+    SoftBody body(FiniteElements<double, std::remove_const_t<decltype(law)>>(mesh, {.density = 1000, .material = law}), LeapfrogVerlet{});
+    for (int i = 0; i < body.size(); ++i) body.drag(i, Place(1.6 * mesh.points(0, i), 0.8 * mesh.points(1, i), 0.8 * mesh.points(2, i)));
+    for (int step = 0; step < steps; ++step) REQUIRE(body.step(4e-3));
+    testing::SolidCutInvariants before(body, {.least_height = 0.0199 * body.mean_edge()});
+    VolumeCutter<double> knife;
+    stroke(knife, body, Place(0.017, -0.003, -0.01), Place(0.017, -0.003, 0.03), Place(0, 0.03, 0), 40);
+    CHECK(testing::to_text(before.check(body)) == "");
+    knife.lift(body);
+    return body;
+  };
+  auto const fresh = cut(0), faded = cut(300);
+  REQUIRE(fresh.size() == faded.size());
+  REQUIRE(fresh.size() > 125);
+  for (int i = 0; i < fresh.size(); ++i) CHECK(faded.tissue().stiffness_bound(i) == Approx(fresh.tissue().stiffness_bound(i)).epsilon(1e-12));
 }
 
 TEMPLATE_LIST_TEST_CASE("the explicit step of a solid outlasts a stroke of 3 to 8 edges: masses are evened out", "[volume_cutter]", ExplicitSolids) {

@@ -84,6 +84,12 @@ class LinearTetrahedron {
       }
     return norms;
   }
+  /// The same of a law that remembers, where nothing has faded.
+  Matrix<Scalar, 4, 4> block_norms_at_rest(Columns const& rest) const
+    requires HasFadedStress<Law>
+  {
+    return detail::block_norms_at_rest(with_law(law_.tangent_law()), rest);
+  }
   /// That without the matrix; it has no damping.
   Columns stiffness_product(Columns const& x, Columns const& d) const noexcept {
     return -columns(detail::nodal_forces(tangent_at(x).stress_change(deformation_gradient(d)), gradients_, volume_));
