@@ -41,6 +41,12 @@ inline palpate::Session random_session(unsigned seed, int ticks, bool hand) {
   bool const turns = hand && seed % 4 == 0, grips = hand && (seed % 4 == 0 || seed % 6 == 0);
   Session session{.seed = Seed{generator()}, .device = {.max_force = 1.5, .rate = 500.0, .reports_velocity = hand, .reports_orientation = turns, .reports_gripper = grips}};
   if (seed % 5 == 0) session.device.max_torque = 0.2;   // N m
+  if (seed % 2 == 0) {
+    session.device.max_stiffness = any(), session.device.damping = datasheet(std::abs(any())), session.device.friction = reported(0.125), session.device.resolution = 0.0;
+    session.device.max_stiffness.value = std::abs(session.device.max_stiffness.value);
+    session.device.mass = seed % 4 == 0 ? reported(0.045) : DeviceValue(0.045);
+    session.device.max_force = datasheet(3.3);
+  }
   for (int i = 0; i < ticks; ++i) {
     Tick tick{.time = i / 500.0, .tip = {any(), any(), any()}, .phase = static_cast<CuttingPhase>(generator() % 3)};
     if (generator() % 2 == 0) {

@@ -160,6 +160,11 @@ TEST_CASE("sessions come back to the bit from text and from bytes, and go out ag
       CHECK(read->device.reports_orientation == session.device.reports_orientation);
       CHECK(read->device.max_torque.value == session.device.max_torque.value);
       CHECK(read->device.reports_gripper == session.device.reports_gripper);
+      for (auto const value : {&Capabilities::max_force, &Capabilities::rate, &Capabilities::max_torque, &Capabilities::continuous_force, &Capabilities::max_stiffness,
+                               &Capabilities::max_damping, &Capabilities::mass, &Capabilities::damping, &Capabilities::friction, &Capabilities::resolution}) {
+        CHECK((read->device.*value).value == (session.device.*value).value);
+        CHECK((read->device.*value).provenance == (session.device.*value).provenance);
+      }
       REQUIRE(read->hand.size() == session.hand.size());
       bool same = true;
       for (std::size_t k = 0; k < session.hand.size(); ++k) same = same && read->hand[k].orientation.coeffs() == session.hand[k].orientation.coeffs() && read->hand[k].gripper == session.hand[k].gripper;

@@ -109,6 +109,18 @@ class CoupledForce {
     return force;
   }
 
+  /// The force's own, which acts on the hand itself; see HasOverlay.
+  Vector3<S> overlay(ToolMotion<S> const& motion) noexcept
+    requires HasOverlay<Force, S>
+  {
+    return force_.overlay(motion);
+  }
+  double overlay_energy() const noexcept
+    requires HasOverlayEnergy<Force>
+  {
+    return force_.overlay_energy();
+  }
+
   /// K_c, B_c and the tool's mass in this session, in the scene.
   CouplingLaw const& law() const noexcept { return law_; }
   /// The tool, with its tip where the tissue meets it.

@@ -66,6 +66,12 @@ class Overlaid {
   {
     force_.limit_stiffness(most);
   }
+  /// Where the force knows it: see KnowsLoadStiffness.
+  auto load_stiffness() const noexcept
+    requires(KnowsLoadStiffness<Force, double> || KnowsLoadStiffness<Force, float>)
+  {
+    return force_.load_stiffness();
+  }
   /// Where the force wants to know the device: see BeginsSession.
   template <RealScalar Scalar>
     requires BeginsSession<Force, Scalar>

@@ -55,6 +55,7 @@ class Hook {
   }
   template <class Body>
   Vector press(Body& body, Scalar share, Scalar h) {
+    if (hooked_ && revision_ != body.topology_revision()) follow(body);   // another tool has cut it since
     Vector const force = tool_.press(body, share, h, hooked_ ? &pin_ : nullptr);
     load_ = hooked_ ? pin_.force : Vector(Vector::Zero());
     for (auto const& touch : rods().touches())

@@ -9,13 +9,42 @@
 #include <palpate/simulator/recording.hpp>
 #include <palpate/training/configuration.hpp>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace palpate {
+
+namespace detail {
+
+/// What a device says of itself, by name; a session's formats have a place for all but the first `extra_values`, and take them for guessed.
+struct StatedValue {
+  std::string_view name;
+  DeviceValue Capabilities::* value;
+};
+inline constexpr std::array<StatedValue, 10> stated_values{{{"max_stiffness", &Capabilities::max_stiffness}, {"damping", &Capabilities::damping}, {"friction", &Capabilities::friction},
+                                                            {"resolution", &Capabilities::resolution}, {"max_force", &Capabilities::max_force}, {"rate", &Capabilities::rate},
+                                                            {"max_torque", &Capabilities::max_torque}, {"continuous_force", &Capabilities::continuous_force},
+                                                            {"max_damping", &Capabilities::max_damping}, {"mass", &Capabilities::mass}}};
+inline constexpr std::size_t extra_values = 4;
+/// Whether there is more to keep of one than its number.
+inline bool states_more(Capabilities const& device, std::size_t k) noexcept {
+  DeviceValue const& value = device.*stated_values[k].value;
+  bool const has_place = k >= extra_values && (stated_values[k].name != "max_torque" || value > 0);
+  return value.known() && !(has_place && value.provenance == Provenance::guessed);
+}
+inline bool states_more(Capabilities const& device) noexcept {
+  for (std::size_t k = 0; k < stated_values.size(); ++k)
+    if (states_more(device, k)) return true;
+  return false;
+}
+
+}  // namespace detail
 
 /// Something that happened at a time [s]: "touch", "puncture", "lift", or a word of the host's.
 struct SessionEvent {
@@ -46,7 +75,7 @@ inline std::vector<SessionEvent> phase_events(Recording const& recording) {
 ///   session_io.hpp writes and reads it, replay.hpp repeats it, comparison.hpp compares two.
 /// Units      s, m, m/s, N, Hz.
 /// Invariant  `hand` is empty or has one sample a tick; checked by `validate`, which writing calls.
-/// Limits     how many ticks a real-time run dropped is not kept.
+/// Limits     how many ticks a real-time run dropped is not kept, nor whether the device lost its calibration meanwhile: then a replay goes on where the session felt nothing.
 struct Session {
   std::string version = PALPATE_VERSION_STRING;   ///< of the library that recorded it
   Seed seed{};

@@ -105,7 +105,8 @@ class ByteReader {
 //   8   length of what follows, without the checksum
 //       version; seed (8); device: force, rate (8 each), flags (1): reports velocity 1, has hand 2, moves a hand 4, reports orientation 8, gripper 16, has torque 32;
 //         buttons (4);
-//         continuous force, largest damping, mass (8 each; a NaN where it is not known); with torque its largest (8)
+//         continuous force, largest damping, mass (8 each; a NaN where it is not known); with torque its largest (8); with flag 64 largest stiffness, damping, friction and
+//         resolution likewise, and where each of stated_values comes from (1 each)
 //       configuration: count (8), key and value each; events: count (8), time (8) and name each; a text is its length (4) and its bytes
 //       ticks: count (8), each two bytes of flags and then
 //         flags     phase (bits 0-1), read (2-3), written (4-5), the hand is where the tip is (6), depth and force are +0 (7),
@@ -118,7 +119,7 @@ class ByteReader {
 inline constexpr std::string_view session_magic = "\x89PLPS\r\n\x1A";
 inline constexpr std::uint32_t session_format = 1;
 inline constexpr std::size_t session_frame = 8 + 4 + 8;   // before the payload
-inline constexpr unsigned velocity_flag = 1, hand_flag = 2, moves_flag = 4, orientation_flag = 8, gripper_flag = 16, torque_flag = 32;
+inline constexpr unsigned velocity_flag = 1, hand_flag = 2, moves_flag = 4, orientation_flag = 8, gripper_flag = 16, torque_flag = 32, stated_flag = 64;
 inline constexpr unsigned at_tip_flag = 1u << 6, silent_flag = 1u << 7, same_energy_flag = 1u << 8, same_buttons_flag = 1u << 9, turned_flag = 1u << 10,
                           gripped_flag = 1u << 11, twisted_flag = 1u << 12, cut_flag = 1u << 13;
 
@@ -148,11 +149,18 @@ inline std::string session_bytes(Session const& session) {
   bool const has_hand = !session.hand.empty();
   out.put(static_cast<std::uint8_t>((session.device.reports_velocity ? velocity_flag : 0u) | (has_hand ? hand_flag : 0u) | (session.device.moves_a_hand ? moves_flag : 0u) |
                                     (session.device.reports_orientation ? orientation_flag : 0u) | (session.device.reports_gripper ? gripper_flag : 0u) |
-                                    (session.device.max_torque > 0 ? torque_flag : 0u)));
+                                    (session.device.max_torque > 0 ? torque_flag : 0u) | (states_more(session.device) ? stated_flag : 0u)));
   out.put(static_cast<std::uint32_t>(session.device.buttons));
   for (DeviceValue const& value : {session.device.continuous_force, session.device.max_damping, session.device.mass})
     out.put(value.known() ? value.value : std::numeric_limits<double>::quiet_NaN());
   if (session.device.max_torque > 0) out.put(session.device.max_torque.value);
+  if (states_more(session.device)) {
+    for (std::size_t k = 0; k < extra_values; ++k) {
+      DeviceValue const& value = session.device.*stated_values[k].value;
+      out.put(value.known() ? value.value : std::numeric_limits<double>::quiet_NaN());
+    }
+    for (StatedValue const& stated : stated_values) out.put(static_cast<std::uint8_t>((session.device.*stated.value).provenance));
+  }
   out.put(static_cast<std::uint64_t>(session.configuration.size()));
   for (auto const& [key, value] : session.configuration.values()) {
     out.put(std::string_view(key));
@@ -242,7 +250,7 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
   session.seed.value = in.word<std::uint64_t>("the seed");
   session.device = {.max_force = in.number("the device's force"), .rate = in.number("the device's rate")};
   auto const flags = in.word<std::uint8_t>("the device's flags");
-  if (flags > (velocity_flag | hand_flag | moves_flag | orientation_flag | gripper_flag | torque_flag)) here("the device's flags are unknown; copy the file again");
+  if (flags > (velocity_flag | hand_flag | moves_flag | orientation_flag | gripper_flag | torque_flag | stated_flag)) here("the device's flags are unknown; copy the file again");
   session.device.reports_velocity = (flags & velocity_flag) != 0;
   session.device.moves_a_hand = (flags & moves_flag) != 0;
   session.device.reports_orientation = (flags & orientation_flag) != 0;
@@ -254,6 +262,15 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
     if (double const number = in.number("what is known of the device"); !std::isnan(number)) *value = number;
   bool const has_torque = (flags & torque_flag) != 0;
   if (has_torque) session.device.max_torque = in.number("the device's torque");
+  if ((flags & stated_flag) != 0) {
+    for (std::size_t k = 0; k < extra_values; ++k)
+      if (double const number = in.number("what is known of the device"); !std::isnan(number)) session.device.*stated_values[k].value = number;
+    for (StatedValue const& stated : stated_values) {
+      auto const from = in.word<std::uint8_t>("where what is known of the device comes from");
+      if (from > static_cast<unsigned>(Provenance::reported)) here("where what is known of the device comes from is unknown; copy the file again");
+      (session.device.*stated.value).provenance = static_cast<Provenance>(from);
+    }
+  }
   bool const has_hand = (flags & hand_flag) != 0;
   try {
     std::string last;

@@ -7,6 +7,7 @@
 #include <palpate/simulator/recording.hpp>
 #include <palpate/training/session.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -53,6 +54,12 @@ inline std::string session_text(Session const& session) {
   append_known(text += " N·s/m ", session.device.mass);
   text += " kg";
   if (session.device.max_torque > 0) append_number(text += ' ', session.device.max_torque), text += " N·m";
+  for (std::size_t k = 0; k < stated_values.size(); ++k) {
+    if (!states_more(session.device, k)) continue;
+    DeviceValue const& value = session.device.*stated_values[k].value;
+    append_number(((text += "\n# states ") += stated_values[k].name) += ' ', value);
+    (text += ' ') += to_string(value.provenance);
+  }
   for (auto const& [key, value] : session.configuration.values()) (((text += "\n# configuration ") += key) += ' ') += value;
   for (SessionEvent const& event : session.events) {
     append_number(text += "\n# event ", event.time);
@@ -161,6 +168,14 @@ class SessionHead {
         session_.device.max_torque = number(next(content), "device's torque");
         if (content != "N·m" || !(session_.device.max_torque > 0)) fail_motors();
       }
+    } else if (word == "states") {
+      std::string_view const name = next(content);
+      auto const stated = std::ranges::find(stated_values, name, &StatedValue::name);
+      double const value = number(next(content), "number that a device states");
+      Provenance from = Provenance::reported;
+      while (from != Provenance::unknown && content != to_string(from)) from = static_cast<Provenance>(static_cast<int>(from) - 1);
+      if (stated == stated_values.end() || from == Provenance::unknown) fail("what a device states is, for example, \"states damping 0.05 datasheet\"");
+      session_.device.*stated->value = {value, from};
     } else if (word == "configuration") {
       std::string const key(next(content));
       if (session_.configuration.find(key)) fail(message("the key ", key, " is there twice; remove one"));
@@ -174,7 +189,7 @@ class SessionHead {
       if (!std::isfinite(time) || content.empty()) fail("an event is a finite time and a name");
       session_.events.push_back({time, std::string(content)});
     } else {
-      fail(message("\"", rest, "\" is no line of a session; it begins with note, version, seed, device, motors, configuration, event or ticks"));
+      fail(message("\"", rest, "\" is no line of a session; it begins with note, version, seed, device, motors, states, configuration, event or ticks"));
     }
   }
 
