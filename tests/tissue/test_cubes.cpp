@@ -340,6 +340,19 @@ TEMPLATE_TEST_CASE("nails, home springs and gravity: what holds a column of cube
     if (nailed.tissue().nailed(i)) CHECK(nailed.displacement(i).norm() == 0);
 }
 
+TEST_CASE("cubes that are visited by chance go on the same to the byte where loads stay the same", "[tissue][cubes]") {
+  auto body = block<double>(4, 3, 3, {.order = VisitOrder::random, .sweeps = 2});
+  body.nail(0), body.set_gravity({0, 0, -9.81});
+  body.step(1e-3);
+  auto const saved = body.save();
+  body.step(1e-3);
+  Matrix3X<double> const first = body.positions();
+  body.restore(saved), body.step(1e-3);
+  CHECK(body.positions() == first);
+  auto other = block<double>(4, 3, 3, {.levels = 1, .order = VisitOrder::random, .sweeps = 2});
+  CHECK_THROWS_WITH(other.restore(saved), says("levels", "it is another body's"));
+}
+
 TEMPLATE_TEST_CASE("cubes go on the same to the byte after a restore, split, cut and touched", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   for (auto const order : {VisitOrder::breadth_first, VisitOrder::index, VisitOrder::random}) {

@@ -295,6 +295,8 @@ TEMPLATE_TEST_CASE("vertex rings go on the same to the byte after a restore", "[
   body.nail(7), body.apply_force(9, {4, 0, 0}), body.step(S(0.1));
   body.restore(saved);
   CHECK(body.restorations() == restorations + 1);
+  auto small = ball<S>(3);
+  CHECK_THROWS_WITH(small.restore(saved), says("can not be restored", "it is another body's"));
   CHECK_FALSE(body.tissue().nailed(7));
   CHECK(body.tissue().nailed(3));
   for (int k = 60; k < 130; ++k) tick(k);

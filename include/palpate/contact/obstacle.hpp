@@ -68,6 +68,7 @@ class Obstacle : public SkinBody<ScalarType> {
 
   State save() const { return {this->save_skin(), this->positions(), this->velocities(), target_, left_}; }
   void restore(State const& state) {
+    this->require_own(state.skin);
     for (int i = 0; i < size(); ++i) this->displace(i, Vector(state.positions.col(i) - this->rest_[i]), Vector(state.velocities.col(i)));
     target_ = state.target, left_ = state.left;
     this->restore_skin(state.skin);

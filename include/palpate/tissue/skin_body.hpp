@@ -179,7 +179,12 @@ class SkinBody {
     std::size_t revision;
   };
   SkinState save_skin() const { return {skin_.nailed_, skin_.revision_}; }
+  void require_own(SkinState const& state) const {
+    if (state.nailed.size() != skin_.nailed_.size())
+      throw InvalidArgument(detail::message("a state of ", state.nailed.size(), " particles can not be restored in a body of ", skin_.nailed_.size(), "; it is another body's"));
+  }
   void restore_skin(SkinState const& state) {
+    require_own(state);
     skin_.nailed_ = state.nailed, skin_.revision_ = state.revision;
     ++restorations_;
   }

@@ -375,6 +375,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
   Columns<Scalar, 3> load_, pushed_;          // N, for the next step and of the last one
   std::vector<Scalar> support_;               // N/m, of each vertex of unsplit cubes
   std::vector<int> loaded_, touched_;         // vertices with a force, now and when there last was one
+  std::vector<int> order_;                    // in which vertices are visited
   std::vector<char> is_loaded_;
   int sweep_ = 0;
   Vector gravity_ = Vector::Zero();           // m/s²
@@ -412,7 +413,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
   std::vector<int> queue_;
   std::vector<std::uint64_t> seen_;
   std::uint64_t seen_count_ = 0;
-  std::vector<int> order_, ring_end_;
+  std::vector<int> ring_end_;   // in that order
   std::size_t expanded_ = 0;
   int unseen_from_ = 0, visits_ = 0, moving_ = 0;
 };

@@ -96,23 +96,25 @@ class Cubes : public detail::CubeRelaxation<ScalarType> {
   // --- save and restore -----------------------------------------------------------------------------------------------
   /// Everything that makes the body's future.
   struct State {
-    std::vector<int> opened, split, idle, hit, touches, touched, loaded;
+    std::vector<int> opened, split, idle, hit, touches, touched, loaded, order;   // the last: where it is by chance
     Matrix3X<Scalar> u, v, load, pushed;
     typename Base::SkinState skin;
     std::vector<Scalar> support;
     Vector gravity;
     Random random;
-    int sweep;
+    int sweep, levels;
     bool is_quiet, was_loaded;
     Scalar largest;
   };
   State save() const {
-    return {grid_.opened(), fine_.cubes,    idle_,            hit_,     touches_, touched_, loaded_, u_.view(),  v_.view(),
-            load_.view(),   pushed_.view(), this->save_skin(), support_, gravity_, random_,  sweep_,  is_quiet_, was_loaded_, largest_};
+    return {grid_.opened(), fine_.cubes,    idle_,            hit_,     touches_, touched_, loaded_, this->options_.order == VisitOrder::random ? this->order_ : std::vector<int>(), u_.view(),  v_.view(),
+            load_.view(),   pushed_.view(), this->save_skin(), support_, gravity_, random_,  sweep_,  this->options_.levels, is_quiet_, was_loaded_, largest_};
   }
   void restore(State const& state) {
     if (state.idle.size() != at(cubes()))
       throw InvalidArgument(detail::message("Cubes: a state of ", state.idle.size(), " cubes can not be restored in a body of ", cubes(), "; it is another body's"));
+    if (state.levels != this->options_.levels)
+      throw InvalidArgument(detail::message("Cubes: a state of a body that splits over ", state.levels, " levels can not be restored in one of ", this->options_.levels, "; it is another body's"));
     grid_.set_opened(state.opened);
     begin_anew();
     this->refine(state.split);
@@ -122,6 +124,7 @@ class Cubes : public detail::CubeRelaxation<ScalarType> {
     for (int const i : loaded_) is_loaded_[at(i)] = 1;
     for (int i = 0; i < size(); ++i) this->displace(i, state.u.col(i)), this->refresh(i);
     this->begin_order();
+    if (!state.order.empty()) this->order_ = state.order;
     is_quiet_ = state.is_quiet, was_loaded_ = state.was_loaded, largest_ = state.largest;
     this->restore_skin(state.skin);
   }

@@ -140,6 +140,7 @@ class VertexRings : public SkinBody<ScalarType> {
     return state;
   }
   void restore(State const& state) {
+    this->require_own(state.skin);
     reset();
     this->restore_skin(state.skin);
     for (auto const& vertex : state.away) {
