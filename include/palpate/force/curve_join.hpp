@@ -15,7 +15,7 @@ namespace palpate {
 ///   on a reversal      F = unloading + q (loading − unloading);  q ← clamp(q + Δd / reversal_depth, 0, 1) in every tick
 ///   at the puncture    F = F_p g(d) + s(t / puncture_time) (F_after − F_p g(d)), t since the puncture;  g(d) = min(1, d/d_p)ⁿ
 /// The share q is a stop operator on depth (hysteresis, \cite visintin1994). Of two passes of one depth, the one on the way back has no
-/// larger share, and unloading is never above loading. So every closed path in depth takes energy from the hand, or none. The remainder
+/// larger share, and unloading is never above loading. So every closed path in depth after the puncture takes energy from the hand, or none. The remainder
 /// of the force at the puncture, F_p at the depth d_p, falls with depth. n ≥ 1 is such that it returns no more than the tool has put in:
 /// F_p d_p/(n + 1) ≤ ∫F dd.
 /// Units      [m], [s]

@@ -26,8 +26,9 @@ struct NeedleForceOptions {
 /// The cutting force acts while the needle goes deeper than before and vanishes tip_depth further back, so it has no step at a reversal.
 /// Units      d [m]; force [N] on the hand, along the normal. Coefficients see `NeedleForceOptions`.
 /// Source     \cite okamura2004. There the cutting force depends on the direction of motion; here on the distance.
-/// Invariant  a₁, a₂, f_c ≥ 0, tip_depth > 0, all finite, and those of `KarnoppFriction`; checked at set-up. Every closed path takes
-///            energy from the hand, or none.
+/// Invariant  a₁, a₂, f_c ≥ 0, tip_depth > 0, all finite, and those of `KarnoppFriction`; checked at set-up. Every closed path
+///            after the puncture takes energy from the hand, or none; one from the surface and back where ∫(a₁ d + a₂ d²) up to the puncture is f_c tip_depth/2 or
+///            more, which the tip's force gives back.
 /// Cost       noexcept, no allocation: allowed in the servo tick.
 /// Limits     The force is along the normal, as for a needle inserted along it, without bending or the side force of a bevel. One object
 ///            serves one needle: it keeps state, `reset()` restarts it. In `CuttingForce` it replaces the default spring.

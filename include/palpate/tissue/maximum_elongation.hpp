@@ -29,7 +29,8 @@ struct ElongationReport {
 /// Converges linearly where the links can be satisfied together: a few sweeps where few links are too long. A pull at the end of a chain
 /// of n links travels its length in one sweep, but evens out in O(n²): the rest is done in the steps that follow.
 /// Where both ends of what is too long are fixed nothing can satisfy it; the pass leaves some links too long and reports the longest.
-/// The centre of mass and momentum of free particles stay; kinetic energy is lost, as in an inelastic shock.
+/// The centre of mass and momentum of free particles stay; kinetic energy is lost, as in an inelastic shock, where a link grew too long in that step. One that was
+/// before comes back at Δx/h, with energy that is new.
 /// Units      limit, tolerance: shares of the rest length.
 /// Source     \cite provot1995, there 10 %, equal masses, one sweep, and velocities as they are.
 /// Cost       O(links at the moving particles) a sweep. noexcept, no allocation: allowed in the servo tick.

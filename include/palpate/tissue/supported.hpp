@@ -34,7 +34,8 @@ namespace palpate {
 /// Cost       one root and two divisions a moving surface particle; nothing for others. noexcept, no allocation. What the tissue can do besides, it can
 ///            still: fused steps, blocks at once, tangent, cuts.
 /// Invariant  L_i > 0 for every surface particle. set_mass changes a particle's support in proportion.
-/// Limits     they lessen a change of volume, they do not forbid it. Radial means outward only where the surface is star-shaped about C.
+/// Limits     they lessen a change of volume, they do not forbid it. In a solid, mass that a cut moves inside from the skin takes its supports along. There is no part().
+///            Radial means outward only where the surface is star-shaped about C.
 template <TissueModel Tissue, SpringLaw<typename Tissue::Scalar> Law = LinearSpring<typename Tissue::Scalar>>
 class Supported : public Tissue {
  public:

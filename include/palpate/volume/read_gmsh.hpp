@@ -230,8 +230,8 @@ TetrahedralMesh<Scalar> parse_gmsh(std::string_view text, double metres_per_unit
 /// Reads the tetrahedra of a Gmsh file in ASCII, of version 1, 2.x or 4.1. Points, lines and faces in it are passed over, as are sections of other things.
 ///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`
 /// Tetrahedra that are inside out are turned, vertices of none are dropped; the rest keeps its order.
-/// Throws `FileError` in one line with the line of the file: cut short, damaged, binary, of another version, volumes that are no tetrahedra of four vertices, flat
-/// or double tetrahedra, more than two at a face, a coordinate that is not finite.
+/// Throws `FileError` in one line with the line of the file: cut short, damaged, binary, of another version, volumes that are no tetrahedra of four vertices, a
+/// coordinate that is not finite; with the numbers of tetrahedra and vertices, from 0 in the order of the file: flat or double tetrahedra, more than two at a face.
 template <RealScalar Scalar = double>
 TetrahedralMesh<Scalar> read_gmsh(std::filesystem::path const& file, double metres_per_unit = 1.0) {
   return parse_gmsh<Scalar>(detail::read_whole_file(file), metres_per_unit, file.string());
