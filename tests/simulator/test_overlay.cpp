@@ -6,7 +6,9 @@
 
 #include <palpate/force/cutting_force.hpp>
 #include <palpate/force/tissue_reaction.hpp>
+#include <palpate/haptics/coupled_force.hpp>
 #include <palpate/haptics/overlay.hpp>
+#include <palpate/haptics/proxy_force.hpp>
 #include <palpate/simulator/servo_loop.hpp>
 
 #include <algorithm>
@@ -72,8 +74,20 @@ struct Reset {
 static_assert(ForceOverlay<Told, double> && !ForceOverlay<NoForce, double>);
 static_assert(HasOverlay<Overlaid<NoForce, Told>, double> && !HasOverlay<NoForce, double> && !HasOverlay<CuttingForce<>, double>);
 static_assert(ForceModel<Overlaid<NoForce, Told>, double>);
+static_assert(HasOverlay<CoupledForce<Overlaid<ProxyForce<double>, Told>>, double> && !HasOverlay<CoupledForce<ProxyForce<double>>, double>);
+static_assert(KnowsLoadStiffness<Overlaid<ProxyForce<double>, Told>, double> && !KnowsLoadStiffness<Overlaid<NoForce, Told>, double>);
 
 }  // namespace
+
+TEST_CASE("a coupling passes on the overlay of what it wraps", "[simulator][overlay]") {
+  Vector3<double> pull(0.1, 0, 0);
+  std::vector<ToolMotion<double>> told;
+  CoupledForce force(Overlaid(ProxyForce<double>(), Told{&pull, &told}), {.stiffness = 500});
+  ToolMotion<double> const motion{.tip = {0.1, 0.2, 0.3}, .continues = true};
+  CHECK(force.overlay(motion) == pull);
+  REQUIRE(told.size() == 1);
+  CHECK(told[0].tip == motion.tip);
+}
 
 TEST_CASE("an overlay is felt in free space and in contact, and is told where the tip is", "[simulator][overlay]") {
   Stage stage;

@@ -308,6 +308,17 @@ TEST_CASE("A hook holds on to the same tissue while a cut beside it is made and 
   tick(0.003);
   CHECK(hook.hooked());
   CHECK((rest_of() - held).norm() < 1e-6);
+  // Another tool that cuts after the hook in the same tick: what the hook pulls at is still what it held.
+  hook.advance(body, pose<double>(start - Vector3<double>(0, 0, 0.003), 0));
+  auto const corners = body.tissue().surface().corners(hook.held().triangle);
+  auto const undivided = body;
+  auto const before = hook;
+  Vector3<double> const place = rest_of();
+  body.insert_on_edge(corners[0], corners[1], 0.5);
+  body.insert_on_edge(corners[1], corners[2], 0.5);
+  REQUIRE(hook.press(body, 1.0, 5e-4).allFinite());
+  CHECK((rest_of() - place).norm() < 1e-9);
+  body = undivided, hook = before;
   body.merge_last_particle(p);   // the copy's number is no particle's now
   tick(0.003);
   CHECK(hook.hooked());

@@ -51,6 +51,12 @@ concept HasOverlayEnergy = requires(T const& model) {
   { model.overlay_energy() } -> std::convertible_to<double>;
 };
 
+/// Refinement: a force that states its stiffness as the tool yields [N/m]: of the last `on_surface`, symmetric, positive semidefinite.
+template <class T, class Scalar>
+concept KnowsLoadStiffness = requires(T const& force) {
+  { force.load_stiffness() } -> std::convertible_to<Matrix<Scalar, 3, 3>>;
+};
+
 /// Refinement: a force that needs local surface models: `begin_session(servo rate, model rate)` [Hz] tells how many ticks lie between
 /// two.
 template <class T>

@@ -12,15 +12,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <concepts>
 
 namespace palpate {
-
-/// A force that states its stiffness as the tool yields [N/m]: of the last `on_surface`, symmetric, positive semidefinite.
-template <class T, class Scalar>
-concept KnowsLoadStiffness = requires(T const& force) {
-  { force.load_stiffness() } -> std::convertible_to<Matrix<Scalar, 3, 3>>;
-};
 
 /// Secant stiffness F·n/d along the normal, where that is above zero: for a force model that states no stiffness.
 template <RealScalar S>
