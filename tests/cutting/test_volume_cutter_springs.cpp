@@ -277,7 +277,7 @@ TEMPLATE_TEST_CASE("whatever is cut, nothing is lost of springs either", "[volum
     MassSpring<S> tissue(mesh, {.mass = {.total = S(0.004)}, .link = {.stiffness = S(40), .damping = S(0.01)}, .home = {.stiffness = S(0.5), .damping = S(1e-3)},
                                 .link_prestrain = seed % 7 == 4 ? S(0.05) : S(0)});
     for (int i = 0; i < tissue.size(); ++i)
-      if (tissue.rest_position(i)[2] < S(1e-6)) tissue.nail(i);
+      if (seed % 2 == 0 && tissue.rest_position(i)[2] < S(1e-6)) tissue.nail(i);
     return SoftBody(std::move(tissue), BackwardEuler{});
   });
 }

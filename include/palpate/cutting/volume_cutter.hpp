@@ -177,6 +177,7 @@ class VolumeCutter {
   ///   auto const saved = body.save(); auto const knife_then = knife;  …  body.restore(saved), knife = knife_then, knife.resume(body);
   template <class Body>
   void resume(Body const& body) {
+    body.tissue().topology();              // throws for a surface
     restorations_ = body.restorations();   // a stroke that was to be forgotten then still is
     touch_.resume(body);
   }
