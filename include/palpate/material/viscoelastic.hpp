@@ -6,10 +6,10 @@
 #include <palpate/material/concept.hpp>
 #include <palpate/material/isotropic.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 namespace palpate {
 
@@ -72,7 +72,8 @@ class PronyStep {
 
 /// What a tetrahedron remembers: of each term Q, the deviatoric stress averaged over the past, dQ/dt = (S_dev − Q)/τ, and S_dev of the last step.
 /// With S_dev linear in time within a step the recursion is exact:  Q⁺ − S⁺ = (Q − S) e − (S⁺ − S) (1 − e) τ/h,   e = exp(−h/τ).
-/// S_dev = S − (S : C) C⁻¹/3 with S = F⁻¹P. Of what is squeezed below a tenth of its volume, or turned over, it stays as it was last.
+/// S_dev = S − (S : C) C⁻¹/3 with S = F⁻¹P, in full where q = |F|² |F⁻¹|²/9 is at most 30, as in a pull to five times the length or a press to a fifth, less
+/// beyond, and none from 60 on and of what is turned over: C⁻¹ grows without bound there, and what is remembered of it would hold flat what is let go.
 /// Source     \cite simo1987; the recursion for S_dev at both ends of a step is ours, of second order as the midpoint's there.
 template <RealScalar Scalar>
 struct PronyHistory {
@@ -85,7 +86,7 @@ struct PronyHistory {
   Stress advance(ViscoelasticLaw<Law, Scalar> const& law, Tensor3<Scalar> const& F, PronyStep<Scalar>& step) noexcept {
     step.take(law.time);
     Stress const before = last;
-    if (auto const now = deviatoric(law.law, F); now.xx == now.xx) last = now;
+    last = deviatoric(law.law, F);
     Stress const change = last + Scalar(-1) * before;
     Stress faded;
     for (std::size_t k = 0; k < average.size(); ++k) {
@@ -100,11 +101,11 @@ struct PronyHistory {
   template <class Law>
   static Stress deviatoric(Law const& law, Tensor3<Scalar> const& F) noexcept {
     Tensor3<Scalar> const cof = cofactor(F), P = law.stress(F);
-    Scalar const J = determinant(F, cof), none = std::numeric_limits<Scalar>::quiet_NaN();
-    if (!(J > Scalar(0.1))) return {none, none, none, none, none, none};
+    Scalar const J = determinant(F, cof), q = double_contraction(F, F) * double_contraction(cof, cof) / (9 * J * J);
+    if (!(J > 0 && q < 60)) return {};
     Tensor3<Scalar> const inverse = (1 / J) * transpose(cof), S = inverse * P;   // C⁻¹ = F⁻¹F⁻ᵀ, S : C = P : F
     Tensor3<Scalar> const D = S - (double_contraction(P, F) / 3) * (inverse * transpose(inverse));
-    return upper_triangle(symmetric_part(D));
+    return std::min(2 - q / 30, Scalar(1)) * upper_triangle(symmetric_part(D));
   }
 };
 
