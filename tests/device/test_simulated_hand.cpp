@@ -246,6 +246,19 @@ TEST_CASE("what is written is limited, late by its ticks, and quantised where it
   CHECK(hand.last_wrench().force.isZero(0.0));
 }
 
+// Yardstick: where p − x = d for long, every share of the spring gives k d, late or not; dampers give b ẋ of device alone.
+TEST_CASE("a hand that reacts late is no farther along its path", "[device]") {
+  for (double const share : {0.0, 0.5, 1.0}) {
+    HandOptions late = light_hand();
+    late.reaction_share = share, late.reaction_delay = 0.03;
+    SimulatedHand<double> hand(resting().line({2, 0, 0}, 20.0, Pace::constant), {.hand = late});
+    DeviceState<double> state;
+    for (int k = 0; k <= 19000; ++k) hand.read(state);
+    double const lag = hand.path().at(19.0).position.x() - state.position.x();
+    CHECK(lag == Approx(0.1 * 0.1 / 50.0).margin(2e-6));   // 0.1 N·s/m of the device's, at 0.1 m/s, on 50 N/m
+  }
+}
+
 TEMPLATE_TEST_CASE("simulated hands keep the laws of a device and do not allocate", "[device]", PALPATE_TEST_SCALARS) {
   using Scalar = TestType;
   HandOptions late = light_hand();

@@ -117,5 +117,6 @@ TEST_CASE("shapes that make no sense are refused with advice, and leave the path
   CHECK(unsaid(message_of([&] { path.chirp({0, nan, 1}, 1.0, 2.0, 1.0); }), "chirp", "not finite") == "");
   CHECK(unsaid(message_of([&] { circle<double>(path, {0, 0, 0}, {0, 0, 1}, 1.0, 0); }), "circle", "0 turns") == "");
   CHECK(unsaid(message_of([&] { strokes<double>(path, {0, 0, 1}, 1.0, 0); }), "strokes", "0 times") == "");
+  CHECK(unsaid(message_of([&] { path.sine({0, 0, 1}, 1e300, 1e10); }), "sine", "no finite point", "lower frequencies") == "");
   CHECK(path.duration() == 0.0);
 }

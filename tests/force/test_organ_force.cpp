@@ -97,6 +97,7 @@ TEST_CASE("malformed organ forces are refused with a reason") {
   CHECK_THROWS_AS((Force{.coefficient = nan}.validate()), InvalidArgument);
   CHECK_THROWS_AS((Force{.wall_normal = {nan, 0.0, 0.0}}.validate()), InvalidArgument);
   CHECK_THROWS_AS((Force{.wall_normal = {1e-200, 0.0, 0.0}}.validate()), InvalidArgument);
+  CHECK_THROWS_AS((Force{.wall_normal = {1e200, 0.0, 0.0}}.validate()), InvalidArgument);
   CHECK_THROWS_AS((Force{.max_damping = 0.0}.validate()), InvalidArgument);
   CHECK_THROWS_AS((Force{.max_damping = nan}.validate()), InvalidArgument);
   using Friction = OrganFriction<double>;

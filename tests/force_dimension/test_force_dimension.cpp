@@ -230,13 +230,15 @@ TEST_CASE("what keeps a device of Force Dimension from being opened or armed is 
                          Row{Call::open, 20, ForceDimensionProblem::device_not_found, "\"device in use\"; another program holds"},
                          Row{Call::status, 2, ForceDimensionProblem::driver, "failed at once: error 2 \"communication error\"; check the USB cable"},
                          Row{Call::pose, 8, ForceDimensionProblem::driver, "failed at once: error 8 \"geometry error\""},
-                         Row{Call::velocity, 1, ForceDimensionProblem::driver, "failed at once: ten reads without a sound state"},
+                         Row{Call::velocity, 1, ForceDimensionProblem::driver, "has given no sample within 0.2 s"},
                          Row{Call::enable, 12, ForceDimensionProblem::driver, "the motors were not switched on: error 12"},
                          Row{Call::forces, 2, ForceDimensionProblem::driver, "the motors were not switched on: error 2"}}) {
     auto& fake = fresh_dhd();
     fake.plan.fails = row.fails;
     fake.plan.code = row.code;
-    ForceDimensionDevice device(quick());
+    ForceDimensionOptions options = quick();
+    options.timeout = 0.2;
+    ForceDimensionDevice device(options);
     CHECK(problem_of_opening(device) == row.problem);
     device.close();
     CHECK(unsaid(message_of([&] {
@@ -256,6 +258,12 @@ TEST_CASE("what keeps a device of Force Dimension from being opened or armed is 
   ForceDimensionDevice silent(options);
   CHECK(unsaid(message_of([&] { silent.open(); }), "has given no sample within 0.01 s") == "");
   CHECK(fake.opens == fake.closes);
+
+  fake.plan = {};   // its velocity is a mean, and there is none before its window is full
+  fake.plan.fails = Call::velocity, fake.plan.fails_until = fake.samples + 21;
+  ForceDimensionDevice filling(quick());
+  CHECK(message_of([&] { filling.open(); }) == "(no exception)");
+  filling.close();
 
   fake.plan = {};
   fake.plan.uncalibrated = true;

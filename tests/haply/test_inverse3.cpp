@@ -479,7 +479,7 @@ TEST_CASE("host and port of a haply address are taken apart", "[haply]") {
   CHECK(taken("//lab.example/") == "lab.example 10001");
   CHECK(taken("//[::1]:4000") == "::1 4000");
   CHECK(taken("//[::1]") == "::1 10001");
-  for (char const* path : {"localhost:10001", "//", "//:1", "//host:", "//host:1x", "//host:port", "//[::1", "//[]:1", "//host:99999999999"})
+  for (char const* path : {"localhost:10001", "//", "//:1", "//host:", "//host:1x", "//host:port", "//[::1", "//[]:1", "//[::1]garbage:80", "//[::1]80", "//host/x:3", "//host/x", "//host:99999999999"})
     CHECK(unsaid(message_of([&] { taken(path); }), path, "is no host and port", "haply://localhost:10001") == "");
   CHECK(unsaid(message_of([] { Inverse3Device const device({.port = 70000}); }), ".port is 70000") == "");
 }

@@ -308,6 +308,7 @@ TEST_CASE("a bad network delays as it is told, loses nothing and keeps the order
     });
   }
   CHECK(longest == 0.0);
+  CHECK_THROWS_AS(ImpairedLink({.silences = {{1.0, 2.0}, {0.5, 1.2}}}), InvalidArgument);
 }
 
 TEST_CASE("the same seed gives the same times, whatever is sent", "[network]") {

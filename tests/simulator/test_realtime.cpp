@@ -546,7 +546,9 @@ namespace {
 /// A device whose driver calls the servo: a thread of its own, which may stand still after some ticks.
 class ClockedDevice {
  public:
-  explicit ClockedDevice(std::uint64_t stops_after = ~std::uint64_t{0}) : state_(std::make_unique<State>()) { state_->stops_after = stops_after; }
+  explicit ClockedDevice(std::uint64_t stops_after = ~std::uint64_t{0}, double rate = 1000.0) : state_(std::make_unique<State>()) {
+    state_->stops_after = stops_after, state_->rate = rate;
+  }
 
   Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0, .moves_a_hand = false}; }
   DeviceStatus read(DeviceState<double>& state) noexcept {
@@ -562,7 +564,7 @@ class ClockedDevice {
     state_->runs = true;
     state_->thread = std::thread([this, tick, context] {
       state_->driver = std::this_thread::get_id();
-      Pacer pacer(1000.0);
+      Pacer pacer(state_->rate);
       for (std::uint64_t k = 0; state_->runs.load(); ++k) {
         pacer.wait();
         if (k < state_->stops_after) tick(context);
@@ -583,7 +585,7 @@ class ClockedDevice {
     std::atomic<bool> runs{false};
     std::uint64_t stops_after = 0, reads = 0;
     bool called_elsewhere = false;
-    double felt = 0.0;
+    double felt = 0.0, rate = 0.0;
   };
   std::unique_ptr<State> state_;
 };
@@ -606,6 +608,16 @@ TEST_CASE("a clock is found in a device that was chosen while the program runs",
   Simulator simulator(AnyDevice<double>(ClockedDevice{}), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, TissueReaction{});
   CHECK(simulator.run_realtime(0.3).ticks().size() == 300);
   CHECK_FALSE(simulator.realtime_report().timers.asked);   // the thread was the driver's
+}
+
+TEST_CASE("ticks that a device's own clock leaves out are counted, also of one chosen while the program runs", "[simulator][realtime][threads]") {
+  auto const skipped = [](auto device) {
+    Simulator simulator(std::move(device), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, TissueReaction{});
+    simulator.run_realtime(0.05);   // 50 ticks, 5 ms from each to the next
+    return simulator.statistics().servo.skipped();
+  };
+  CHECK(skipped(ClockedDevice(~std::uint64_t{0}, 200.0)) >= 150);
+  CHECK(skipped(AnyDevice<double>(ClockedDevice(~std::uint64_t{0}, 200.0))) >= 150);
 }
 
 TEST_CASE("a device whose clock stands still ends the run with a sentence", "[simulator][realtime][threads]") {

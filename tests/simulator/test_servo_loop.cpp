@@ -15,6 +15,7 @@
 #include <palpate/simulator/recording.hpp>
 #include <palpate/simulator/servo_loop.hpp>
 
+#include <algorithm>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -206,6 +207,42 @@ TEST_CASE("a stale sample is the last one, whether the device fills it in or not
   CHECK(tick.tip == Vector3<double>(0.01, 0.02, 0.03));
   CHECK(tick.force.z() == 1.0);
   CHECK(stage.servo.counts().unread == 0);
+}
+
+// Yardstick: the speed of the hand, which is 0.1 m/s all the time, then 0.2.
+TEST_CASE("a hand has its speed however seldom its device has a new sample", "[simulator][servo_loop]") {
+  for (bool const leaves_state : {false, true}) {
+    Stage<double> stage;
+    stage.strings.leaves_state = leaves_state;
+    double z = 0.0, way = -1e-4;
+    double slowest = 1.0, fastest = 0.0;
+    for (int k = 0; k < 60; ++k) {
+      if (k == 30) way = -2e-4;
+      z += way;
+      bool const fresh = k % 3 == 0;
+      stage.strings.reads = fresh ? DeviceStatus::ok : DeviceStatus::stale;
+      if (fresh) stage.strings.next.position = {0, 0, z}, stage.strings.leaves_state = false;
+      stage.tick();
+      stage.strings.leaves_state = leaves_state;
+      double const speed = -stage.servo.velocity().z();
+      if (k == 0) CHECK(speed == 0.0);
+      if (k < 3 || (k >= 30 && k < 33)) continue;   // no way is known yet; it changed on the way
+      slowest = std::min(slowest, k < 30 ? speed : speed - 0.1), fastest = std::max(fastest, k < 30 ? speed : speed - 0.1);
+    }
+    CHECK(slowest == Approx(0.1));
+    CHECK(fastest == Approx(0.1));
+    // After a read that failed the hand may be anywhere: no speed until there are two new samples.
+    stage.strings.leaves_state = false;
+    stage.strings.reads = DeviceStatus::ok;
+    stage.tick({0, 0, not_a_number});
+    stage.strings.reads = DeviceStatus::stale;
+    stage.tick({0, 0, z});
+    stage.strings.reads = DeviceStatus::ok;
+    stage.tick({0, 0, z - 1e-3});
+    CHECK(stage.servo.velocity().norm() == 0.0);
+    stage.tick({0, 0, z - 2e-3});
+    CHECK(stage.servo.velocity().z() == Approx(-1.0));
+  }
 }
 
 TEST_CASE("after a fault the hand feels nothing until the next session", "[simulator][servo_loop]") {

@@ -493,6 +493,18 @@ TEST_CASE("snapshots come at their rate and at the end", "[simulator]") {
   CHECK(simulator.snapshots().latest().triangles == simulator.body().drawn_mesh().triangles);
 }
 
+TEST_CASE("a run that was stopped ends with a snapshot of its last tick", "[simulator]") {
+  Simulator simulator(ScriptedDevice<double>(stroke<double>(0.010, 0.25)), skin<double>(ZoneOfInfluence{.rings = 4}), NoCutter<double>{}, NoForce{}, {.snapshot_rate = 100.0});
+  int ticks = 0;
+  Recording const recording = simulator.run(0.25, [&](Tick const&) {
+    if (++ticks == 138) simulator.stop();
+  });
+  REQUIRE(recording.ticks().size() == 138);
+  CHECK(simulator.snapshots().fetch());
+  CHECK(simulator.snapshots().latest().time == recording.ticks().back().time);
+  CHECK(simulator.snapshots().latest().points == simulator.body().drawn_mesh().points);
+}
+
 TEST_CASE("statistics say how many ticks ran and how long they took", "[simulator]") {
   auto simulator = session<double>();
   simulator.run(0.5);

@@ -88,6 +88,8 @@ inline void require_valid(Capabilities const& capabilities) {
     throw InvalidArgument(detail::message("device maximum force is ", force, " N; capabilities() must report zero or more, for example .max_force = 3.3"));
   if (!(torque >= 0.0))
     throw InvalidArgument(detail::message("device maximum torque is ", torque, " N m; capabilities() must report zero or more"));
+  if (int const buttons = capabilities.buttons; buttons < 0 || buttons > 32)
+    throw InvalidArgument(detail::message("device has ", buttons, " buttons; capabilities() must report 0 to 32"));
   auto const require = [](char const* what, DeviceValue const& known, char const* unit) {
     if (!(known.value >= 0.0)) throw InvalidArgument(detail::message("device ", what, " is ", known.value, unit, "; capabilities() must report zero or more"));
   };

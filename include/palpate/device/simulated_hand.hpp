@@ -49,8 +49,8 @@ struct SimulatedHandOptions {
 ///   (m + m_h) ẍ + b ẋ + f_c ẋ/|ẋ| = F + k_h (p − x) + b_h (ṗ − ẋ),   p the intended path with its tremor
 /// F is held from one write to the next, as motors hold it, and p within a tick at its middle. The motion in between is exact, since the
 /// instability of a stiff wall depends on it. Friction brings the tip to rest within a tick where it can, and holds it up to f_c. A hand
-/// with a reaction delay applies `reaction_share` of its stiffness between the delayed tip and the intended path of that time. A hand
-/// that lets go removes its mass, spring and damper.
+/// with a reaction delay applies `reaction_share` of its stiffness to p − x as they were that long ago. A hand that lets go removes its
+/// mass, spring and damper.
 ///
 ///   SimulatedHand<double> device(Trajectory<double>::start({0, 0, 0.01}).line({0, 0, -0.01}, 1.0), {.hand = firm_hand()});
 ///
@@ -132,7 +132,7 @@ class SimulatedHand {
     velocity_.setZero();
     last_wrench_ = {};
     tremor_.reset();
-    for (Vector3<Scalar>& seen : seen_) seen = position_;   // before, it rested there
+    for (Vector3<Scalar>& seen : seen_) seen.setZero();   // before, it rested where it meant to
     for (Vector3<Scalar>& force : forces_) force.setZero();
   }
 
@@ -175,7 +175,6 @@ class SimulatedHand {
     Vector3<Scalar> force = forces_[(tick_ + 1) % forces_.size()];   // written `force_delay` ticks ago
     Vector3<Scalar> const position = position_;
     bool const rested = velocity_ == Vector3<Scalar>::Zero();
-    seen_[tick_ % seen_.size()] = position;
     bool const held = holds();
     SampledMass<Scalar> const& mass = held ? held_ : alone_;
     Motion<Scalar> meant{.position = position_};
@@ -186,9 +185,10 @@ class SimulatedHand {
         meant.velocity += tremor_.velocity();
       }
       force += static_cast<Scalar>(options_.hand.damping) * meant.velocity;
-      if (options_.hand.reaction_share > 0.0)
-        force += static_cast<Scalar>(options_.hand.reaction_share * options_.hand.stiffness) * (meant.position - seen_[(tick_ + 1) % seen_.size()]);
     }
+    seen_[tick_ % seen_.size()] = meant.position - static_cast<Scalar>(0.5 / options_.rate) * meant.velocity - position;   // both as the tick begins
+    if (held && options_.hand.reaction_share > 0.0)
+      force += static_cast<Scalar>(options_.hand.reaction_share * options_.hand.stiffness) * seen_[(tick_ + 1) % seen_.size()];
     mass.step(position_, velocity_, force, meant.position);
     if (options_.friction > 0.0) rub(held ? push_held_ : push_alone_, position, rested);
     ++tick_;
@@ -218,7 +218,7 @@ class SimulatedHand {
   SampledMass<Scalar> held_, alone_;
   Motion<Scalar> push_held_ = push(held_), push_alone_ = push(alone_);
   HandTremor<Scalar> tremor_;
-  std::vector<Vector3<Scalar>> seen_;     // where the tip was, the last ticks of the reaction delay
+  std::vector<Vector3<Scalar>> seen_;     // from the tip to where it was meant to be, the last ticks of the reaction delay
   std::vector<Vector3<Scalar>> forces_;   // on their way to the motors
   std::uint64_t tick_ = 0;
   bool begun_ = false, holds_ = true, taken_ = false;

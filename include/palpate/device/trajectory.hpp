@@ -240,6 +240,7 @@ class Trajectory {
       throw InvalidArgument(detail::message(what, ": it takes ", piece.duration, " s; give a positive, finite time"));
     if (!(until > duration()))
       throw InvalidArgument(detail::message(what, ": ", piece.duration, " s vanish beside the ", duration(), " s before"));
+    if (!is_finite(piece.end)) throw InvalidArgument(detail::message(what, ": its end is no finite point; give lower frequencies or a shorter time"));
     ends_.reserve(pieces_.size() + 1 > ends_.capacity() ? 2 * ends_.capacity() + 8 : ends_.capacity());
     pieces_.push_back(piece);
     ends_.push_back(until);   // can not fail: there is room

@@ -18,7 +18,7 @@ namespace detail {
 
 template <RealScalar S>
 void require_wall_normal(char const* who, Vector3<S> const& normal) {
-  if (!is_finite(normal) || !(normal.squaredNorm() > S(0)) || !std::isfinite(S(1) / normal.squaredNorm()))
+  if (!std::isfinite(normal.squaredNorm()) || !std::isfinite(S(1) / normal.squaredNorm()))
     throw InvalidArgument(message(who, ": .wall_normal is (", normal.x(), ", ", normal.y(), ", ", normal.z(),
                                   "); give a finite direction other than zero"));
 }

@@ -24,7 +24,8 @@ inline void take_address(std::string_view path, Inverse3Options& options) {
   rest.remove_prefix(2);
   if (rest.ends_with('/')) rest.remove_suffix(1);
   std::size_t const bracket = rest.starts_with('[') ? rest.find(']') : 0;
-  if (bracket == std::string_view::npos) refuse();
+  if (bracket == std::string_view::npos || rest.find('/') != std::string_view::npos) refuse();
+  if (bracket > 0 && bracket + 1 < rest.size() && rest[bracket + 1] != ':') refuse();
   std::size_t const colon = rest.find(':', bracket);
   std::string_view host = rest.substr(0, colon);
   if (bracket > 0) host = host.substr(1, host.size() - 2);

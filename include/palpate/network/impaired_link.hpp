@@ -41,7 +41,11 @@ class ImpairedLink {
     require(impairment.burst >= 1.0, ".burst", impairment.burst, "give 1 or more");
     require(impairment.burst * (1.0 - impairment.loss) >= impairment.loss, ".burst", impairment.burst, "losses of that share come in longer bursts: give at least loss / (1 - loss)");
     require.not_negative(".retransmit", impairment.retransmit, " s");
-    for (auto const& [from, to] : impairment.silences) require(from >= 0.0 && to >= from, ".silences", from, " s", "give times that rise");
+    double ended = 0.0;
+    for (auto const& [from, to] : impairment.silences) {
+      require(from >= ended && to >= from, ".silences", from, " s", "give times that rise");
+      ended = to;
+    }
   }
 
   void send(std::span<std::byte const> message, double now) {

@@ -73,7 +73,8 @@ class RealtimeServo {
 
   // --- of the thread that runs the body ---------------------------------------------------------------------------------
   void start() {
-    is_driven_ = with_clock([&](auto& clock) {
+    with_clock([&](auto& clock) {
+      is_driven_ = true;
       servo_.live->publish(RealtimeReport{});   // the thread is the driver's
       servo_.statistics.pause();
       clock.start(&RealtimeServo::tick_of_clock, this);
@@ -125,17 +126,11 @@ class RealtimeServo {
  private:
   /// use(clock) where the device has one.
   template <class Use>
-  bool with_clock(Use const& use) {
-    if constexpr (SelfClocked<Device>) {
+  void with_clock([[maybe_unused]] Use const& use) {
+    if constexpr (SelfClocked<Device>)
       use(servo_.loop.device());
-      return true;
-    } else if constexpr (HasOptionalClock<Device>) {   // known while the program runs: AnyDevice
-      auto* const clock = servo_.loop.device().clock();
-      if (clock != nullptr) use(*clock);
-      return clock != nullptr;
-    } else {
-      return false;
-    }
+    else if constexpr (HasOptionalClock<Device>)   // known while the program runs: AnyDevice
+      if (auto* const clock = servo_.loop.device().clock()) use(*clock);
   }
 
   bool goes_on() const noexcept {
@@ -174,7 +169,7 @@ class RealtimeServo {
     double const periods = std::max(1.0, std::round(std::chrono::duration<double>(started - last_).count() * rate));
     last_ = started;
     double const time = started_at_ + static_cast<double>(done_) / rate, now = std::chrono::duration<double>(started - begun_).count();
-    if constexpr (SelfClocked<Device>) servo_.statistics.add_skipped(static_cast<std::uint64_t>(periods) - 1);
+    if (is_driven_) servo_.statistics.add_skipped(static_cast<std::uint64_t>(periods) - 1);
     loop.read(static_cast<Scalar>(periods / rate));
     if (loop.placed()) {
       poses_.back() = {loop.tool(), time, now, loop.pose_discontinuities()};

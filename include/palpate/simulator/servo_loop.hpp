@@ -96,7 +96,8 @@ class ServoLoop {
     if ((options.clutch & options.grip) != 0) throw InvalidArgument(detail::message("ServoOptions: .clutch, ", options.clutch, ", and .grip, ", options.grip, ", are the same button; give each its own"));
   }
 
-  /// Reads the device. The tip and its velocity are then known; without velocity from the device it is the difference over h.
+  /// Reads the device. The tip and its velocity are then known; without velocity from the device it is the way from one new sample to the next over the time
+  /// between them, and stays while there is no new one.
   void read(Scalar h) noexcept {
     since_last_ = h;
     DeviceState<DeviceScalar> state = state_;
@@ -122,29 +123,31 @@ class ServoLoop {
       return;
     }
     state_ = state;
+    bool const fresh = status == DeviceStatus::ok;
     work_clutch(position);
     Vector const tip = mapping_.clutch_open() ? mapping_.held() : mapping_.to_world(position);
     Vector const reported = mapping_.velocity_to_world(state.velocity.template cast<Scalar>());
     work_jaws(h);
     if (!turn(state.orientation, tip)) {
       ++counts_.off_trocar;
-      if (status == DeviceStatus::ok) since_sample_ = 0;
+      if (fresh) since_sample_ = 0;
       velocity_.setZero();
       follows_ = false;
       return;
     }
     if (placed_ && static_cast<double>(stable_norm(tip - tip_)) > longest_way()) ++pose_discontinuities_, answer_is_due_ = true;
-    if (status == DeviceStatus::ok) since_sample_ = 0;
     if (mapping_.clutch_open())
       velocity_.setZero();
     else if (reports_velocity_ && is_finite(reported))
       velocity_ = reported;
-    else if (follows_)
-      velocity_ = (tip - tip_) / h;
-    else
+    else if (!follows_)
       velocity_.setZero();
+    else if (fresh)
+      velocity_ = (tip - tip_) / static_cast<Scalar>(since_sample_);
+    if (fresh) since_sample_ = 0;
     tip_ = tip;
-    placed_ = follows_ = true;
+    placed_ = true;
+    follows_ = follows_ || fresh;
   }
 
   /// Answers with the force for the tip that was read, and says what was written.
@@ -369,7 +372,7 @@ class ServoLoop {
   double rate_ = 0.0;
   bool reports_velocity_ = false, reports_orientation_ = false, reports_gripper_ = false;
   bool usable_ = false;    // this tick's pose is new
-  bool follows_ = false;   // so was the last one's: a difference of the two is a velocity
+  bool follows_ = false;   // there was a new sample since the tool was placed: from it to the next one is a way
   bool placed_ = false;
   double since_sample_ = 0;      // s, since the last new and usable one
   std::uint64_t pose_discontinuities_ = 0;

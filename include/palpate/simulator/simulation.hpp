@@ -83,6 +83,7 @@ class Simulation {
       if (recordings[0].ticks().size() == ticks) publish_all(now[0].time);
       after_tick(now);
     });
+    if (auto const& last = recordings[0].ticks(); !last.empty() && last.size() < ticks) publish_all(last.back().time);
     for_each_servo([&](auto i, auto& servo) { recordings[i].set_saturation(servo.loop.chain().saturation()); });
     return recordings;
   }

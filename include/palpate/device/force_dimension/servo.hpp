@@ -180,7 +180,7 @@ class Servo {
     sound_ = moves && convert(native, has_wrist_, state_);
     if (!sound_) {
       ++counts_.unreadable;
-      if (++unsound_ == max_unsound) fail(DeviceStatus::fault, 0, "ten reads without a sound state");
+      if (known_ && ++unsound_ == max_unsound) fail(DeviceStatus::fault, 0, "ten reads without a sound state");
       return false;
     }
     if (known_ && (state_.position - before).norm() > jump_ * (1.0 + repeated_)) begin_again(counts_.jumps);
