@@ -78,6 +78,9 @@ TEST_CASE("a fitted network goes into a force file with its curve") {
   auto force = parse_force<double>(force_text(both, "the thesis's curve"));
   CHECK(force(touching(CuttingPhase::moving, 0.015)).z() == both.law(0.015, Phase::loading));
   CHECK(force.speeds().high == 1e-4);
+  std::string const text = force_text(both, "");
+  CHECK_THAT(error_of(replaced(text, "\"depth_range_m\": [0.0", "\"depth_range_m\": [0.001")), says("/depth_range_m is [0.001,0.02]", "that of the network's curve, [0, 0.02]"));
+  CHECK(parse_force<float>(text).speeds().high == 1e-4);
   auto const one = fit_network<Network<double, 1, 5, 1>>(data, quick);
   CHECK(parse_force<double>(force_text(one, ""))(touching(CuttingPhase::moving, 0.015)).z() == one.law(0.015));
 }
@@ -94,6 +97,8 @@ TEST_CASE("a malformed force file is refused with what, where and what to do") {
   CHECK_THAT(error_of(replaced(small_text, "[0.001, 0.01]", "[0.01]")), says("force.json", "/depth_range_m", "1 entries", "give 2"));
   CHECK(error_of(replaced(small_text, "\"source\"", "\"Source\"")).find("has a key \"Source\" that means nothing here") != std::string::npos);
   CHECK_THAT(error_of(replaced(small_text, "\"exponential\"", "\"network\"")), says("force.json", "no key \"network\"", "add it"));
+  ForcePreset const broken{"linear", {{"stiffness", std::numeric_limits<double>::quiet_NaN()}}, {0.0, 0.01}, {0.0, 1.0}, ""};
+  CHECK_THROWS_WITH(force_text(broken), says("a number to be written is nan"));
   CHECK(error_of("[]").find("force.json: the document is []") == 0);
   CHECK(error_of("{\"format\": " + std::string(200000, '[') + std::string(200000, ']') + "}").find("more than 16 levels") != std::string::npos);
 }

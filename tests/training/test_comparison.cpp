@@ -251,6 +251,11 @@ TEST_CASE("sessions that can not be compared are refused", "[training][compariso
   other.recording.append({.time = 9.0, .force = {std::numeric_limits<double>::quiet_NaN(), 0, 0}});
   CHECK(unsaid(message_of([&] { compare(expert, other); }), "depth or force at 9 s is not finite") == "");
   CHECK(unsaid(message_of([&] { compare(expert, expert, {.region = -1.0}); }), "compare: .region is -1") == "");
+  for (double const window : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
+    CHECK(unsaid(message_of([&] { compare(expert, expert, {.smoothness = {.window = window}}); }), "compare: .smoothness.window is") == "");
+  Smoothness const whole = compare(expert, expert, {.smoothness = {.window = 1000.0}}).expert.smoothness;   // longer than the path: the path
+  CHECK(whole.jerk_integral > 0.0);
+  CHECK(compare(expert, expert, {.smoothness = {.window = 1e17}}).expert.smoothness.jerk_integral == whole.jerk_integral);
   Session still = expert;
   still.recording.clear();
   for (int i = 0; i < 20; ++i) still.recording.append({.time = i / 1000.0});

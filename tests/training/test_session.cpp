@@ -344,6 +344,16 @@ TEST_CASE("what could not be read back is refused when it is set", "[training][s
   CHECK(unsaid(message_of([&] { to_csv(session); }), "an event is called \"\"") == "");
   session.events = {{std::numeric_limits<double>::quiet_NaN(), "late"}};
   CHECK(unsaid(message_of([&] { to_csv(session); }), "\"late\" is at nan s") == "");
+  session.events.clear();
+  for (int const buttons : {-1, 33}) {
+    session.device.buttons = buttons;
+    CHECK(unsaid(message_of([&] { to_bytes(session); }), buttons < 0 ? "-1 buttons" : "33 buttons", "0 to 32") == "");
+  }
+  session.device.buttons = 32;
+  session.recording.append({.time = 0.004, .torque = {0, 0.1, 0}});
+  CHECK(unsaid(message_of([&] { to_bytes(session); }), "torque at 0.004 s", ".device.max_torque") == "");
+  session.device.max_torque = 0.5;
+  CHECK(session_from_bytes(to_bytes(session)).recording.ticks()[0].torque.y() == 0.1);
 }
 
 TEST_CASE("events are where the phases change", "[training][session]") {

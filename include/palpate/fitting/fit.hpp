@@ -39,7 +39,7 @@ struct FittedCoefficient {
   double low = 0.0;
   double high = 0.0;
   bool at_bound = false;     ///< it would be smaller if it might
-  bool determined = true;    ///< false: others can take its place, nothing depends on it, or the interval holds zero
+  bool determined = true;    ///< false: others can take its place, nothing depends on it, or the search converged and the interval holds zero
 };
 
 /// What `fit` found. Residuals are measured minus model [N], in the order of `used`.

@@ -27,7 +27,7 @@ struct NetworkFitOptions {
   TrainingOptions training{.starts = 5};   ///< starts, samples held out, seed
   int epochs = 200;                        ///< of Levenberg and Marquardt's method, in each start
   int folds = 5;                           ///< of the cross-validation; 0: none
-  double cap = 2.0;                        ///< outside the measured depths the force is at most this times the largest force measured
+  double cap = 2.0;                        ///< outside the measured depths the force is at most this times the largest measured, or what it is at their ends if that is more
 };
 
 /// What `fit_network` found. Residuals are measured minus network [N], in the order of `used`.
@@ -83,6 +83,11 @@ auto fit_network(char const* who, std::span<Measurement const> measurements, Net
                                   " measurements, those of loading", Net::inputs == 2 && !by_speed ? " and unloading" : "", "; give as many as it has weights, or more"));
   if (static_cast<std::size_t>(options.folds) > used.size())
     throw InvalidArgument(message(who, ": .folds is ", options.folds, " for ", used.size(), " measurements; give no more than there are"));
+  if constexpr (Net::inputs == 2 && !by_speed)
+    for (auto const& [phase, name] : {std::pair{MeasuredPhase::loading, "loading"}, std::pair{MeasuredPhase::unloading, "unloading"}})
+      if (std::ranges::none_of(used, [phase](Measurement const& m) { return m.phase == phase; }))
+        throw InvalidArgument(message(who, ": the network has an input for the phase, and none of the ", measurements.size(), " measurements is of ", name,
+                                      "; give some, or a network of depth alone"));
   auto [network, report] = train_on<Net, by_speed>(used, options);
   double largest = 0.0;
   std::vector<double> residuals;
@@ -101,8 +106,14 @@ auto fit_network(char const* who, std::span<Measurement const> measurements, Net
     });
   }
   using Law = decltype(make_law(network, depths, speeds, CurveGuard<double>{}));
-  // The guard may not cut what the network has at its ends, noise and all.
-  NetworkFit<Law> result{.law = make_law(std::move(network), depths, speeds, CurveGuard<double>{.largest_force = options.cap * std::max(largest, 1e-9)})};
+  double most = options.cap * std::max(largest, 1e-9);   // not below what the network has at its ends, noise and all
+  for (double const depth : {depths.low, depths.high})
+    for (double const other : {by_speed ? speeds.low : 0.0, by_speed ? speeds.high : 1.0}) {
+      typename Net::Input end{};
+      end.back() = other, end.front() = depth;   // of one input this is all
+      most = std::max(most, network(end)[0]);
+    }
+  NetworkFit<Law> result{.law = make_law(std::move(network), depths, speeds, CurveGuard<double>{.largest_force = most})};
   result.training = std::move(report);
   result.used = used;
   result.residuals = std::move(residuals);
@@ -118,7 +129,7 @@ auto fit_network(char const* who, std::span<Measurement const> measurements, Net
 /// Trains a network on measurements: of depth alone on those of loading, of depth and phase on loading and unloading.
 ///   auto const found = fit_network<Network<double, 2, 5, 1>>(measurements);
 ///   CuttingForce force(found.law);
-/// Errors     InvalidArgument for fewer measurements than the network has weights, values that are not finite, and options out of their meaning.
+/// Errors     InvalidArgument for fewer measurements than the network has weights, none of a phase that it asks for, values that are not finite, and options out of their meaning.
 /// Cost       Offline: allocates.
 template <class Net>
 NetworkFit<NetworkCurve<Net>> fit_network(std::span<Measurement const> measurements, NetworkFitOptions const& options = {}) {

@@ -62,9 +62,16 @@ FittedForce<S> read_force(JsonValue const& document) {
     if (model.is_text("network")) {
       auto const network = document.at("network");
       if (document.has("coefficients")) document.at("coefficients").fail("belongs to no network; remove it");
+      auto const force_of = [&]<class Curve>(std::type_identity<Curve>) {
+        using Of = typename Curve::Scalar;
+        Curve curve = NetworkReader<Curve>::read(network);
+        if (auto const range = curve.range(); range.low != static_cast<Of>(depths.low) || range.high != static_cast<Of>(depths.high))
+          document.at("depth_range_m").fail_as(message("that of the network's curve, [", range.low, ", ", range.high, "]"));
+        return FittedForce<S>(std::move(curve), speeds, source);
+      };
       auto const sizes = network.at("sizes");
-      if (sizes.is_list(3) && sizes.at(std::size_t{0}).is_integer(1)) return FittedForce<S>(NetworkReader<typename FittedForce<S>::LoadingCurve>::read(network), speeds, source);
-      return FittedForce<S>(NetworkReader<typename FittedForce<S>::HysteresisNetworkCurve>::read(network), speeds, source);
+      if (sizes.is_list(3) && sizes.at(std::size_t{0}).is_integer(1)) return force_of(std::type_identity<typename FittedForce<S>::LoadingCurve>());
+      return force_of(std::type_identity<typename FittedForce<S>::HysteresisNetworkCurve>());
     }
     if (document.has("network")) document.at("network").fail("belongs to the model \"network\"; remove it, or name that model");
     ForcePreset preset{model.text(), {}, depths, speeds, source};

@@ -31,7 +31,10 @@ namespace detail {
 constexpr int network_file_version = 1;
 constexpr char const* network_file_format = "palpate network";
 
-inline std::string json_number(double number) { return nlohmann::json(number).dump(); }
+inline std::string json_number(double number) {
+  if (!std::isfinite(number)) throw InvalidArgument(message("a number to be written is ", number, "; JSON has only finite ones"));
+  return nlohmann::json(number).dump();
+}
 
 template <class Numbers>
 std::string json_list(Numbers const& numbers) {

@@ -92,7 +92,7 @@ inline Partner nearest_partner(Matrix3X<double> const& path, Samples const& samp
   std::size_t const from = others.at(std::max<std::size_t>(first[row], 2) - 2), to = others.at(std::min(last[row + 1] + 2, others.count() - 1));
   auto const middle = [&](std::size_t k) { return 0.5 * (static_cast<double>(others.at(first[k])) + static_cast<double>(others.at(last[k]))); };
   double const begin = static_cast<double>(samples.at(row)), end = static_cast<double>(samples.at(row + 1));
-  double const expected = middle(row) + (static_cast<double>(i) - begin) / (end - begin) * (middle(row + 1) - middle(row));
+  double const expected = middle(row) + (static_cast<double>(i) - begin) * (middle(row + 1) - middle(row)) / (end - begin);   // exact where both go on alike
 
   Vector3<double> const point = path.col(static_cast<Eigen::Index>(i));
   Partner best{expected, std::numeric_limits<double>::infinity()};

@@ -92,7 +92,7 @@ inline Performance performance_of(Session const& session, Matrix3X<double> const
   auto const [first, last] = work_of(tips, options.still);
   double const rate = session.device.rate;
   performance.seconds = static_cast<double>(last - first) / rate;
-  auto const margin = static_cast<Eigen::Index>(std::ceil(options.smoothness.window * rate));   // the ends of a reach are a part of it
+  auto const margin = static_cast<Eigen::Index>(std::min(std::ceil(options.smoothness.window * rate), static_cast<double>(tips.cols())));   // the ends of a reach are a part of it
   Eigen::Index const from = std::max(Eigen::Index(0), first - margin), to = std::min(tips.cols() - 1, last + margin);
   if (to - from + 1 >= 7) performance.smoothness = smoothness(tips.middleCols(from, to - from + 1), rate, options.smoothness);
   for (Eigen::Index i = 1; i < tips.cols(); ++i) performance.path_length += (tips.col(i) - tips.col(i - 1)).norm();
@@ -128,6 +128,7 @@ inline Comparison compare(Session const& expert, Session const& trainee, Compari
   for (auto const& [name, value] : {std::pair(".still", options.still), {".region", options.region}, {".contact_gap", options.contact_gap}})
     if (!(value >= 0.0) || !std::isfinite(value))
       throw InvalidArgument(detail::message("compare: ", name, " is ", value, "; give a finite number, zero or more"));
+  detail::OptionCheck{"compare", true}(options.smoothness.window > 0.0, ".smoothness.window", options.smoothness.window, " s", "give a positive time, for example 0.1");
   for (Session const* const session : {&expert, &trainee})
     for (Tick const& tick : session->recording.ticks())
       if (!std::isfinite(tick.depth) || !is_finite(tick.force))

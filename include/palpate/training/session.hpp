@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/core/matrix.hpp>
 #include <palpate/core/random.hpp>
 #include <palpate/core/version.hpp>
 #include <palpate/device/concept.hpp>
@@ -93,6 +94,10 @@ struct Session {
     if (!hand.empty() && hand.size() != recording.ticks().size())
       throw InvalidArgument(detail::message("Session: there are ", hand.size(), " samples of the hand for ", recording.ticks().size(),
                                             " ticks; give one a tick, or none"));
+    if (!(device.max_torque > 0))
+      for (Tick const& tick : recording.ticks())
+        if (!is_zero(tick.torque))
+          throw InvalidArgument(detail::message("Session: there is torque at ", tick.time, " s, and the device has none; give .device.max_torque"));
     for (SessionEvent const& event : events) {
       if (!std::isfinite(event.time))
         throw InvalidArgument(detail::message("Session: the event \"", event.name, "\" is at ", event.time, " s; give a finite time"));
