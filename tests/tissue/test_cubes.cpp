@@ -656,6 +656,12 @@ TEST_CASE("cubes say what is wrong with an edge in millimetres, a missing clock 
   int const size = body.size();
   CHECK_THROWS_WITH(body.restore(other.save()), says("can not be restored", "another body's"));
   CHECK(body.size() == size);
+  auto row = block<double>(8, 1, 1), flat = block<double>(4, 2, 1), turned = block<double>(2, 4, 1);   // 8 cubes each; as many vertices the last two
+  Matrix3X<double> const before = flat.positions();
+  CHECK_THROWS_WITH(flat.restore(row.save()), says("lie in another way", "another body's"));
+  CHECK_THROWS_WITH(flat.restore(turned.save()), says("lie in another way", "another body's"));
+  CHECK(flat.positions() == before);
+  flat.restore(block<double>(4, 2, 1).save());
 }
 
 TEMPLATE_TEST_CASE("what cubes say that a force does in a step is more than it does to one vertex, and no more than a few times", "[tissue][cubes]", PALPATE_TEST_SCALARS) {

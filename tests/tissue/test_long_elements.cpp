@@ -282,6 +282,9 @@ TEMPLATE_TEST_CASE("long elements: saved and restored to the byte", "[tissue][lo
   go(body, 20, 40);
   CHECK((body.positions() == x && body.velocities() == v));
   CHECK(body.restorations() == 1);
+  LongElements<S> finer(organ, {.spacing = S(0.01), .young = S(3000)});   // as many vertices, more columns
+  CHECK_THROWS_AS(body.restore(finer.save()), InvalidArgument);
+  CHECK((body.positions() == x && body.restorations() == 1));
 }
 
 TEST_CASE("long elements: a finger at 1 kHz feels what the statics say, and a rod steadily", "[tissue][long_elements]") {

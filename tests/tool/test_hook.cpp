@@ -3,6 +3,8 @@
 #include "catch.hpp"
 #include "tool/tool_bodies.hpp"
 
+#include <palpate/mesh/box.hpp>
+#include <palpate/tissue/cubes/cubes.hpp>
 #include <palpate/tool/hook.hpp>
 
 #include <algorithm>
@@ -290,7 +292,7 @@ TEST_CASE("A hook holds on to the same tissue while a cut beside it is made and 
   auto const rest_of = [&] {
     auto const corners = body.tissue().surface().corners(hook.held().triangle);
     Vector3<double> point = Vector3<double>::Zero();
-    for (std::size_t k = 0; k < 3; ++k) point += hook.held().barycentric[static_cast<int>(k)] * body.reference_position(corners[k]);
+    for (std::size_t k = 0; k < 3; ++k) point += hook.held().barycentric[static_cast<int>(k)] * body.reference_position(corners[static_cast<std::size_t>(k)]);
     return point;
   };
   Vector3<double> const held = rest_of();
@@ -323,4 +325,36 @@ TEST_CASE("A hook holds on to the same tissue while a cut beside it is made and 
   tick(0.003);
   CHECK(hook.hooked());
   CHECK((rest_of() - held).norm() < 1e-4);   // nearest to where it was before that tick
+}
+
+TEST_CASE("a hook holds the same point of cubes as they are split", "[tool][hook][cubes]") {
+  Cubes<double> body(make_box<double>({0, 0, 0}, {0.08, 0.08, 0.04}), {.edge = 0.01, .young = 5000, .levels = 1, .join_after = 20});
+  for (int i = 0; i < body.size(); ++i)
+    if (body.reference_position(i).z() < 0.001) body.nail(i);
+  Hook<double> hook({.hooking_force = 0.02});
+  Vector3<double> const tip(0.0427, 0.0413, 0.041), down(0, 0, -0.003);
+  auto const home = [&] {   // of the point that is held
+    auto const corners = body.tissue().surface().corners(hook.held().triangle);
+    Vector3<double> sum = Vector3<double>::Zero();
+    for (int k = 0; k < 3; ++k) sum += hook.held().barycentric[k] * body.reference_position(corners[static_cast<std::size_t>(k)]);
+    return sum;
+  };
+  Vector3<double> held = Vector3<double>::Zero();
+  auto const tick = [&](Vector3<double> const& place) {
+    hook.advance(body, ToolPose<double>{.position = place});
+    REQUIRE(hook.press(body, 1.0, 1e-3).allFinite());
+    held = hook.hooked() ? home() : held;
+    body.step(1e-3);
+  };
+  for (int k = 0; k <= 200; ++k) tick(tip + Vector3<double>(0, 0, 0.006 * std::max(0.0, 1 - k / 100.0)) + std::max(0.0, k / 100.0 - 1) * down);
+  REQUIRE(hook.hooked());
+  Vector3<double> const first = held;
+  for (int k = 0; k <= 400; ++k) tick(tip + down + Vector3<double>(0.004 * k / 400, 0, 0));
+  REQUIRE(hook.hooked());
+  for (int cube = 0; cube < 3; ++cube) {   // elsewhere, as another tool does
+    body.split(cube);
+    tick(tip + down + Vector3<double>(0.004, 0, 0));
+    REQUIRE(hook.hooked());
+    CHECK((held - first).norm() < 1e-9);
+  }
 }

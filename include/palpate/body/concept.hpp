@@ -60,6 +60,11 @@ concept SearchableBody = TouchableBody<B> && requires(B& body, typename B::Vecto
 template <class B>
 concept CountsRenumberings = TouchableBody<B> && requires(B const& seen) { { seen.renumberings() } -> std::same_as<std::size_t>; };
 
+/// Refinement: one whose particles get other numbers with that, and not only triangles: its cubes are split and joined. What holds a particle finds it again by its place
+/// at rest.
+template <class B>
+concept RenumbersParticles = CountsRenumberings<B> && B::renumbers_particles;
+
 /// Refinement: a body that states what a force on particle j adds to predicted_acceleration(i, h) by the newton, at most: mobility(i, j, h) [1/kg], symmetric.
 /// Of others a force accelerates its own particle alone, by 1/mass, and tissue().mass(i) [kg] is asked for.
 template <class B>

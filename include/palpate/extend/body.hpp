@@ -17,6 +17,7 @@
 ///   static constexpr bool any_step_is_stable = true        whatever happens to it: its stable step is asked for once                   AnyStepIsStable
 ///   auto forecast(Scalar h)                                an optional MotionForecast: how particles give way together in a step        ForecastsSteps
 ///   std::size_t renumberings() const                       where triangles get other numbers                                              CountsRenumberings
+///   static constexpr bool renumbers_particles = true       then particles get other numbers too                                          RenumbersParticles
 /// Battery
 ///   testing::to_text(testing::check_body(my_body)) == ""
 

@@ -101,6 +101,7 @@ class Grasp {
     let_go_.reserve(4 * held_.size()), pulls_.reserve(4 * held_.size()), springs_.reserve(4 * held_.size());
     first_new_ = static_cast<int>(body.positions().cols());
     revision_ = body.topology_revision(), restorations_ = body.restorations();
+    if constexpr (RenumbersParticles<Body>) renumberings_ = body.renumberings();
     pieces_ = count_pieces(body, pose);
   }
 
@@ -213,6 +214,16 @@ class Grasp {
   template <class Body>
   void follow(Body const& body) {
     int const size = static_cast<int>(body.positions().cols());
+    if constexpr (RenumbersParticles<Body>)
+      if (renumberings_ != body.renumberings()) {
+        for (auto& each : held_)   // what has its place at rest now, if anything has
+          if (each.particle >= size || body.reference_position(each.particle) != each.home) {
+            each.particle = 0;
+            while (each.particle < size && body.reference_position(each.particle) != each.home) ++each.particle;
+          }
+        renumberings_ = body.renumberings(), first_new_ = 0;
+        let_go_.clear();
+      }
     auto const is_gone = [&](GraspedParticle<Scalar>& each) {
       if (each.particle >= size || body.tissue().surface().triangles_at(each.particle).empty()) return true;
       Vector const home = body.reference_position(each.particle);
@@ -271,7 +282,7 @@ class Grasp {
   std::vector<SpringOnParticle<Scalar>> springs_;
   std::vector<int> nodes_, root_, roots_, let_go_;
   int first_new_ = 0, pieces_ = 0;
-  std::size_t revision_ = 0, restorations_ = 0;
+  std::size_t revision_ = 0, restorations_ = 0, renumberings_ = 0;
   bool slipped_ = false;   // since the pieces were counted
 };
 

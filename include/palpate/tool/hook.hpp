@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
+#include <palpate/collision/closest_point.hpp>
 #include <palpate/tool/blunt_tool.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -117,10 +120,14 @@ class Hook {
   }
 
   /// After a cut the point that is held may be in another triangle: the one nearest to where its particles have gone, which keep their numbers; where one of them
-  /// is no more, nearest to where it was.
+  /// is no more, nearest to where it was. Where particles have other numbers now, that which has its place at rest.
   template <class Body>
   void follow(Body& body) {
-    if (revision_ != body.topology_revision()) {
+    bool is_renumbered = false;
+    if constexpr (RenumbersParticles<Body>) is_renumbered = body.renumberings() != renumberings_;
+    if (is_renumbered) {
+      if (!find_home(body)) return void(hooked_ = false);
+    } else if (revision_ != body.topology_revision()) {
       if (std::ranges::all_of(held_by_, [&](int p) { return p < body.positions().cols(); })) {
         held_at_.setZero();
         for (std::size_t k = 0; k < 3; ++k) held_at_ += pin_.barycentric[static_cast<int>(k)] * body.positions().col(held_by_[k]);
@@ -131,11 +138,28 @@ class Hook {
     }
     know(body);
   }
+  /// The point of the surface near the one that was held that is nearest to its place at rest.
+  template <class Body>
+  bool find_home(Body& body) {
+    Vector const reach = Vector::Constant(4 * static_cast<Scalar>(options_.shape.radius));
+    Scalar least = std::numeric_limits<Scalar>::infinity();
+    body.visit_triangles_in_box(held_at_ - reach, held_at_ + reach, [&](int t) {
+      auto const c = body.tissue().surface().corners(t);
+      auto const near = closest_point_on_triangle<Scalar>(home_, body.reference_position(c[0]), body.reference_position(c[1]), body.reference_position(c[2]));
+      if (near.squared_distance < least) least = near.squared_distance, pin_.triangle = t, pin_.barycentric = near.barycentric / near.barycentric.sum();
+    });
+    return std::isfinite(least);
+  }
   template <class Body>
   void know(Body const& body) {
     auto const corners = body.tissue().surface().corners(pin_.triangle);
     for (std::size_t k = 0; k < 3; ++k) held_by_[k] = corners[k];
     held_at_ = RodContact<Scalar>::point_at(body, pin_.triangle, pin_.barycentric);
+    if constexpr (RenumbersParticles<Body>) {
+      home_.setZero();
+      for (std::size_t k = 0; k < 3; ++k) home_ += pin_.barycentric[static_cast<int>(k)] * body.reference_position(corners[k]);
+      renumberings_ = body.renumberings();
+    }
     revision_ = body.topology_revision();
   }
 
@@ -164,7 +188,8 @@ class Hook {
   Vector load_ = Vector::Zero();      // N, of the tissue on the point in the last step: what is held, and what is pushed beside it
   Vector held_at_ = Vector::Zero();   // m, the point that is held
   std::array<int, 3> held_by_{};      // particles, of the triangle that is held, when the body had this revision
-  std::size_t revision_ = 0, restorations_ = 0;
+  Vector home_ = Vector::Zero();      // m, where it is at rest, of a body whose particles get other numbers
+  std::size_t revision_ = 0, restorations_ = 0, renumberings_ = 0;
   bool hooked_ = false;
 };
 

@@ -75,6 +75,13 @@ class CubeGrid {
   int linked(int c, int side) const noexcept { return is_opened(c, side) ? -1 : beside(c, side); }
 
   int vertices() const noexcept { return static_cast<int>(first_.size()); }
+  /// A number of how cubes share corners before any cut, another one for nearly every other grid (FNV-1a).
+  std::uint64_t mark() const noexcept {
+    std::uint64_t mark = 0xcbf29ce484222325U;
+    for (auto const& corners : uncut_)
+      for (int const v : corners) mark = (mark ^ static_cast<std::uint64_t>(v)) * 0x100000001b3U;
+    return mark;
+  }
   std::array<int, 8> const& corners(int c) const noexcept { return corners_[at(c)]; }
   /// A cube that has the vertex, and which of its corners it is.
   std::pair<int, int> first(int v) const noexcept { return {first_[at(v)] / 8, first_[at(v)] % 8}; }

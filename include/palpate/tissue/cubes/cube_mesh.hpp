@@ -42,6 +42,7 @@ class CubeMesh : public SkinBody<ScalarType> {
     }
     return sum.stableNormalized();
   }
+  static constexpr bool renumbers_particles = true;
   std::size_t renumberings() const noexcept { return renumberings_ + this->restorations(); }
 
   int cubes() const noexcept { return grid_.size(); }   // unsplit ones

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace palpate {
@@ -96,6 +97,7 @@ class Cubes : public detail::CubeRelaxation<ScalarType> {
   // --- save and restore -----------------------------------------------------------------------------------------------
   /// Everything that makes the body's future.
   struct State {
+    std::uint64_t grid;   // whose
     std::vector<int> opened, split, idle, hit, touches, touched, loaded, order;   // the last: where it is by chance
     Matrix3X<Scalar> u, v, load, pushed;
     typename Base::SkinState skin;
@@ -107,12 +109,13 @@ class Cubes : public detail::CubeRelaxation<ScalarType> {
     Scalar largest;
   };
   State save() const {
-    return {grid_.opened(), fine_.cubes,    idle_,            hit_,     touches_, touched_, loaded_, this->options_.order == VisitOrder::random ? this->order_ : std::vector<int>(), u_.view(),  v_.view(),
+    return {grid_.mark(), grid_.opened(), fine_.cubes,    idle_,            hit_,     touches_, touched_, loaded_, this->options_.order == VisitOrder::random ? this->order_ : std::vector<int>(), u_.view(),  v_.view(),
             load_.view(),   pushed_.view(), this->save_skin(), support_, gravity_, random_,  sweep_,  this->options_.levels, is_quiet_, was_loaded_, largest_};
   }
   void restore(State const& state) {
     if (state.idle.size() != at(cubes()))
       throw InvalidArgument(detail::message("Cubes: a state of ", state.idle.size(), " cubes can not be restored in a body of ", cubes(), "; it is another body's"));
+    if (state.grid != grid_.mark()) throw InvalidArgument("Cubes: a state of as many cubes that lie in another way can not be restored; it is another body's");
     if (state.levels != this->options_.levels)
       throw InvalidArgument(detail::message("Cubes: a state of a body that splits over ", state.levels, " levels can not be restored in one of ", this->options_.levels, "; it is another body's"));
     grid_.set_opened(state.opened);

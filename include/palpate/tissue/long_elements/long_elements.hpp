@@ -196,6 +196,9 @@ class LongElements : public SkinBody<ScalarType> {
   };
   State save() const { return {this->save_skin(), e_, this->velocities(), load_.view(), gravity_, pressure_, volume_, is_loaded_}; }
   void restore(State const& state) {
+    this->require_own(state.skin);
+    if (state.elongations.size() != e_.size())
+      throw InvalidArgument(detail::message("LongElements: a state of ", state.elongations.size(), " columns can not be restored in a body of ", e_.size(), "; it is another body's"));
     this->restore_skin(state.skin);
     e_ = state.elongations, gravity_ = state.gravity, pressure_ = state.pressure, volume_ = state.volume, is_loaded_ = state.is_loaded;
     load_ = Columns<Scalar, 3>(state.load);
