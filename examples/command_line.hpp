@@ -3,11 +3,14 @@
 
 #include <CLI/CLI.hpp>
 
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <string>
+#include <system_error>
 
 /// What the programs share that have options.
 namespace command_line {
@@ -18,6 +21,17 @@ inline std::string words_of(CLI::App const& app, CLI::ParseError const& error) {
   std::string text = "not expected:";
   for (std::string const& word : app.remaining()) text += ' ' + word;
   return text;
+}
+
+/// Of a seed and its like: digits alone, of a number that 64 bits hold. CLI11 2.1 takes the largest one for what is larger.
+inline CLI::Validator whole_number() {
+  return {[](std::string& text) {
+            std::uint64_t number = 0;
+            auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+            bool const is_octal = text.size() > 1 && text.front() == '0';
+            return error == std::errc() && end == text.data() + text.size() && !is_octal ? std::string() : "must be a whole number from 0 to 18446744073709551615: " + text;
+          },
+          "", ""};
 }
 
 /// Reads the options, then calls `finish`, which may throw CLI::ValidationError. Returns nothing, or the exit code where there is nothing more to do: 0

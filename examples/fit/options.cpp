@@ -31,7 +31,6 @@ Parsed parse_options(int argc, char** argv) {
     double const value = std::strtod(text.c_str(), nullptr);
     return value > 0.0 && value < 1.0 ? std::string() : "give a share between 0 and 1, for example 0.95, not " + text;   // also for a NaN
   }, "", "");
-  CLI::Validator const not_signed([](std::string& text) { return text.starts_with('-') ? "must not be negative: " + text : std::string(); }, "", "");
 
   auto const fit = "Fit";
   app.add_option("data", o.data, "measurements, CSV")->group(fit);
@@ -39,7 +38,7 @@ Parsed parse_options(int argc, char** argv) {
       ->check(CLI::IsMember(models))->capture_default_str()->group(fit);
   app.add_option("--source", o.source, "what was measured, on what, with what: \"liver, pig, scalpel of 0.4 mm\"; kept in the preset")->group(fit);
   app.add_option("--confidence", o.confidence, "of the intervals of the coefficients")->check(share)->capture_default_str()->group(fit);
-  app.add_option("--seed", o.seed, "of the cross-validation and of a network's first weights")->check(not_signed)->capture_default_str()->group(fit);
+  app.add_option("--seed", o.seed, "of the cross-validation and of a network's first weights")->check(command_line::whole_number())->capture_default_str()->group(fit);
 
   auto const others = "Instead of a fit";
   auto* const generate = app.add_option("--generate", o.generate, "write a data set to try: liver, of published weights, or needle, made up")

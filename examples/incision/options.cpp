@@ -47,7 +47,6 @@ Parsed parse_options(int argc, char** argv) {
 
   auto const tissue = "Tissue";
   CLI::Range const not_negative(0.0, 1e9);
-  CLI::Validator const not_signed([](std::string& text) { return text.starts_with('-') ? "must not be negative: " + text : std::string(); }, "", "");
   app.add_option("--tissue", tissue_name, "springs: a skin of springs; fem: a solid of finite elements")->check(CLI::IsMember(tissues))->capture_default_str()->group(tissue);
   app.add_option("--young", o.young, "Young's modulus of the solid [Pa]; default: 5000")->check(CLI::Range(10.0, 1e9))->group(tissue);
   app.add_option("--poisson", o.poisson, "Poisson's ratio of the solid; default: 0.45")->check(CLI::Range(0.0, 0.499))->group(tissue);
@@ -68,7 +67,7 @@ Parsed parse_options(int argc, char** argv) {
   app.add_option("--curve-factor", o.curve_factor, "the published liver curve, of a 4 mm probe, times this for a blade that cuts")->check(CLI::Range(0.0, 1000.0))->capture_default_str()->group(force);
   app.add_option("--organ-coefficient", o.organ_coefficient, "drag of the organ on the blade, per depth [N s/m2]")->check(not_negative)->capture_default_str()->group(force);
   app.add_option("--snr", o.snr_db, "signal-to-noise ratio of the force [dB]")->check(CLI::Range(0.0, 300.0))->capture_default_str()->group(force);
-  app.add_option("--seed", o.seed, "of the noise in the force")->check(not_signed)->capture_default_str()->group(force);
+  app.add_option("--seed", o.seed, "of the noise in the force")->check(command_line::whole_number())->capture_default_str()->group(force);
   app.add_option("--coupling", coupling, "loose: the measured force curves; tight: the tissue's own reaction, while it is cut that of a solid alone; default: loose, of a solid tight")->check(CLI::IsMember(couplings))->group(force);
 
   auto const output = "Output";

@@ -97,7 +97,7 @@ std::vector<Step> read_script(std::filesystem::path const& file) {
     } else if (step.verb == "wait") {
       is_whole = static_cast<bool>(words >> step.seconds);
     } else if (step.verb == "wheel") {
-      is_whole = static_cast<bool>(words >> step.x);
+      is_whole = words >> step.x && std::abs(step.x) <= 1000;
     } else if (step.verb == "key" || step.verb == "shot") {
       is_whole = static_cast<bool>(words >> step.name);
     } else if (step.verb == "left" || step.verb == "right") {
@@ -108,7 +108,7 @@ std::vector<Step> read_script(std::filesystem::path const& file) {
     std::string rest;
     if (!is_whole || words >> rest || !(step.seconds >= 0.0 && step.seconds <= 600.0))
       throw palpate::FileError(palpate::detail::message(file.string(), ": line ", number, " is \"", line,
-                                                        "\"; give move X Y [SECONDS], left or right down or up, wheel N, key NAME, "
+                                                        "\"; give move X Y [SECONDS], left or right down or up, wheel N (up to 1000), key NAME, "
                                                         "click record, replay, undo or reset, "
                                                         "wait SECONDS (up to 600), or shot NAME"));
     script.push_back(step);

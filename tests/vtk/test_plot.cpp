@@ -7,9 +7,11 @@
 #include <palpate/vtk/plot.hpp>
 #include <palpate/vtk/virtual_display.hpp>
 
+#include <vtkAxis.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
+#include <vtkStringArray.h>
 
 #include <array>
 #include <cmath>
@@ -129,6 +131,29 @@ TEST_CASE("arrows on a line show its direction, exponents are raised", "[vtk][pl
   CHECK(pixels_at(file, 0.25, -0.035, 14, black) == 0);
 }
 
+TEST_CASE("values that differ by rounding, or little beside their size, have ticks like any", "[vtk][plot]") {
+  VirtualDisplay const display;
+  if (!display.ready()) PALPATE_SKIP(display.problem());
+  ScratchFolder const folder;
+  auto const file = folder.path() / "plot.png";
+  double const above = std::nextafter(0.1, 1.0);
+  write_plot(file, std::vector<PlotSeries>{{"flat", {0.0, 1.0, 2.0, 3.0}, {0.1, 0.1, above, 0.1}}});   // it ends
+  CHECK(std::filesystem::exists(file));
+  auto const labels = [](double from, double to) {
+    palpate::detail::PlotRange range({.title = ""});
+    range.include(from), range.include(to), range.round();
+    vtkNew<vtkAxis> axis;
+    vtkNew<palpate::detail::PlotInk> ink;
+    range.put_on(axis, "", *ink, {0, 0}, {1, 0});
+    std::vector<std::string> texts;
+    for (vtkIdType k = 0; k < axis->GetTickLabels()->GetNumberOfValues(); ++k) texts.push_back(axis->GetTickLabels()->GetValue(k));
+    return texts;
+  };
+  CHECK(labels(101300, 101303) == std::vector<std::string>{"101300", "101300.5", "101301", "101301.5", "101302", "101302.5", "101303"});
+  CHECK(labels(0, 0.3) == std::vector<std::string>{"0", "0.05", "0.1", "0.15", "0.2", "0.25", "0.3"});
+  CHECK(labels(0.1, above) == labels(0.1, 0.1));
+}
+
 TEST_CASE("what can not be drawn is refused", "[vtk][plot][error]") {
   VirtualDisplay const display;
   ScratchFolder const folder;
@@ -137,6 +162,13 @@ TEST_CASE("what can not be drawn is refused", "[vtk][plot][error]") {
   CHECK_THROWS_AS(write_plot(file, std::vector<PlotSeries>{{"one", {1.0}, {1.0, 2.0}}}), InvalidArgument);
   CHECK_THROWS_AS(write_plot(file, std::vector<PlotSeries>{{"below", {-1.0}, {1.0}}}, {.x = {"x", true}}), InvalidArgument);
   CHECK_THROWS_AS(write_plot(file, std::vector<PlotSeries>{{"one", {1.0}, {1.0}}}, {.width = 3}), InvalidArgument);
+  std::vector<PlotSeries> const some{{"some", {1.0, 2.0, 3.0}, {1.0, 2.0, 4.0}}};
+  double const infinite = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  for (PlotAxis const& axis : {PlotAxis{.title = "up", .logarithmic = true, .from = 0, .to = 10}, {.title = "up", .from = 0, .to = infinite}, {.title = "up", .from = nan, .to = 1}, {.title = "up", .from = -1e308, .to = 1e308}}) {
+    CHECK_THROWS_WITH(write_plot(file, some, {.y = axis}), Catch::Matchers::Contains("the axis \"up\" goes from"));
+    CHECK_THROWS_AS(write_plot(file, some, {.x = axis}), InvalidArgument);
+  }
+  CHECK_THROWS_AS(write_plot(file, std::vector<PlotSeries>{{"far", {1.0, 2.0}, {-1e308, 1e308}}}), InvalidArgument);
   CHECK_FALSE(std::filesystem::exists(file));
   CHECK_THROWS_AS(write_plot(folder.write("file", "x") / "plot.png", std::vector<PlotSeries>{{"one", {1.0}, {1.0}}}), FileError);
 }

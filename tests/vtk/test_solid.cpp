@@ -217,6 +217,16 @@ TEST_CASE("a picture of a section shows values in their colours", "[vtk][section
   CHECK(left[2] > left[1]);            // violet
   CHECK(right[1] > right[2] + 60);     // yellow
   CHECK(corner == std::array{255, 255, 255});
+  // Of one value, the section is in its colour, to the bit almost, whatever tissue is before it: 0.993, 0.906, 0.144 is viridis' end.
+  values.setConstant(2.0);
+  write_section_picture(file, section<double>(ball, Vector3<double>::Zero(), normal), values, surface(ball), normal, {.width = 300, .height = 600, .range = {{1.0, 2.0}}});
+  png->Modified(), png->Update();
+  CHECK(std::abs(at(150, 300)[0] - 253) <= 1);
+  CHECK(std::abs(at(150, 300)[1] - 231) <= 1);
+  // Nothing of the ball leaves a picture that is taller than wide.
+  int coloured = 0;
+  for (int y = 0; y < 600; ++y) coloured += at(0, y) == std::array{255, 255, 255} ? 0 : 1;
+  CHECK(coloured == 0);
   CHECK_THROWS_AS(write_section_picture(file, section<double>(ball, {0, 0, 1}, {0, 0, 1}), values, surface(ball), normal), InvalidArgument);
   CHECK_THROWS_AS(write_section_picture(file, section<double>(ball, {0, 0, 0}, {0, 0, 1}), values.head(3), surface(ball), normal), InvalidArgument);
 }

@@ -106,7 +106,8 @@ refused few_for_a_network "21 weights\|16 weights" few.csv --model network
 refused no_model "magic" generated_liver.csv --model magic
 refused share "between 0 and 1" generated_liver.csv --confidence 1.5
 refused no_share "between 0 and 1" generated_liver.csv --confidence nan
-refused seed "negative" generated_liver.csv --seed -1
+refused seed "a whole number" generated_liver.csv --seed -1
+refused seed_large "a whole number" generated_liver.csv --seed 18446744073709551616
 refused words "not expected: --bogus --other two (see" generated_liver.csv --bogus --other two
 refused nothing "give a file of measurements"
 refused both "one of them" generated_liver.csv --check needle/force.json

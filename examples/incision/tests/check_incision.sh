@@ -228,7 +228,7 @@ for out in file/below /proc/incision-out; do
   [ "$(wc -l <folder.err)" -eq 1 ] || fail "folder $out: not one line: $(cat folder.err)"
   grep -q "output folder" folder.err || fail "folder $out: $(cat folder.err)"
 done
-for wrong in "--unit inch" "--integrator magic" "--resolution 3" "--prestrain 2" "--no-such-option" "--seconds nan" "--seed -1" "--mass nan" "--device omni" "--device hd: --tool x.csv"; do
+for wrong in "--unit inch" "--integrator magic" "--resolution 3" "--prestrain 2" "--no-such-option" "--seconds nan" "--seed -1" "--seed 18446744073709551616" "--seed 010" "--mass nan" "--device omni" "--device hd: --tool x.csv"; do
   # shellcheck disable=SC2086
   run option 2 $wrong
   [ "$(wc -l <option.err)" -eq 1 ] || fail "option $wrong: not one line: $(cat option.err)"

@@ -15,12 +15,14 @@
 #include <vtkCellData.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkNew.h>
+#include <vtkPlane.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
 #include <vtkScalarBarActor.h>
 #include <vtkTextProperty.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -81,6 +83,10 @@ void write_section_picture(std::filesystem::path const& file, Section<Scalar> co
   cut->GetMapper()->SetScalarRange(range[0], range[1]);
   cut->GetProperty()->LightingOff();
   auto const behind = add(detail::to_smooth_poly_data(around));
+  vtkNew<vtkPlane> front;
+  front->SetOrigin(section.mesh.points(0, 0), section.mesh.points(1, 0), section.mesh.points(2, 0));
+  front->SetNormal(-normal.x(), -normal.y(), -normal.z());
+  behind->GetMapper()->AddClippingPlane(front);
   behind->GetProperty()->SetColor(0.56, 0.20, 0.16);
   behind->GetProperty()->SetOpacity(0.15);
 
@@ -88,14 +94,16 @@ void write_section_picture(std::filesystem::path const& file, Section<Scalar> co
   bar->SetLookupTable(viridis);
   bar->SetTitle(style.quantity.c_str());
   bar->SetNumberOfLabels(6);
-  bar->SetLabelFormat(range[1] - range[0] >= 50 ? "%.0f" : "%.3g");
+  double const largest = std::max(std::abs(range[0]), std::abs(range[1])), span = range[1] - range[0];
+  int const digits = span > 1e-9 * largest ? std::max(3, 3 + static_cast<int>(std::log10(largest / span))) : 3;
+  bar->SetLabelFormat(span >= 50 ? "%.0f" : detail::message("%.", digits, "g").c_str());
   bar->SetUnconstrainedFontSize(true);
   bar->SetPosition(0.85, 0.1);
   bar->SetWidth(0.08);
   bar->SetHeight(0.8);
   for (vtkTextProperty* const text : {bar->GetTitleTextProperty(), bar->GetLabelTextProperty()}) {
     text->SetColor(0.1, 0.1, 0.1);
-    text->SetFontSize(style.height / 45);
+    text->SetFontSize(std::min(style.height, 3 * style.width / 4) / 45);
     text->ItalicOff(), text->BoldOff(), text->ShadowOff();
   }
   renderer->AddActor2D(bar);
@@ -107,7 +115,7 @@ void write_section_picture(std::filesystem::path const& file, Section<Scalar> co
   eye->SetFocalPoint(camera.target.data());
   eye->SetViewUp(camera.up.data());
   eye->ParallelProjectionOn();
-  eye->SetParallelScale((camera.position - camera.target).norm() * std::tan(camera.view_angle / 2 * 3.14159265358979323846 / 180));
+  eye->SetParallelScale(std::max(1.0, static_cast<double>(style.height) / style.width) * (camera.position - camera.target).norm() * std::tan(camera.view_angle / 2 * 3.14159265358979323846 / 180));
   renderer->ResetCameraClippingRange();
   renderer->SetBackground(1.0, 1.0, 1.0);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/error.hpp>
 #include <palpate/vtk/detail/chart_window.hpp>
 #include <palpate/vtk/plot_style.hpp>
 
@@ -102,6 +103,8 @@ class PlotRange {
     given_ = true;
     low_ = place(std::min(axis.from, axis.to));
     high_ = place(std::max(axis.from, axis.to));
+    if (!std::isfinite(low_) || !std::isfinite(high_) || !std::isfinite(high_ - low_))
+      throw InvalidArgument(message("the axis \"", axis.title, "\" goes from ", axis.from, " to ", axis.to, "; give finite ends, above 0 where it is logarithmic"));
   }
 
   double place(double value) const { return logarithmic_ ? std::log10(value) : value; }
@@ -117,9 +120,10 @@ class PlotRange {
   }
   bool is_empty() const { return !any_; }
 
-  /// Whole ticks on both sides; at most nine of them.
+  /// Whole ticks on both sides; at most nine of them. Values that differ by rounding are one.
   void round() {
-    double const span = high_ - low_;
+    double const size = std::max(std::abs(low_), std::abs(high_)), span = high_ - low_ > 1e-9 * size ? high_ - low_ : 0;
+    if (!std::isfinite(span)) throw InvalidArgument(message("values from ", low_, " to ", high_, " have no place on one axis"));
     if (logarithmic_) {
       tick_ = std::max(1.0, std::ceil(span / 8));
     } else {
@@ -141,6 +145,7 @@ class PlotRange {
     float const gap = 0.5F * static_cast<float>(ink.text_size);
     vtkNew<vtkDoubleArray> places;
     vtkNew<vtkStringArray> labels;
+    int const digits = std::max(6, 2 + static_cast<int>(std::log10(std::max({std::abs(low_), std::abs(high_), tick_}) / tick_)));
     for (double k = std::ceil(low_ / tick_ - 1e-9); k * tick_ <= high_ + 1e-9 * tick_; ++k) {
       char text[32];
       if (logarithmic_) {
@@ -150,7 +155,7 @@ class PlotRange {
         ink.powers.push_back({begin[0] + at * way[0] - (up ? gap : 0.0F), begin[1] + at * way[1] - (up ? gap : 7.0F + 2.3F * gap), exponent, up});
         std::snprintf(text, sizeof text, "1e%d", exponent);   // not seen, keeps the place
       } else {
-        std::snprintf(text, sizeof text, "%g", k == 0 ? 0.0 : k * tick_);
+        std::snprintf(text, sizeof text, "%.*g", digits, k == 0 ? 0.0 : k * tick_);
       }
       places->InsertNextValue(k * tick_);
       labels->InsertNextValue(text);
