@@ -74,6 +74,8 @@ printf 'key t\nkey i\nmove 263 357\nwait 0.4\nleft down\nwait 1\nshot firm\n' >p
 by_the_clock pressed --resolution 500
 printf 'move 263 357\nwait 0.3\nkey 2\nwait 3\nshot held\nkey t\nwait 0.5\nshot anew\n' >held.script
 by_the_clock held --resolution 500
+printf "wheel 1e9\n" >spin.script
+refused spin "line 1 is .wheel 1e9" --script spin.script
 printf 'key t\nkey i\nmove 380 420\nwait 0.4\nleft down\nwait 0.4\nshot firm\n' >firm.script
 run firm 0 --script firm.script --resolution 500 --out firm
 grep -q '^phase indenting' firm/report.txt || fail "firm: $(cat firm/report.txt)"
