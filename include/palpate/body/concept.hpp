@@ -60,8 +60,8 @@ concept SearchableBody = TouchableBody<B> && requires(B& body, typename B::Vecto
 template <class B>
 concept CountsRenumberings = TouchableBody<B> && requires(B const& seen) { { seen.renumberings() } -> std::same_as<std::size_t>; };
 
-/// Refinement: one whose particles get other numbers with that, and not only triangles: its cubes are split and joined. What holds a particle finds it again by its place
-/// at rest.
+/// Refinement: one whose particles get other numbers with that, and not only triangles: its cubes are split and joined. What holds a particle finds it again by
+/// its place at rest.
 template <class B>
 concept RenumbersParticles = CountsRenumberings<B> && B::renumbers_particles;
 

@@ -54,8 +54,8 @@ struct MovingSurface {
 /// Cost       O(vertices of the first, for its box, triangles of the second in there, pairs whose boxes overlap, and facets inside). Allocates until its memory has
 ///            the size that is needed.
 /// Limits     both are closed, turned outwards, and do not cross themselves: not checked; of one that is inside out it is the volume outside the other. A surface
-///            that lies within the other without touching it has no contour: nothing is found. Nor is there one, or not, by the side of the shift, where it lies within
-///            and touches only with faces in one plane.
+///            that lies within the other without touching it has no contour: nothing is found. Where it lies within and touches
+///            only with faces in one plane, there is a contour or none, by the side of the shift.
 /// Source     \cite deformable_survey, tissue–tissue collision, from the contour to the facets inside. Ours: exact parts and their integrals.
 template <RealScalar Scalar>
 class SurfaceIntersection {

@@ -27,7 +27,7 @@ struct NetworkFitOptions {
   TrainingOptions training{.starts = 5};   ///< starts, samples held out, seed
   int epochs = 200;                        ///< of Levenberg and Marquardt's method, in each start
   int folds = 5;                           ///< of the cross-validation; 0: none
-  double cap = 2.0;                        ///< outside the measured depths the force is at most this times the largest measured, or what it is at their ends if that is more
+  double cap = 2.0;                        ///< outside the measured depths the force is at most this times the largest measured, or what it is at their ends
 };
 
 /// What `fit_network` found. Residuals are measured minus network [N], in the order of `used`.

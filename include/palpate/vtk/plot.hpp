@@ -115,8 +115,8 @@ inline void add_arrows(PlotInk& ink, PlotSeries const& one, PlotRange const& x, 
 
 /// Draws series into a PNG file, with a legend in a free corner, or beside them. Points that are not finite or do not fit an axis are left out, and
 /// their line goes on to the next; see PlotSeries::gaps.
-/// Errors     `InvalidArgument` when x and y of a series differ in number, no point is left, or an axis has an end that it can not show; `FileError` without a display (see
-///            `VirtualDisplay`) or when the file can not be written; none is left half-written.
+/// Errors     `InvalidArgument` when x and y of a series differ in number, no point is left, or an axis has an end that it can not show; `FileError` without a
+///            display (see `VirtualDisplay`) or when the file can not be written; none is left half-written.
 inline void write_plot(std::filesystem::path const& file, std::span<PlotSeries const> series, PlotStyle const& style = {}) {
   detail::require_chart_size(style.width, style.height);
   detail::PlotRange across(style.x), up(style.y);
