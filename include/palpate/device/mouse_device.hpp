@@ -141,9 +141,9 @@ class MouseDevice {
  public:
   /// One device a mouse; it may outlive the mouse.
   explicit MouseDevice(Mouse& mouse) : options_(mouse.options_), channel_(mouse.channel_), follows_(filter(options_)) {
+    detail::OptionCheck{"MouseOptions"}(options_.buttons >= 0 && options_.buttons <= 32, ".buttons", options_.buttons, "give 0 to 32");
     require_valid(capabilities());
     if (!is_finite(options_.start)) throw InvalidArgument("MouseOptions: .start is not finite; give metres");
-    detail::OptionCheck{"MouseOptions"}(options_.buttons >= 0 && options_.buttons <= 32, ".buttons", options_.buttons, "give 0 to 32");
     if (!channel_) throw InvalidArgument("MouseDevice: this mouse was moved away; use the one that it was moved to");
     if (channel_->taken) throw InvalidArgument("MouseDevice: this mouse has a device already; make a Mouse for each");
     channel_->taken = true;
