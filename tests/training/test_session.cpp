@@ -311,6 +311,9 @@ TEST_CASE("a damaged text says where", "[training][session]") {
   CHECK(unsaid(said(with("3.3 N", "NN N")), "line 5: the device's force is \"NN\"") == "");
   CHECK(unsaid(said(with("3.3 N", "-3.3 N")), "device maximum force is -3.3 N") == "");
   CHECK(unsaid(said(with("# configuration guided", "# configuration cutter")), "line 8: the key cutter is there twice") == "");
+  CHECK(unsaid(said(with("# configuration guided", "# states friction 0.2 guessed\n# states friction 0.3 guessed\n# configuration guided")), "line 9: the device states its friction twice") == "");
+  CHECK(unsaid(said(with("stale", "st\x1B[2Jale")), "line 17: the device's status \"st?[2Jale\" is unknown") == "");   // nothing that a terminal would obey
+  CHECK(unsaid(said(with("# configuration guided", "# configuration guided\x07")), "the key is \"guided?\"; give one word") == "");
   CHECK(unsaid(said(with("# event 0.001", "# event soon")), "line 11: the time of the event is \"soon\"") == "");
   CHECK(unsaid(said(with("# event 0.001 touch", "# evening")), "line 11: \"evening\" is no line of a session") == "");
   CHECK(unsaid(said(with("# ticks 3\n", "")), "the line \"# ticks\" is missing") == "");

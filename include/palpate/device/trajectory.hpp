@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/device/detail/csv_table.hpp>
@@ -285,7 +286,7 @@ Trajectory<Scalar> read_trajectory(std::filesystem::path const& path) {
   for (int i = 0; i < 4; ++i) {
     columns[i] = find(names[i]);
     if (columns[i] == width)
-      table.fail_here(message("there is no column ", names[i], "; found: ", found,
+      table.fail_here(message("there is no column ", names[i], "; found: ", detail::legible(found),
                               "; the first line must name time_s,x_m,y_m,z_m (seconds and metres, separated by commas)"));
   }
 

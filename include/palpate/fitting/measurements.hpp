@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/units.hpp>
 #include <palpate/device/detail/csv_table.hpp>
@@ -89,7 +90,7 @@ inline std::vector<Measurement> read_measurements(std::filesystem::path const& p
     bool known = false;
     for (auto const phase : {MeasuredPhase::indenting, MeasuredPhase::loading, MeasuredPhase::unloading})
       if (row[2] == to_string(phase)) measurement.phase = phase, known = true;
-    if (!known) table.fail_here(detail::message("the phase is \"", row[2], "\"; it must be \"indenting\", \"loading\" or \"unloading\""));
+    if (!known) table.fail_here(detail::message("the phase is \"", detail::legible(row[2]), "\"; it must be \"indenting\", \"loading\" or \"unloading\""));
     measurements.push_back(measurement);
   }
   if (measurements.empty()) table.fail("there is no measurement after the header");

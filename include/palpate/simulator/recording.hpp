@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/phase.hpp>
@@ -44,7 +45,7 @@ inline Tick tick_from(CsvTable const& table, CsvTable::Row const& row) {
   auto const number = [&](std::size_t column) { return table.number(row, column, tick_names[column]); };
   auto const phase = phase_from(row[5]);
   if (!phase)
-    table.fail_here(message("phase \"", row[5], "\" is unknown; it is \"", to_string(CuttingPhase::no_contact), "\", \"",
+    table.fail_here(message("phase \"", legible(row[5]), "\" is unknown; it is \"", to_string(CuttingPhase::no_contact), "\", \"",
                             to_string(CuttingPhase::indenting), "\" or \"", to_string(CuttingPhase::moving), "\""));
   return {
       .time = number(0), .tip = {number(1), number(2), number(3)}, .depth = number(4), .phase = *phase, .force = {number(6), number(7), number(8)}, .energy = number(9)};

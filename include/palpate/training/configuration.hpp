@@ -42,9 +42,9 @@ class Configuration {
  public:
   Configuration& set(std::string key, std::string value) {
     if (!detail::is_word(key))
-      throw InvalidArgument(detail::message("Configuration: the key is \"", key, "\"; give one word without blanks, for example tissue.mass_kg"));
+      throw InvalidArgument(detail::message("Configuration: the key is \"", detail::legible(key), "\"; give one word without blanks, for example tissue.mass_kg"));
     if (!detail::is_line(value))
-      throw InvalidArgument(detail::message("Configuration: the value of ", key, " is \"", value,
+      throw InvalidArgument(detail::message("Configuration: the value of ", detail::legible(key), " is \"", detail::legible(value),
                                             "\"; give one line without control characters, without blanks at its ends"));
     values_.insert_or_assign(std::move(key), std::move(value));
     return *this;

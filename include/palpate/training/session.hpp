@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/random.hpp>
@@ -90,7 +91,7 @@ struct Session {
   void validate() const {
     require_valid(device);
     if (!detail::is_word(version))
-      throw InvalidArgument(detail::message("Session: the version is \"", version, "\"; give one word, for example " PALPATE_VERSION_STRING));
+      throw InvalidArgument(detail::message("Session: the version is \"", detail::legible(version), "\"; give one word, for example " PALPATE_VERSION_STRING));
     if (!hand.empty() && hand.size() != recording.ticks().size())
       throw InvalidArgument(detail::message("Session: there are ", hand.size(), " samples of the hand for ", recording.ticks().size(),
                                             " ticks; give one a tick, or none"));
@@ -100,9 +101,9 @@ struct Session {
           throw InvalidArgument(detail::message("Session: there is torque at ", tick.time, " s, and the device has none; give .device.max_torque"));
     for (SessionEvent const& event : events) {
       if (!std::isfinite(event.time))
-        throw InvalidArgument(detail::message("Session: the event \"", event.name, "\" is at ", event.time, " s; give a finite time"));
+        throw InvalidArgument(detail::message("Session: the event \"", detail::legible(event.name), "\" is at ", event.time, " s; give a finite time"));
       if (event.name.empty() || !detail::is_line(event.name))
-        throw InvalidArgument(detail::message("Session: an event is called \"", event.name,
+        throw InvalidArgument(detail::message("Session: an event is called \"", detail::legible(event.name),
                                               "\"; give one line without control characters, without blanks at its ends"));
     }
   }

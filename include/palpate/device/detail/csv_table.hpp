@@ -47,7 +47,7 @@ class CsvTable {
   /// The value of a cell; throws with the line and the column's name unless it is a number.
   double number(Row const& row, std::size_t column, std::string_view name) const {
     if (auto const value = to_number<double>(row[column])) return *value;
-    fail_here(message("column ", name, " holds \"", row[column], "\", which is not a number a double can hold; ",
+    fail_here(message("column ", name, " holds \"", legible(row[column]), "\", which is not a number a double can hold; ",
                       "write numbers with a decimal point"));
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/training/session.hpp>
 
@@ -276,7 +277,7 @@ inline Session session_from_bytes(std::string_view bytes, std::filesystem::path 
     std::string last;
     for (std::size_t k = 0, n = in.count(8, "the configuration"); k < n; ++k) {
       std::string const key = in.text("a key of the configuration");
-      if (k > 0 && !(last < key)) here(message("the key \"", key, "\" of the configuration is not in order; copy the file again"));
+      if (k > 0 && !(last < key)) here(message("the key \"", legible(key), "\" of the configuration is not in order; copy the file again"));
       session.configuration.set(key, in.text("a value of the configuration"));
       last = key;
     }

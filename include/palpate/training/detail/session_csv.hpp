@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/device/detail/csv_table.hpp>
 #include <palpate/force/tissue_presets.hpp>
@@ -18,6 +19,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace palpate::detail {
 
@@ -108,7 +110,7 @@ class SessionHead {
       if (line_ == 1) is_session_ = content.starts_with("# palpate session");
       if (!is_session_ || (!content.empty() && content.front() != '#')) break;
       if (line_ == 1 && content != session_first_line)
-        fail(message("\"", content, "\" is another format; this version reads \"", session_first_line, "\""));
+        fail(message("\"", legible(content), "\" is another format; this version reads \"", session_first_line, "\""));
       if (line_ > 1 && !content.empty()) take(trimmed(content.substr(1)));
     }
   }
@@ -175,10 +177,11 @@ class SessionHead {
       Provenance from = Provenance::reported;
       while (from != Provenance::unknown && content != to_string(from)) from = static_cast<Provenance>(static_cast<int>(from) - 1);
       if (stated == stated_values.end() || from == Provenance::unknown) fail("what a device states is, for example, \"states damping 0.05 datasheet\"");
+      if (std::exchange(stated_[static_cast<std::size_t>(stated - stated_values.begin())], true)) fail(message("the device states its ", name, " twice; remove one"));
       session_.device.*stated->value = {value, from};
     } else if (word == "configuration") {
       std::string const key(next(content));
-      if (session_.configuration.find(key)) fail(message("the key ", key, " is there twice; remove one"));
+      if (session_.configuration.find(key)) fail(message("the key ", legible(key), " is there twice; remove one"));
       try {
         session_.configuration.set(key, std::string(content));
       } catch (InvalidArgument const& problem) {
@@ -189,7 +192,7 @@ class SessionHead {
       if (!std::isfinite(time) || content.empty()) fail("an event is a finite time and a name");
       session_.events.push_back({time, std::string(content)});
     } else {
-      fail(message("\"", rest, "\" is no line of a session; it begins with note, version, seed, device, motors, states, configuration, event or ticks"));
+      fail(message("\"", legible(rest), "\" is no line of a session; it begins with note, version, seed, device, motors, states, configuration, event or ticks"));
     }
   }
 
@@ -202,12 +205,12 @@ class SessionHead {
   }
   double number(std::string_view text, std::string_view what) const {
     if (auto const value = to_number<double>(text)) return *value;
-    fail(message("the ", what, " is \"", text, "\"; write a number with a decimal point"));
+    fail(message("the ", what, " is \"", legible(text), "\"; write a number with a decimal point"));
   }
   DeviceValue known(std::string_view text, std::string_view what) const { return text == "unknown" ? DeviceValue{} : DeviceValue(number(text, what)); }
   std::uint64_t whole(std::string_view text, std::string_view what) const {
     if (auto const value = to_number<std::uint64_t>(text)) return *value;
-    fail(message("the ", what, " is \"", text, "\"; write a whole number"));
+    fail(message("the ", what, " is \"", legible(text), "\"; write a whole number"));
   }
   [[noreturn]] void fail_device() const { fail("a device is, for example, \"device 3.3 N 1000 Hz, reports velocity\""); }
   [[noreturn]] void fail_motors() const { fail("motors are, for example, \"motors hand 2 buttons 0.88 N unknown N·s/m 0.045 kg\""); }
@@ -217,6 +220,7 @@ class SessionHead {
   std::filesystem::path path_;
   Session session_;
   std::array<bool, 5> seen_{};
+  std::array<bool, stated_values.size()> stated_{};
   std::optional<std::uint64_t> ticks_;
   int line_ = 0;
   bool is_session_ = false;
@@ -237,12 +241,12 @@ inline HandSample hand_from(CsvTable const& table, CsvTable::Row const& row, std
   }
   std::string_view const buttons = row[first + 6];
   auto const pressed = to_number<decltype(hand.buttons)>(buttons);
-  if (!pressed) table.fail_here(message("the buttons are \"", buttons, "\"; write a whole number, one bit a button"));
+  if (!pressed) table.fail_here(message("the buttons are \"", legible(buttons), "\"; write a whole number, one bit a button"));
   hand.buttons = *pressed;
   for (std::size_t const column : {first + 7, first + 8}) {
     auto const status = status_from(row[column]);
     if (!status)
-      table.fail_here(message("the device's status \"", row[column], "\" is unknown; it is \"ok\", \"stale\", \"disconnected\" or \"fault\""));
+      table.fail_here(message("the device's status \"", legible(row[column]), "\" is unknown; it is \"ok\", \"stale\", \"disconnected\" or \"fault\""));
     (column == first + 7 ? hand.read : hand.written) = *status;
   }
   if (device.reports_orientation)

@@ -53,7 +53,7 @@ inline vtkSmartPointer<vtkPolyData> scan_obj(std::string_view text, std::string 
         std::string_view const word = take_word(line);
         if (word.empty()) fail(line_number, "a vertex has fewer than three coordinates; was the file cut short?");
         auto const number = to_number<double>(word);
-        if (!number) fail(line_number, "\"", word, "\" is not a coordinate");
+        if (!number) fail(line_number, "\"", legible(word), "\" is not a coordinate");
         coordinate = *number;
       }
       points->InsertNextPoint(x);
@@ -62,7 +62,7 @@ inline vtkSmartPointer<vtkPolyData> scan_obj(std::string_view text, std::string 
       for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
         if (word.starts_with('#')) break;
         auto const index = to_number<long long>(word.substr(0, word.find('/')));
-        if (!index || *index == 0) fail(line_number, "\"", word, "\" is not a corner of a face");
+        if (!index || *index == 0) fail(line_number, "\"", legible(word), "\" is not a corner of a face");
         vtkIdType const point = *index > 0 ? *index - 1 : points->GetNumberOfPoints() + *index;
         if (point < 0) fail(line_number, "a face refers to vertex ", *index, " of ", points->GetNumberOfPoints());
         if (point > largest) {
@@ -155,7 +155,7 @@ class PlyScan {
          {"float", Type::float32}, {"float32", Type::float32}, {"double", Type::float64}, {"float64", Type::float64}}};
     for (auto const& [known, type] : types)
       if (known == name) return type;
-    throw FileError(message(name_, ": \"", name, "\" is not a type of a PLY property"));
+    throw FileError(message(name_, ": \"", legible(name), "\" is not a type of a PLY property"));
   }
 
   void read_header() {
