@@ -141,7 +141,7 @@ TEST_CASE("the coupling's damper goes by the velocity that its estimator says", 
 }
 
 TEST_CASE("what the hand feels of a coupling is what its device stands, whatever the mapping and the host's wish", "[haptics]") {
-  Capabilities const device{.rate = 2000.0, .mass = 0.075, .damping = 0.5};
+  Capabilities const device{.rate = 2000.0, .mass = 0.075, .damping = datasheet(0.5)};
   auto const law = [&](CoupledForceOptions const& options, WorkspaceMapping<double> const& mapping) {
     CoupledForce force(ProxyForce<double>{}, options);
     force.begin_session(device, mapping, 1000.0);
@@ -167,7 +167,7 @@ TEST_CASE("what the hand feels of a coupling is what its device stands, whatever
 TEST_CASE("a device on a hard plane is stable with the coupling of its record, and half a percent on either side of the bound shows", "[haptics]") {
   for (double const mass : {0.045, 0.075, 0.15})
     for (double const said : {0.3, 0.5, 2.0}) {
-      Capabilities const record{.rate = 1000.0, .damping = said};
+      Capabilities const record{.rate = 1000.0, .damping = datasheet(said)};
       double const stiffness = 1 / (1 / (0.9 * 2 * said / 0.001) + 1e-6);
       auto const damping_for = [&](double limit) {
         double low = 0, high = said;
@@ -189,7 +189,7 @@ TEST_CASE("a device on a hard plane is stable with the coupling of its record, a
 }
 
 TEST_CASE("with the damper of its record a device comes to rest, whichever estimator feeds it, through steps of the position too", "[haptics]") {
-  Capabilities const known{.rate = 1000.0, .mass = 0.075, .damping = 0.5, .resolution = 55e-6}, driver{.rate = 1000.0, .max_stiffness = 500.0, .max_damping = 3.0, .mass = 0.045};
+  Capabilities const known{.rate = 1000.0, .mass = 0.075, .damping = datasheet(0.5), .resolution = 55e-6}, driver{.rate = 1000.0, .max_stiffness = 500.0, .max_damping = 3.0, .mass = 0.045};
   for (Capabilities const& record : {known, driver}) {
     CAPTURE(record.max_stiffness.value);
     double const mass = record.mass, damping = 0.5;

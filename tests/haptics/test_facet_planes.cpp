@@ -13,6 +13,7 @@
 #include <palpate/haptics/surface_sensor.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/mesh/block.hpp>
+#include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/region/whole_body.hpp>

@@ -70,6 +70,26 @@ TEST_CASE("a force that presses 1.5 N passes over into that of the cut, and out 
     }
 }
 
+TEST_CASE("a surface that comes back while its force still fades is not felt twice", "[haptics]") {
+  for (auto const kind : {SurfaceKind::plane, SurfaceKind::facets}) {
+    ProxyForce<double> force({.surface = kind});
+    force.begin_session(1000.0, 1000.0);
+    double before = 0.0;
+    for (int k = 1; k < 24; ++k) {
+      LocalModel<double> model;
+      model.phase = CuttingPhase::indenting;
+      model.surface.sequence = static_cast<std::uint64_t>(k);
+      model.surface.patch.stiffness = k == 10 ? 0.0 : 500.0;
+      if (k != 10) model.surface.planes.try_add({});
+      double const felt = force.on_surface(model, {.tip = {0, 0, k < 3 ? 0.001 : -0.002}}).z();
+      CHECK(felt <= 1.0 + 1e-12);   // 500 N/m · 2 mm
+      if (k > 3) CHECK(std::abs(felt - before) <= 0.3);   // 1.5 F Δt/release
+      before = felt;
+    }
+    CHECK(before == Approx(1.0));
+  }
+}
+
 TEST_CASE("without a release a proxy's force goes with the surface, and the longest step of a longer one is smaller", "[haptics]") {
   auto const step = [](double release) {
     ProxyForce<double> force({.surface = SurfaceKind::plane, .release = release});

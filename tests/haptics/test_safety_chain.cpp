@@ -172,6 +172,49 @@ TEST_CASE("C9-X3: no step above the slew limit, but to zero", "[haptics][safety]
   CHECK(bench.told(SafetyEvent::model_stale) > 1);
 }
 
+TEST_CASE("no step above the slew limit where the thermal limit falls, a late model fades or a clutch opens, however slow slew is", "[haptics][safety]") {
+  struct Case {
+    double max_force, slew, thermal_time, seconds;
+    bool stale;
+  };
+  for (Case const c : {Case{3.3, 10.0, 10.0, 0.001, false}, {3.3, 500.0, 0.1, 0.001, false}, {20.0, 500.0, 1.0, 0.001, false}, {3.3, 20.0, 0.0, 0.0049, true}, {10.0, 100.0, 0.0, 0.0049, true},
+                       {3.3, 5.0, 0.5, 0.001, true}}) {
+    CAPTURE(c.max_force, c.slew, c.thermal_time, c.stale);
+    Bench bench{.options = {.max_force = c.max_force, .slew = c.slew, .thermal_time = c.thermal_time, .damping = 0.0}, .device = touch_like};
+    bench.device.max_force = datasheet(c.max_force);
+    bench.begin_armed();
+    Vector3<double> before = Vector3<double>::Zero();
+    double largest = 0.0;
+    for (int k = 0; k < 8000; ++k) {
+      bool const late = c.stale && k > 2000 && k % 4000 > 2000;
+      bench.reading.seconds = late ? c.seconds : 0.001;
+      bench.wanted.age = late && k < 4000 ? 0.2 : 0.0, bench.wanted.quiet = late && k >= 4000;
+      Vector3<double> const out = bench.tick({0, 0, c.max_force});
+      largest = std::max(largest, (out - before).norm());   // to zero as well
+      before = out;
+      if (late && (k == 3999 || k == 7999)) REQUIRE(out.isZero(0));
+    }
+    CHECK(largest <= c.slew * 0.001 * (1 + 1e-9));
+    CHECK(largest > 0.99 * c.slew * 0.001);
+    if (!c.stale) CHECK(before.norm() == Approx(0.88).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("the energy of all sessions stays where another mapping begins", "[haptics][safety]") {
+  SafetyChain<double> chain;
+  Capabilities const device{.max_force = 3.3, .rate = 1000.0, .moves_a_hand = false};
+  auto const mapping = [](double scale, double force) { return WorkspaceMapping<double>(Similarity<double>::make(scale, Eigen::Quaterniond::Identity(), Vector3<double>::Zero()), force); };
+  chain.begin({}, device, 1000.0, mapping(1.0, 1.0));
+  for (int k = 0; k < 100; ++k) {
+    chain.read({.position = {0, 0, -1e-5 * k}});
+    chain({.force = {0, 0, 1.0}}, mapping(1.0, 1.0));
+  }
+  double const given = chain.energy();
+  CHECK(given > 5e-4);
+  chain.begin({}, device, 1000.0, mapping(0.5, 2.0));   // the same stiffness is felt
+  CHECK(chain.energy() == Approx(given).epsilon(1e-12));
+}
+
 // By hand: 3.3 N until the motors have had four fifths of F_c², then down to the continuous 0.88 N, which passes for ever.
 TEST_CASE("C9-X4: motors that warm up bring the force down to what they stand for ever", "[haptics][safety]") {
   Bench bench{.options = {.max_force = 3.3, .damping = 0.0}};

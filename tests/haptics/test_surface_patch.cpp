@@ -82,6 +82,23 @@ TEST_CASE("a tool that is a ball meets an edge or a corner as a ball of its own 
   }
 }
 
+TEST_CASE("a tool that does not fit into a hollow meets a plane, and no hollow is turned inside out") {
+  double last = -250.0;
+  for (double width = 0.016; width > 0.0035; width -= 1e-5) {   // a ball of 4 mm
+    SurfacePatch<double> const hollow{.curvature = -1 / width, .stiffness = 500};
+    auto const out = hollow.offset_by(0.004);
+    REQUIRE(out.valid());
+    REQUIRE(out.curvature <= 0.0);
+    REQUIRE(out.point.z() == Approx(0.004));
+    if (width >= 0.008)
+      REQUIRE(out.curvature == Approx(-1 / (width - 0.004)));
+    else
+      REQUIRE(out.curvature >= last);   // ever flatter
+    last = out.curvature;
+    if (width <= 0.004) REQUIRE(out.curvature == 0.0);
+  }
+}
+
 TEST_CASE("a patch that goes on turns about its point, and its velocity is that of a rigid piece") {
   SurfacePatch<double> const patch{.point = {0.1, 0, 0}, .normal = Vector3<double>::UnitZ(), .velocity = {0, 0.01, 0}, .angular_velocity = {0, 2, 0}};
   CHECK(patch.moves());

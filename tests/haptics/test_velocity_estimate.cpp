@@ -153,6 +153,20 @@ TEST_CASE("the adaptive window keeps the direction") {
   CHECK(estimator.window() < 15);
 }
 
+TEST_CASE("a device that does not know its step is estimated with that of the options, whatever device came before") {
+  auto const window = [](AdaptiveWindowVelocity<double>& estimator) {
+    for (int k = 0; k <= 50; ++k) estimator({8.0 * k * k * 1e-6, 0, 0});
+    return estimator.window();
+  };
+  AdaptiveWindowVelocity<double> estimator({.quantum = 1e-6});
+  int const own = window(estimator);
+  CHECK(own < 5);
+  estimator.begin_session(0.001, 0.01);
+  CHECK(window(estimator) == 15);
+  estimator.begin_session(0.001, 0.0);
+  CHECK(window(estimator) == own);
+}
+
 TEST_CASE("a position that is no number begins anew, malformed options are refused, and a tick allocates nothing") {
   double const nan = std::numeric_limits<double>::quiet_NaN();
   auto const check = [&](auto estimator) {

@@ -264,16 +264,18 @@ TEST_CASE("the choice for a device follows what is known of it") {
   CHECK(coupling_for({.max_stiffness = 400.0}).damping == 0.0);
   CHECK(coupling_for({.max_stiffness = 400.0}).mass == 0.0);
   CouplingLaw const said = coupling_for(coupling_limits(
-      {.max_force = 3.3, .rate = 2000.0, .max_damping = datasheet(0.01), .mass = guessed(0.045), .damping = guessed(0.3)}));
+      {.max_force = 3.3, .rate = 2000.0, .max_damping = datasheet(0.01), .mass = guessed(0.045), .damping = datasheet(0.3)}));
   CHECK(said.damping == 0.01);
   CHECK(said.stiffness == Approx(0.9 * 2 * 0.29 * 2000));
   // 2 f/Δ of an Omni, a Desktop and a Premium 1.5, as published: 9455, 5217 and 2667 N/m.
   for (auto const& [friction, quantum, stiffest] : {std::array{0.26, 55e-6, 9455.0}, std::array{0.06, 23e-6, 5217.0}, std::array{0.04, 30e-6, 2667.0}})
-    CHECK(coupling_for(coupling_limits({.rate = 1000.0, .damping = 10.0, .friction = friction, .resolution = quantum})).stiffness == Approx(stiffest).epsilon(2e-4));
+    CHECK(coupling_for(coupling_limits({.rate = 1000.0, .damping = datasheet(10.0), .friction = friction, .resolution = quantum})).stiffness == Approx(stiffest).epsilon(2e-4));
   CHECK(coupling_for({.damping = 10.0, .quantum = 55e-6}).stiffness == Approx(0.9 * 2 * 9.0 / 0.001));   // its friction is not known
   CHECK_THROWS_AS(coupling_for({.damping = 0.5, .quantum = -1.0}), InvalidArgument);
   CHECK(coupling_for(coupling_limits({.rate = 1000.0, .max_stiffness = 400.0})).stiffness == 400.0);   // nobody knows its damping
   CHECK_THROWS_AS(coupling_for(coupling_limits({.max_force = 3.3, .rate = 1000.0})), InvalidArgument);
+  CHECK_THROWS_AS(coupling_for(coupling_limits({.rate = 1000.0, .damping = guessed(5.0)})), InvalidArgument);   // a hand is not protected by a guess
+  CHECK(coupling_for(coupling_limits({.rate = 1000.0, .moves_a_hand = false, .damping = guessed(5.0)})).stiffness == Approx(0.9 * 2 * 4.5 * 1000));
   CHECK_THROWS_WITH(coupling_for({.mass = 0.1}), says(".max_stiffness is inf", ".damping"));
   CHECK_THROWS_AS(coupling_for({.mass = -0.1, .damping = 0.5}), InvalidArgument);
   CHECK_THROWS_AS(coupling_for({.damping = std::numeric_limits<double>::quiet_NaN()}), InvalidArgument);

@@ -111,6 +111,20 @@ TEST_CASE("the whole of a scene's box can be reached, and one of its sides takes
     CHECK(((at - touch.lower).array() >= -1e-12).all());
     CHECK(((touch.upper - at).array() >= -1e-12).all());
   }
+  // However the device is turned, and as long as the quaternion may be; some corner of the scene is on the edge of what can be reached.
+  Random random(Seed{15});
+  for (int k = 0; k < 200; ++k) {
+    Eigen::Quaterniond any(random.normal<double>(), random.normal<double>(), random.normal<double>(), random.normal<double>());
+    any.coeffs() *= random.uniform(0.2, 5.0);
+    auto const fitted = WorkspaceMapping<double>::fit_box(touch, lower, upper, any).world_from_device().inverse();
+    double farthest = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+      Vector3<double> const wanted{corner & 1 ? upper.x() : lower.x(), corner & 2 ? upper.y() : lower.y(), corner & 4 ? upper.z() : lower.z()};
+      farthest = std::max(farthest, ((fitted.point(wanted) - touch.centre()).cwiseAbs().array() / (touch.size() / 2).array()).maxCoeff());
+    }
+    REQUIRE(farthest == Approx(1.0).epsilon(1e-9));
+  }
+  CHECK_THROWS_WITH(WorkspaceMapping<double>::fit_box(touch, lower, upper, Eigen::Quaterniond(0, 0, 0, 0)), says("fit_box", "the turn is (0; 0, 0, 0)"));
   CHECK_THROWS_AS(WorkspaceMapping<double>::fit_box({}, lower, upper), InvalidArgument);
   CHECK_THROWS_AS(WorkspaceMapping<double>::fit_box(touch, upper, lower), InvalidArgument);
   CHECK_THROWS_AS(WorkspaceMapping<double>({}, 0.0), InvalidArgument);

@@ -19,7 +19,8 @@ namespace palpate {
 /// it reads a `Trajectory` made from recorded points, which differ by rounding, and reports the slope of that path as velocity.
 /// Errors     `InvalidArgument` when there are no samples, or the capabilities make no sense.
 /// Cost       `read` and `write` are O(1), noexcept, no allocation.
-/// Limits     open loop: the hand does not yield to a force that differs from the recorded one.
+/// Limits     open loop: the hand does not yield to a force that differs from the recorded one. A sample does not say whether the device was calibrated: a replay
+///            goes on where the recorded session felt nothing because it was not.
 template <RealScalar Scalar>
 class ReplayDevice {
  public:

@@ -80,7 +80,7 @@ class CoupledForce {
     limits.max_stiffness = std::min(limits.max_stiffness, options_.stiffness);
     limits.max_damping = std::min(limits.max_damping, options_.damping);
     if (!(limits.damping > 0.0) && std::isinf(limits.max_stiffness))
-      throw InvalidArgument("CoupledForce: the device says neither its damping nor the largest stiffness; give CoupledForceOptions::stiffness");
+      throw InvalidArgument("CoupledForce: the device says neither its damping, for which a guess does not count, nor the largest stiffness; give CoupledForceOptions::stiffness");
     CouplingLaw const felt = coupling_for(limits);
     double const scene = 1.0 / static_cast<double>(mapping.felt_stiffness(S(1)));
     law_ = {.stiffness = scene * felt.stiffness, .damping = scene * felt.damping, .mass = scene * felt.mass};

@@ -49,7 +49,8 @@ int walked_to(Body const& body, int triangle, Vector3<typename Body::Scalar> con
 ///   concave     only folds towards the tool count: the touched facet lies in front of the candidate's plane, the candidate rises above its plane
 ///   order       next comes the plane that the projected tip is farthest behind, or least in front of, now or at `ahead`
 /// Over a convex ridge the touched facet alone holds the tool: the extended plane of the other would exclude free space.
-/// Units      m; `radius` of a ball-shaped tool: its centre is kept that far in front.
+/// Units      m; `radius` of a ball-shaped tool: its centre is kept that far in front of each plane, or, where a contact presses it against the direction `pressed`
+///            (of length one), so far from what it touches that way.
 /// Source     \cite zilles1995
 /// Invariant  The touched facet is the first plane; no two are less than 1.1° apart. Empty for a triangle without area.
 /// Cost       O(triangles at the vertices on the way from the touched facet), at most 64 facets a search; two projections on at most two
@@ -58,7 +59,8 @@ int walked_to(Body const& body, int triangle, Vector3<typename Body::Scalar> con
 ///            way until the next planes.
 template <class Body>
 PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vector3<typename Body::Scalar> const& tip, typename Body::Scalar radius,
-                                             Vector3<typename Body::Scalar> const& ahead) noexcept {
+                                             Vector3<typename Body::Scalar> const& ahead,
+                                             Vector3<typename Body::Scalar> const& pressed = Vector3<typename Body::Scalar>::Zero()) noexcept {
   using S = typename Body::Scalar;
   constexpr S flat = S(0.01), same = S(0.9998);
   auto const& surface = body.tissue().surface();
@@ -85,7 +87,9 @@ PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vec
   auto const corner = surface.corners(triangle);
   S edge = S(0);
   for (std::size_t k = 0; k < 3; ++k) edge = std::max(edge, (x(corner[k]) - x(corner[(k + 1) % 3])).norm());
-  if (!planes.try_add({touched.normal, touched.offset + radius})) return planes;
+  auto const in_front = [&](Vector3<S> const& normal) { return is_zero(pressed) ? radius : radius * normal.dot(pressed); };
+  Vector3<S> const lowest = radius * (is_zero(pressed) ? touched.normal : pressed);   // of the ball, from its lowest point to its centre
+  if (!planes.try_add({touched.normal, touched.offset + in_front(touched.normal)})) return planes;
   while (planes.count() < 3) {
     std::array<Vector3<S>, 2> const felt{planes.project(tip).point, planes.project(ahead).point};
     ContactPlane<S> next;
@@ -99,14 +103,14 @@ PlaneSet<typename Body::Scalar> facet_planes(Body const& body, int triangle, Vec
           bool new_side = true;
           for (int k = 0; k < planes.count(); ++k) new_side = new_side && plane.normal.dot(planes[k].normal) < same;
           if (!new_side || heights(triangle, plane).least < -flat * flat * edge || !(heights(t, touched).most > flat * edge)) continue;
-          plane.offset += radius;
+          plane.offset += in_front(plane.normal);
           if (S const height = std::min(plane.distance(felt[0]), plane.distance(felt[1])); height < nearest) nearest = height, next = plane;
         }
     };
     look_around(triangle);
     int seen = triangle;
     for (Vector3<S> const& p : felt)
-      if (int const there = detail::walked_to(body, seen, Vector3<S>(p - radius * touched.normal)); there != seen) look_around(seen = there);
+      if (int const there = detail::walked_to(body, seen, Vector3<S>(p - lowest)); there != seen) look_around(seen = there);
     if (!(nearest < std::numeric_limits<S>::infinity()) || !planes.try_add(next)) break;
   }
   return planes;

@@ -34,7 +34,7 @@ struct ThermalOptions {
 ///   heat ← heat + (F² − heat) dt/time,   heat ≤ F_c² is sustainable
 ///   limit = F_c + (F_max − F_c) · clamp((F_c² − heat)/(0.2 F_c²), 0, 1)
 /// The continuous force F_c always passes. A larger one passes until the heat reaches four fifths of F_c²; from there the limit falls to
-/// F_c without a step.
+/// F_c, without a step in the heat; the safety chain's slew limit makes what is written fall no faster than that.
 /// Units      N, s; heat in N².
 /// Source     a first-order model of a motor's winding; the time constant is the host's to know.
 /// Invariant  continuous force and time above zero, finite; checked at set-up.

@@ -84,7 +84,7 @@ class ProxyForce {
       since_lost_ += seconds;
       S const share = CurveJoin<S>{.puncture_time = S(options_.release)}.puncture_share(since_lost_);
       if (!there) force.setZero();   // the hand-over would be quicker
-      force += share * lost_;
+      force = (S(1) - share) * force + share * lost_;
       if (!(share > S(0))) lost_.setZero();
     }
     return force_ = force;

@@ -76,7 +76,7 @@ class SafetyChain {
     double const felt = static_cast<double>(mapping.felt_stiffness(S(1)));   // κ s: a damping of the scene is felt so much stronger
     double const work = static_cast<double>(mapping.force_scale() / mapping.world_from_device().scale());   // κ/s: the hand's joules in one of the scene
     if (limits_.protects_a_hand || before.period != limits_.period || before.reservoir != limits_.reservoir || before.damping != limits_.damping ||
-        felt != felt_ || (before.max_torque > 0.0) != (limits_.max_torque > 0.0)) {
+        felt != felt_ || work != work_ || (before.max_torque > 0.0) != (limits_.max_torque > 0.0)) {
       earlier_energy_ += work_ * passivity_.energy();
       double const lever = limits_.max_torque > 0.0 ? static_cast<double>(mapping.world_from_device().scale()) * limits_.lever : 0.0;
       passivity_ = PassivityController<S>({.period = limits_.period,
@@ -163,7 +163,8 @@ class SafetyChain {
     arm(std::max(asked, asked_torque / limits_.lever));
     wait();
     if (wanted.valid) advance_ramp(wanted.quiet);
-    if (usable_ && stage_.may_render() && !wanted.diverged && not_finite_in_a_row_ == 0 && gain_ > 0.0) {
+    bool const fades = (stale_ || wanted.quiet) && !interrupted_ && !(is_zero(out_) && is_zero(torque_));   // slower than the ramp, where slew says so
+    if (usable_ && stage_.may_render() && !wanted.diverged && not_finite_in_a_row_ == 0 && (gain_ > 0.0 || fades)) {
       out_ = ramped(out_, force, thermal_ ? thermal_->limit(limits_.max_force) : limits_.max_force, limits_.slew);
       torque_ = ramped(torque_, torque, limits_.max_torque, limits_.lever * limits_.slew);
       if (gain_ < 1.0) ++counts_.ramped;
@@ -380,9 +381,10 @@ class SafetyChain {
   }
 
   /// Slew, thermal limit and ramp of a force, or a torque, at most `warm`, after `last`. The slew limit holds for what is written, so it takes into account by
-  /// how much thermal limit and ramp are about to shrink the largest one.
+  /// how much thermal limit and ramp are about to shrink the largest one, and they wait where that would be too fast.
   Vector3<S> ramped(Vector3<S> const& last, Vector3<S> const& wanted, double warm, double slew) noexcept {
-    double const most = slew * limits_.period, reach = gain_ * warm, outside = static_cast<double>(last.norm()) - reach;
+    double const most = slew * limits_.period, before = static_cast<double>(last.norm());
+    double const reach = std::isfinite(most) ? std::max(gain_ * warm, before - most) : gain_ * warm, outside = before - reach;
     Vector3<S> next = static_cast<S>(gain_) * wanted;
     if (std::isfinite(most)) {
       Vector3<S> const slow = slewed(last, next, static_cast<S>(std::max(0.0, most - std::max(0.0, outside))));

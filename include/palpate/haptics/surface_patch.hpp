@@ -77,12 +77,22 @@ struct SurfacePatch {
     return there;
   }
 
-  /// What a ball of this radius meets with its centre: the surface moved out by so much.
+  /// What a ball of this radius meets with its centre: the surface moved out by so much. In a hollow less than twice as wide as the ball, where κ/(1 + κ r) goes
+  /// beyond all bounds, it becomes flatter instead, and a plane where the ball does not fit.
   SurfacePatch offset_by(S radius) const noexcept {
     SurfacePatch out = *this;
     out.point += radius * normal;
     out.velocity = velocity_at(out.point);
-    out.curvature = curvature / (S(1) + curvature * radius);
+    S const share = S(1) + curvature * radius;
+    out.curvature = share >= S(0.5) ? curvature / share : S(4) * curvature * std::max(S(0), share);
+    return out;
+  }
+  /// The same for a ball that a contact presses against the surface at `point`, against a direction `pressed` of length one, which stays while the surface gives way
+  /// and turns: its centre is a radius from `point` that way. Zero: nothing is pressed.
+  SurfacePatch offset_by(S radius, Vector3<S> const& pressed) const noexcept {
+    if (is_zero(pressed)) return offset_by(radius);
+    SurfacePatch out = *this;
+    out.point += radius * pressed;
     return out;
   }
 

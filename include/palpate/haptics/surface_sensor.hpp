@@ -42,7 +42,7 @@ class SurfaceSensor {
     model_.planes.clear();
     if (phase == CuttingPhase::moving || !is_finite(tip)) return model_;
     if (phase == CuttingPhase::indenting && contact.touching && !contact.off_surface)
-      see(body, contact.triangle, contact.barycentric, tip, radius, stiffness);
+      see(body, contact.triangle, contact.barycentric, tip, radius, stiffness, contact.normal);
     else if (phase == CuttingPhase::no_contact && approach_ > Scalar(0))
       approach(body, tip, radius, stiffness);
     return model_;
@@ -53,12 +53,13 @@ class SurfaceSensor {
   void approach(Body& body, Vector3<Scalar> const& tip, Scalar radius, Scalar stiffness) {
     auto const nearest = body.nearest_point(tip);
     if (!nearest.found() || !((nearest.point - tip).norm() <= approach_ + radius)) return;
-    see(body, nearest.triangle, nearest.barycentric, tip, radius, stiffness);
+    see(body, nearest.triangle, nearest.barycentric, tip, radius, stiffness, Vector3<Scalar>::Zero());
     if (!(model_.patch.distance(tip) > Scalar(0))) model_.patch.stiffness = 0, model_.planes.clear();   // behind it: it has to come from outside
   }
 
+  /// `pressed`: the direction of the contact, against which the tissue is pressed, as of the contact's own gap; zero where nothing touches.
   template <class Body>
-  void see(Body const& body, int triangle, Vector3<Scalar> const& barycentric, Vector3<Scalar> const& tip, Scalar radius, Scalar stiffness) {
+  void see(Body const& body, int triangle, Vector3<Scalar> const& barycentric, Vector3<Scalar> const& tip, Scalar radius, Scalar stiffness, Vector3<Scalar> const& pressed) {
     bool const same = triangle == triangle_ && body.topology_revision() == revision_ && barycentric == barycentric_;
     if (same)
       fit_.follow(body);
@@ -69,9 +70,9 @@ class SurfaceSensor {
     auto const corners = body.tissue().surface().corners(triangle);
     model_.patch.point.setZero();   // a fit levels out the dent that the tool makes: at the touched point itself the surface is where it is
     for (std::size_t k = 0; k < 3; ++k) model_.patch.point += barycentric[static_cast<Eigen::Index>(k)] * body.positions().col(corners[k]);
-    model_.patch = model_.patch.offset_by(radius);
+    model_.patch = model_.patch.offset_by(radius, pressed);
     model_.patch.stiffness = stiffness;
-    if (kind_ == SurfaceKind::facets) model_.planes = facet_planes(body, triangle, tip, radius, Vector3<Scalar>(tip + Scalar(2) * way_));
+    if (kind_ == SurfaceKind::facets) model_.planes = facet_planes(body, triangle, tip, radius, Vector3<Scalar>(tip + Scalar(2) * way_), pressed);
   }
 
   SurfaceKind kind_;

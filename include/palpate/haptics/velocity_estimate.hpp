@@ -145,7 +145,7 @@ class WindowedVelocity : public detail::PositionWindow<S, Samples> {
 
 /// The slope over as many of the last positions as lie on one straight line, but for their error: the window is long at rest and at constant
 /// velocity, where noise would be felt, and short where the velocity changes, where lateness would be.
-///   the largest n < Samples with   |x_i − (x_0 + (x_n − x_0) i/n)| ≤ Δ on each axis,   0 < i < n;   v = slope of the best fit of x_0 … x_n
+///   n < Samples, up to the first that would not do:   |x_i − (x_0 + (x_n − x_0) i/n)| ≤ Δ on each axis,   0 < i < n;   v = slope of the best fit of x_0 … x_n
 /// Units      SI.
 /// Source     \cite janabi2000, with one window for all axes, so that the direction is right. There Δ bounds the error; twice it does here, so that
 ///            errors alone never shorten the window.
@@ -160,7 +160,7 @@ class AdaptiveWindowVelocity : public detail::PositionWindow<S, Samples> {
 
  public:
   explicit AdaptiveWindowVelocity(AdaptiveVelocityOptions const& options = {})
-      : Window("AdaptiveWindowVelocity", options.period), quantum_(options.quantum) {
+      : Window("AdaptiveWindowVelocity", options.period), quantum_(options.quantum), stated_(options.quantum) {
     detail::OptionCheck{"AdaptiveWindowVelocity", true}(quantum_ > 0.0, ".quantum", quantum_, " m", "give the device's resolution, 55e-6 for many");
   }
 
@@ -172,7 +172,9 @@ class AdaptiveWindowVelocity : public detail::PositionWindow<S, Samples> {
 
   /// A step that is not known leaves that of the options.
   void begin_session(double period, double quantum) {
-    *this = AdaptiveWindowVelocity({.period = period, .quantum = quantum > 0.0 ? quantum : quantum_});
+    double const stated = stated_;
+    *this = AdaptiveWindowVelocity({.period = period, .quantum = quantum > 0.0 ? quantum : stated});
+    stated_ = stated;
   }
 
   /// Over how many ticks the last estimate went: from 1 to Samples − 1, 0 before there was one.
@@ -191,7 +193,7 @@ class AdaptiveWindowVelocity : public detail::PositionWindow<S, Samples> {
     return true;
   }
 
-  double quantum_;
+  double quantum_, stated_;   // in this session; of the options
   int window_ = 0;
 };
 

@@ -28,12 +28,13 @@ struct CouplingLimits {
   double quantum = 0.0;         ///< Δ [m or rad], step of the position that the device reports; 0: not known
 };
 
-/// Limits from a device's capabilities, along an axis at its tip. Zero counts as not known.
+/// Limits from a device's capabilities, along an axis at its tip. Zero counts as not known, and so does a guess of the damping of a device that moves a hand: a guess
+/// does not pay for energy.
 inline CouplingLimits coupling_limits(Capabilities const& device) {
   auto const known = [](DeviceValue const& value, double otherwise) { return value.known() && value.value != 0.0 ? value.value : otherwise; };
   CouplingLimits const none{};
   return {.mass = known(device.mass, none.mass),
-          .damping = known(device.damping, none.damping),
+          .damping = device.moves_a_hand && device.damping.provenance < Provenance::datasheet ? none.damping : known(device.damping, none.damping),
           .max_stiffness = known(device.max_stiffness, none.max_stiffness),
           .max_damping = known(device.max_damping, none.max_damping),
           .rate = device.rate.value,

@@ -47,15 +47,17 @@ class WorkspaceMapping {
 
   /// The device's box around a box of the scene, centre on centre, scaled alike on all axes so that the whole of the scene's box can be
   /// reached; `turn` says how the device is turned in the world.
-  /// Throws `InvalidArgument` for an unknown workspace or a box without size.
+  /// Throws `InvalidArgument` for an unknown workspace, a box without size, or a turn that is none.
   static WorkspaceMapping fit_box(DeviceWorkspace const& workspace, Vector3<S> const& lower, Vector3<S> const& upper,
                                   Eigen::Quaternion<S> const& turn = Eigen::Quaternion<S>::Identity()) {
     Vector3<S> const size = upper - lower;
     if (!workspace.known()) throw InvalidArgument("WorkspaceMapping::fit_box: the device does not know its workspace; give capabilities().workspace a box");
     if (!is_finite(size) || !(size.array() > S(0)).all())
       throw InvalidArgument(detail::message("WorkspaceMapping::fit_box: the scene's box is (", size.x(), ", ", size.y(), ", ", size.z(), ") m large; give a lower and an upper corner"));
-    Vector3<S> const reach = (turn.toRotationMatrix().cwiseAbs() * workspace.size().template cast<S>()).eval();   // the device's box in the world's axes, for turns by quarters
-    S const scale = (size.array() / reach.array()).maxCoeff();
+    if (!is_finite(Vector3<S>(turn.vec())) || !std::isfinite(turn.w()) || !(turn.norm() > S(0)))
+      throw InvalidArgument(detail::message("WorkspaceMapping::fit_box: the turn is (", turn.w(), "; ", turn.x(), ", ", turn.y(), ", ", turn.z(), "); give a quaternion of some length"));
+    Matrix<S, 3, 3> const back = turn.normalized().toRotationMatrix().transpose().cwiseAbs();   // a box of the world fills one of the device's axes of this size
+    S const scale = ((back * size).array() / workspace.size().template cast<S>().array()).maxCoeff();
     Similarity<S> const centred = Similarity<S>::make(scale, turn, Vector3<S>::Zero());
     Vector3<S> const offset = (lower + upper) / S(2) - centred.point(workspace.centre().template cast<S>());
     return WorkspaceMapping(centred.moved(offset));

@@ -124,20 +124,21 @@ class SurfaceTracker {
  public:
   explicit SurfaceTracker(SurfaceKind kind = SurfaceKind::ball) : fit_({.curved = kind != SurfaceKind::plane}) {}
 
-  /// For a tip of this radius [m], so many seconds after the capture; the patch is offset by the radius and has this stiffness [N/m].
-  SurfacePatch<S> look(LocalSurface<S> const& captured, Vector3<S> const& tip, S radius, S stiffness, S age) noexcept {
+  /// For a tip of this radius [m], so many seconds after the capture; the patch is offset by the radius, see SurfacePatch::offset_by for `pressed`, and has this
+  /// stiffness [N/m].
+  SurfacePatch<S> look(LocalSurface<S> const& captured, Vector3<S> const& tip, S radius, S stiffness, S age, Vector3<S> const& pressed = Vector3<S>::Zero()) noexcept {
     SurfacePatch<S> none;
     if (captured.is_empty() || !(stiffness > S(0)) || !is_finite(tip)) return none;
     near_ = captured;
     if (std::isfinite(age)) near_.advance(std::max(age, S(0)));
-    auto const nearest = near_.nearest(tip);
+    auto const nearest = near_.nearest(Vector3<S>(tip - radius * pressed));
     if (nearest.triangle < 0) return none;
     fit_.fit(near_, nearest.triangle, nearest.barycentric);
     SurfacePatch<S> patch = fit_.patch();
     patch.point.setZero();   // a fit levels out the dent that the tool makes: at the nearest point itself the surface is where it is
     auto const& corners = near_.corners(nearest.triangle);
     for (int k = 0; k < 3; ++k) patch.point += nearest.barycentric[k] * near_.positions().col(corners[static_cast<std::size_t>(k)]);
-    patch = patch.offset_by(radius);
+    patch = patch.offset_by(radius, pressed);
     patch.stiffness = stiffness;
     return patch.valid() ? patch : none;
   }

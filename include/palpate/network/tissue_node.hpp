@@ -39,6 +39,7 @@ struct CapturedSurface {
   LocalSurface<S> near{};
   S stiffness = 0;       ///< N/m; 0: nothing is near
   S tip_radius = 0;      ///< m
+  Vector3<S> pressed = Vector3<S>::Zero();   ///< direction of the contact; zero: nothing touches
   double time = 0.0;     ///< s, on the server's clock, of the capture
   std::uint64_t revision = 0;
 };
@@ -185,6 +186,10 @@ class TissueNode {
     auto& shape = detail::shape_of(body());
     auto const& contact = loop_.cutter().contact();
     bool const touches = model.phase == CuttingPhase::indenting && contact.touching;
+    if (touches)
+      captured_.pressed = contact.normal;
+    else
+      captured_.pressed.setZero();
     captured_.near.capture(shape, touches ? contact.triangle : shape.nearest_point(sample_.position.template cast<Scalar>()).triangle);
   }
 
@@ -213,7 +218,7 @@ class SurfaceNode {
   SurfaceAnswer const& look(CapturedSurface<S> const& captured, HandReport const& sample, double now, double longest) noexcept {
     S const age = static_cast<S>(std::clamp(now - captured.time, 0.0, longest));
     answer_.stamp = {.sequence = sequence_ + 1, .hand = sample.sequence, .hand_time = sample.time, .placements = sample.placements, .revision = captured.revision, .time = now};
-    answer_.patch = tracker_.look(captured.near, sample.position.template cast<S>(), captured.tip_radius, captured.stiffness, age).template cast<double>();
+    answer_.patch = tracker_.look(captured.near, sample.position.template cast<S>(), captured.tip_radius, captured.stiffness, age, captured.pressed).template cast<double>();
     if (!answer_.valid()) answer_.patch = {};
     tip_ = sample.position;
     return answer_;
