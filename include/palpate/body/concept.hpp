@@ -46,6 +46,38 @@ concept SimulatedBody = TouchableBody<B> && requires(B& body, B const& seen, typ
   body.restore(seen.save());
 };
 
+namespace detail {
+
+/// Says, where it is instantiated, what keeps B from being a SimulatedBody.
+template <class B>
+struct BodySentences {
+  using Scalar = typename B::Scalar;
+  static_assert(requires(B const& b) { { b.tissue().surface() } -> std::same_as<SurfaceTopology const&>; },
+                "palpate: the body has no tissue().surface() const; declare: what tissue() returns says SurfaceTopology const& surface() const, its triangles.");
+  static_assert(requires(B const& b, int i) { { b.positions().col(i) } -> std::convertible_to<Vector3<Scalar>>; { b.velocities().col(i) } -> std::convertible_to<Vector3<Scalar>>; },
+                "palpate: the body has no positions() const or velocities() const; declare both: 3 x particles, in m and m/s.");
+  static_assert(requires(B const& b, int i) { { b.reference_position(i) } -> std::convertible_to<Vector3<Scalar>>; { b.reference_normal(i) } -> std::convertible_to<Vector3<Scalar>>; },
+                "palpate: the body has no reference_position(i) const or reference_normal(i) const; declare both: of the undisturbed surface, in m, and of length one.");
+  static_assert(requires(B& b) { { b.home_diagonal() } -> std::convertible_to<Scalar>; }, "palpate: the body has no home_diagonal(); declare: Scalar home_diagonal(), of the box around the undisturbed body, in m.");
+  static_assert(requires(B& b, Vector3<Scalar> const& p, int i) { { b.nearest_point(p, i) } -> std::same_as<SurfacePoint<Scalar>>; },
+                "palpate: the body has no nearest_point(p, hint); declare: SurfacePoint<Scalar> nearest_point(Vector3<Scalar> const& p, int hint = -1), on the surface as it is now.");
+  static_assert(requires(B const& b, int i) { { b.triangle_across(i, i) } -> std::same_as<int>; },
+                "palpate: the body has no triangle_across(a, b) const; declare: int triangle_across(int a, int b) const, beyond the edge a -> b of a triangle, or -1.");
+  static_assert(requires(B const& b) { { b.topology_revision() } -> std::same_as<std::size_t>; { b.restorations() } -> std::same_as<std::size_t>; },
+                "palpate: the body has no topology_revision() const or restorations() const; declare both: std::size_t, how often triangles changed, and how often it was brought back.");
+  static_assert(requires(B& b, Scalar h) { { b.step(h).moving } -> std::convertible_to<int>; static_cast<bool>(b.step(h)); },
+                "palpate: the body has no step(h); declare: StepReport<Scalar> step(Scalar h), or a report of its own: int moving, and explicit operator bool() const, whether it was taken.");
+  static_assert(requires(B& b, B const& c) { { b.stable_step() } -> std::convertible_to<Scalar>; { c.guaranteed_stable_step() } -> std::convertible_to<Scalar>; { b.stable_step_fell() } -> std::same_as<bool>; },
+                "palpate: the body lacks one of Scalar stable_step(), Scalar guaranteed_stable_step() const, in s, and bool stable_step_fell(); declare all.");
+  static_assert(requires(B const& b) { { b.mean_edge() } -> std::convertible_to<Scalar>; }, "palpate: the body has no mean_edge() const; declare: Scalar mean_edge() const, in m.");
+  static_assert(requires(B& b, Vector3<Scalar> const& f, int i) { b.apply_force(i, f); }, "palpate: the body has no apply_force(i, force); declare: void apply_force(int i, Vector3<Scalar> const& force), in N, for the next step.");
+  static_assert(requires(B const& b, Scalar h, int i) { { b.predicted_acceleration(i, h) } -> std::convertible_to<Vector3<Scalar>>; { b.is_held(i) } -> std::same_as<bool>; },
+                "palpate: the body has no predicted_acceleration(i, h) const, in m/s2, or bool is_held(i) const; declare both.");
+  static_assert(requires(B& b, B const& c) { b.restore(c.save()); }, "palpate: the body has no save() const and restore(state); declare both.");
+};
+
+}  // namespace detail
+
 /// Refinement: a body of which any step is stable, whatever happens to it.
 template <class B>
 concept AnyStepIsStable = SimulatedBody<B> && B::any_step_is_stable;

@@ -63,7 +63,8 @@ class Touch {
  public:
   using Vector = Vector3<Scalar>;
 
-  explicit Touch(Scalar tip_radius = 0) : radius_(tip_radius) {
+  Touch() = default;
+  explicit Touch(Scalar tip_radius) : radius_(tip_radius) {
     detail::require_non_negative("the tip radius", tip_radius, "m");
   }
 
@@ -326,7 +327,7 @@ class Touch {
   }
 
   SurfaceContact<Scalar> contact_;
-  Scalar radius_;
+  Scalar radius_ = 0;
   Vector last_tip_ = Vector::Zero();
   Vector looked_from_ = Vector::Zero();      // where the tip was when the other side was last looked for
   Scalar clear_ = 0;                         // m, how far any surface was from it

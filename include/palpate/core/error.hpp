@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/requirements.hpp>
+
 #include <cmath>
 #include <concepts>
 #include <cstdio>

@@ -6,6 +6,10 @@
 
 #include <Eigen/Core>
 
+#if !EIGEN_VERSION_AT_LEAST(3, 4, 0)
+#error "palpate needs Eigen 3.4 or newer"
+#endif
+
 #include <cmath>
 #include <concepts>
 #include <limits>

@@ -117,6 +117,14 @@ concept PressesTissue = Cutter<C, Body> && requires(C& cutter, C const& seen, Bo
   { seen.haptic_point() } -> std::convertible_to<Vector3<typename Body::Scalar>>;
 };
 
+namespace detail {
+
+/// Means to be one: whoever has a haptic point presses, or was written with a mistake.
+template <class C>
+concept MeansToPress = requires(C& cutter) { cutter.haptic_point(); };
+
+}  // namespace detail
+
 /// Refinement: one that states the moment of the tissue on the tool about its origin, of the last press [N m]: a device with torque gets it.
 template <class C, class Body>
 concept TellsMoment = PressesTissue<C, Body> && requires(C const& cutter) {

@@ -26,11 +26,13 @@ template <class... Tools>
 inline constexpr bool are_tools = sizeof...(Tools) > 0 && (is_tool<Tools> && ...);
 
 /// Says, where it is instantiated, what keeps these from it.
+struct NothingToSay {};
 template <class Device, class Body, class C, class Force, bool is_refused = IsRefused<Body>>
 struct SimulatorSentences {};
 template <class Device, class Body, class C, class Force>
 struct SimulatorSentences<Device, Body, C, Force, false>
-    : DeviceSentences<Device, typename DeviceScalarOf<Device, typename Body::Scalar>::type>, CutterSentences<C, Body>, ForceSentences<Force, typename Body::Scalar> {
+    : DeviceSentences<Device, typename DeviceScalarOf<Device, typename Body::Scalar>::type>, CutterSentences<C, Body>, ForceSentences<Force, typename Body::Scalar>,
+      std::conditional_t<SimulatedBody<Body> || HoldsBodies<Body>, NothingToSay, BodySentences<Body>> {
   static_assert(SimulatedBody<Body> || HoldsBodies<Body>, "Simulator: the second argument is no SimulatedBody; see palpate/body/concept.hpp, or use a SoftBody.");
 };
 

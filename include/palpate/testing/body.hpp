@@ -279,5 +279,12 @@ template <SimulatedBody Body>
 Violations check_body(Body const& body, BodyChecks const& checks = {}) {
   return detail::BodyBattery<Body>(body, checks).run();
 }
+/// For what is no body: says why.
+template <class Body>
+Violations check_body(Body const&, BodyChecks const& = {}) {
+  static_assert(sizeof(palpate::detail::BodySentences<Body>) > 0);
+  static_assert(SimulatedBody<Body> && std::copyable<Body>, "palpate: a body is copied with its simulator; give it a copy constructor and a copy assignment.");
+  return {};
+}
 
 }  // namespace palpate::testing

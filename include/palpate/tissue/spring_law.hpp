@@ -24,7 +24,7 @@ concept HasDamping = requires(Law const& law) {
 ///   f_i = −(T(δ, L) + c (w·n)) n,   δ = |d| − L,  d = x_i − x_j,  n = d/|d|,  w = v_i − v_j
 /// A law is an aggregate of coefficients; MassSpring checks them and keeps one per link.
 /// What the syntax can not say, and `testing/` checks: T(0, L) = 0, T is continuous, and T grows with δ near 0.
-/// Optional: `tangent_stiffness(δ, L)` = dT/dδ [N/m] and `energy(δ, L)` = ∫T dδ [J]; without them they are found numerically.
+/// Optional: `tangent_stiffness(δ, L)` = dT/dδ [N/m], which implicit integrators need, and `energy(δ, L)` = ∫T dδ [J]; elsewhere they are found numerically.
 /// Optional: `monotone(L)`, whether T grows with δ wherever a link of rest length L can be, from δ = −L on. MassSpring refuses a law
 /// that says no: where the tension falls a link has no stable length.
 /// Optional: `validate()`, which throws InvalidArgument for coefficients that make no law, and says which.
