@@ -7,6 +7,7 @@
 
 #include <palpate/body/soft_body.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
+#include <palpate/integrator/crank_nicolson.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/models.hpp>
 #include <palpate/region/zone_of_influence.hpp>
@@ -329,4 +330,21 @@ TEST_CASE("a step per node says what is wrong with what it is given", "[integrat
   CHECK(said({.theta = 1.5}).find("theta is 1.5; give 0 to 1") != std::string::npos);
   CHECK(said({.speed_bound = 0}).find("the speed bound is 0 m/s") != std::string::npos);
   CHECK(said({.max_halvings = 21}).find("halved up to 21 times; give 0 to 20") != std::string::npos);
+  CHECK(said({.tolerance = -1.0}).find("NodeSteps: .tolerance is -1") != std::string::npos);
+  CHECK(said({.max_iterations = 0}).find("NodeSteps: .max_iterations is 0; give 1 or more") != std::string::npos);
+  CHECK(said({.newton_iterations = 0}).find("NodeSteps: .newton_iterations is 0; give 1 or more") != std::string::npos);
+}
+
+TEST_CASE("implicit rules with which a body would stand still are refused by their own names", "[integrator]") {
+  auto const said = [](auto const& rule) {
+    return message_of([&] { SoftBody(bar<double>(3, 2), rule); });
+  };
+  double const nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK(said(BackwardEuler{.max_iterations = 0}).find("BackwardEuler: .max_iterations is 0; give 1 or more") != std::string::npos);
+  CHECK(said(BackwardEuler{.newton_iterations = 0}).find("BackwardEuler: .newton_iterations is 0") != std::string::npos);
+  CHECK(said(BackwardEuler{.halvings = -1}).find("BackwardEuler: .halvings is -1") != std::string::npos);
+  CHECK(said(BackwardEuler{.tolerance = nan}).find("BackwardEuler: .tolerance is nan") != std::string::npos);
+  CHECK(said(CrankNicolson{.max_iterations = -1}).find("CrankNicolson: .max_iterations is -1") != std::string::npos);
+  CHECK(said(ThetaScheme{.tolerance = -1.0}).find("ThetaScheme: .tolerance is -1") != std::string::npos);
+  CHECK_NOTHROW(SoftBody(bar<double>(3, 2), BackwardEuler{.tolerance = 0, .max_iterations = 25}));
 }

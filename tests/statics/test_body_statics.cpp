@@ -16,6 +16,7 @@
 #include "statics/solvers.hpp"
 
 #include <cmath>
+#include <limits>
 #include <utility>
 
 using namespace palpate;
@@ -142,6 +143,8 @@ TEST_CASE("without a balance the body stays as it was and says so") {
   SoftBody body(skin<double>(), LeapfrogVerlet{}, WholeBody{});
   CHECK_THROWS_WITH(body.settle(DynamicRelaxation{}, -1.0), says("the tolerance is -1 mean edges", "not negative"));
   CHECK_THROWS_WITH(body.settle(LocalRelaxation{.relaxation = 2.0}), says("the relaxation factor is 2", "below 2"));
+  CHECK_THROWS_WITH(body.settle(LocalRelaxation{.sweeps = std::numeric_limits<double>::quiet_NaN()}), says("LocalRelaxation: .sweeps is nan"));   // it never ended
+  CHECK_THROWS_WITH(body.settle(LocalRelaxation{.seconds = std::numeric_limits<double>::quiet_NaN()}), says("LocalRelaxation: .seconds is nan"));
   CHECK_THROWS_WITH(body.settle(NewtonRaphson<>{.damping = 0.0}), says("the damping of Newton's step is 0", "at most 1"));
   load(body);
   CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<TangentOverRelaxation>{.inner = {.omega = 2.0}}, 1e-12), says("omega is 2", "0 < omega < 2"));

@@ -27,6 +27,7 @@ struct BackwardEuler {
     ThetaScheme{1.0, tolerance, max_iterations, newton_iterations, halvings}.step(system, h);
   }
 
+  void validate() const { detail::require_solver("BackwardEuler", tolerance, max_iterations, newton_iterations, halvings); }
   static constexpr double end_weight() noexcept { return 1; }
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const&) const {

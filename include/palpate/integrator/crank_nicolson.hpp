@@ -27,6 +27,7 @@ struct CrankNicolson {
     ThetaScheme{0.5, tolerance, max_iterations, newton_iterations}.step(system, h);
   }
 
+  void validate() const { detail::require_solver("CrankNicolson", tolerance, max_iterations, newton_iterations); }
   static constexpr double end_weight() noexcept { return 0.5; }
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const&) const {

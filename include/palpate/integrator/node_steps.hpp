@@ -73,6 +73,7 @@ struct NodeSteps {
     if (!(speed_bound > 0)) throw InvalidArgument(detail::message("NodeSteps: the speed bound is ", speed_bound, " m/s; give one above zero"));
     if (max_halvings < 0 || max_halvings > 20)
       throw InvalidArgument(detail::message("NodeSteps: steps are halved up to ", max_halvings, " times; give 0 to 20"));
+    detail::require_solver("NodeSteps", tolerance, max_iterations, newton_iterations);
   }
   template <RealScalar Scalar>
   Scalar stable_step(ModalBounds<Scalar> const& modes) const {

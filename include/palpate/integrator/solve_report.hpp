@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
 
 #include <algorithm>
@@ -36,5 +37,18 @@ struct SolveStatistics {
 /// A System that takes an integrator's report.
 template <class S>
 concept TakesSolveReport = requires(S& system, SolveReport<typename S::Scalar> const& report) { system.take(report); };
+
+namespace detail {
+
+/// Options of an implicit integrator with which a step would go nowhere.
+inline void require_solver(char const* owner, double tolerance, int max_iterations, int newton_iterations, int halvings = 0) {
+  OptionCheck const require{owner};
+  require.not_negative(".tolerance", tolerance);
+  require(max_iterations >= 1, ".max_iterations", max_iterations, "give 1 or more");
+  require(newton_iterations >= 1, ".newton_iterations", newton_iterations, "give 1 or more");
+  require(halvings >= 0, ".halvings", halvings, "give 0 or more");
+}
+
+}  // namespace detail
 
 }  // namespace palpate

@@ -121,6 +121,7 @@ struct ThetaScheme {
 
   void validate() const {
     if (!(theta >= 0 && theta <= 1)) throw InvalidArgument(detail::message("ThetaScheme: theta is ", theta, "; give 0 to 1"));
+    detail::require_solver("ThetaScheme", tolerance, max_iterations, newton_iterations, halvings);
   }
   double end_weight() const noexcept { return theta; }
   template <RealScalar Scalar>

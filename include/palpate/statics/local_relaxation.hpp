@@ -43,6 +43,9 @@ struct LocalRelaxation {
     };
     if (!(relaxation > 0 && relaxation < 2))
       throw InvalidArgument(detail::message("the relaxation factor is ", relaxation, "; it must be above 0 and below 2"));
+    detail::OptionCheck const require{"LocalRelaxation"};
+    require(sweeps >= 0, ".sweeps", sweeps, "give the most that may be made, zero or more");
+    require(seconds >= 0, ".seconds", seconds, " s", "give zero or more, infinity for no limit");
     bool const limited = std::isfinite(seconds);
     double const start = limited ? clock() : 0.0;
     Tissue const& tissue = problem.tissue;
