@@ -9,6 +9,58 @@
 
 namespace palpate {
 
+namespace detail {
+
+template <class B>
+concept HasBodyScalars = RealScalar<typename B::Scalar> && std::same_as<typename B::Vector, Vector3<typename B::Scalar>>;
+template <class B>
+concept HasBodySurface = requires(B const& body) { { body.tissue().surface() } -> std::same_as<SurfaceTopology const&>; };
+template <class B>
+concept HasMotion = requires(B const& body, int i) {
+  { body.positions().col(i) } -> std::convertible_to<typename B::Vector>;
+  { body.velocities().col(i) } -> std::convertible_to<typename B::Vector>;
+};
+template <class B>
+concept HasReference = requires(B const& body, int i) {
+  { body.reference_position(i) } -> std::convertible_to<typename B::Vector>;
+  { body.reference_normal(i) } -> std::convertible_to<typename B::Vector>;
+};
+template <class B>
+concept HasHomeDiagonal = requires(B& body) { { body.home_diagonal() } -> std::convertible_to<typename B::Scalar>; };
+template <class B>
+concept FindsNearestPoint = requires(B& body, typename B::Vector const& point, int i) { { body.nearest_point(point, i) } -> std::same_as<SurfacePoint<typename B::Scalar>>; };
+template <class B>
+concept FindsTriangleAcross = requires(B const& body, int i) { { body.triangle_across(i, i) } -> std::same_as<int>; };
+template <class B>
+concept CountsChanges = requires(B const& body) {
+  { body.topology_revision() } -> std::same_as<std::size_t>;
+  { body.restorations() } -> std::same_as<std::size_t>;
+};
+template <class B>
+concept TakesSteps = requires(B& body, typename B::Scalar h) {
+  { body.step(h).moving } -> std::convertible_to<int>;
+  static_cast<bool>(body.step(h));
+};
+template <class B>
+concept StatesSteps = requires(B& body, B const& seen) {
+  { body.stable_step() } -> std::convertible_to<typename B::Scalar>;
+  { seen.guaranteed_stable_step() } -> std::convertible_to<typename B::Scalar>;
+  { body.stable_step_fell() } -> std::same_as<bool>;
+};
+template <class B>
+concept HasMeanEdge = requires(B const& body) { { body.mean_edge() } -> std::convertible_to<typename B::Scalar>; };
+template <class B>
+concept TakesForces = requires(B& body, typename B::Vector const& force, int i) { body.apply_force(i, force); };
+template <class B>
+concept PredictsAcceleration = requires(B const& body, typename B::Scalar h, int i) {
+  { body.predicted_acceleration(i, h) } -> std::convertible_to<typename B::Vector>;
+  { body.is_held(i) } -> std::same_as<bool>;
+};
+template <class B>
+concept IsRestored = requires(B& body, B const& seen) { body.restore(seen.save()); };
+
+}  // namespace detail
+
 /// A body that a tool can touch: where its surface is now and where it is undisturbed. SoftBody is one.
 ///   positions(), velocities()     3 × particles [m], [m/s]
 ///   nearest_point(p, hint)        the surface point nearest to p, as the body is now
@@ -16,64 +68,38 @@ namespace palpate {
 ///   topology_revision()           counts the changes of triangles
 ///   restorations()                counts how often it was brought back to an earlier state: what was touched then may not exist
 template <class B>
-concept TouchableBody = requires(B& body, B const& seen, typename B::Vector const& point, int i) {
-  requires RealScalar<typename B::Scalar>;
-  requires std::same_as<typename B::Vector, Vector3<typename B::Scalar>>;
-  { seen.tissue().surface() } -> std::same_as<SurfaceTopology const&>;
-  { seen.positions().col(i) } -> std::convertible_to<typename B::Vector>;
-  { seen.velocities().col(i) } -> std::convertible_to<typename B::Vector>;
-  { seen.reference_position(i) } -> std::convertible_to<typename B::Vector>;
-  { seen.reference_normal(i) } -> std::convertible_to<typename B::Vector>;
-  { body.home_diagonal() } -> std::convertible_to<typename B::Scalar>;
-  { body.nearest_point(point, i) } -> std::same_as<SurfacePoint<typename B::Scalar>>;
-  { seen.triangle_across(i, i) } -> std::same_as<int>;
-  { seen.topology_revision() } -> std::same_as<std::size_t>;
-  { seen.restorations() } -> std::same_as<std::size_t>;
-};
+concept TouchableBody = detail::HasBodyScalars<B> && detail::HasBodySurface<B> && detail::HasMotion<B> && detail::HasReference<B> && detail::HasHomeDiagonal<B> &&
+                        detail::FindsNearestPoint<B> && detail::FindsTriangleAcross<B> && detail::CountsChanges<B>;
 
 /// A body that a simulator moves: it takes steps, says how long they may be, and feels forces. SoftBody is one.
 template <class B>
-concept SimulatedBody = TouchableBody<B> && requires(B& body, B const& seen, typename B::Vector const& force, typename B::Scalar h, int i) {
-  { body.step(h).moving } -> std::convertible_to<int>;
-  static_cast<bool>(body.step(h));
-  { body.stable_step() } -> std::convertible_to<typename B::Scalar>;
-  { seen.guaranteed_stable_step() } -> std::convertible_to<typename B::Scalar>;
-  { body.stable_step_fell() } -> std::same_as<bool>;
-  { seen.mean_edge() } -> std::convertible_to<typename B::Scalar>;
-  body.apply_force(i, force);
-  { seen.predicted_acceleration(i, h) } -> std::convertible_to<typename B::Vector>;
-  { seen.is_held(i) } -> std::same_as<bool>;
-  body.restore(seen.save());
-};
+concept SimulatedBody = TouchableBody<B> && detail::TakesSteps<B> && detail::StatesSteps<B> && detail::HasMeanEdge<B> && detail::TakesForces<B> && detail::PredictsAcceleration<B> &&
+                        detail::IsRestored<B>;
 
 namespace detail {
 
 /// Says, where it is instantiated, what keeps B from being a SimulatedBody.
 template <class B>
 struct BodySentences {
-  using Scalar = typename B::Scalar;
-  static_assert(requires(B const& b) { { b.tissue().surface() } -> std::same_as<SurfaceTopology const&>; },
-                "palpate: the body has no tissue().surface() const; declare: what tissue() returns says SurfaceTopology const& surface() const, its triangles.");
-  static_assert(requires(B const& b, int i) { { b.positions().col(i) } -> std::convertible_to<Vector3<Scalar>>; { b.velocities().col(i) } -> std::convertible_to<Vector3<Scalar>>; },
-                "palpate: the body has no positions() const or velocities() const; declare both: 3 x particles, in m and m/s.");
-  static_assert(requires(B const& b, int i) { { b.reference_position(i) } -> std::convertible_to<Vector3<Scalar>>; { b.reference_normal(i) } -> std::convertible_to<Vector3<Scalar>>; },
+  static_assert(HasBodyScalars<B>, "palpate: the body has no types Scalar, float or double, and Vector, which is Vector3<Scalar>; declare both.");
+  static_assert(HasBodySurface<B>, "palpate: the body has no tissue().surface() const; declare: what tissue() returns says SurfaceTopology const& surface() const, its triangles.");
+  static_assert(HasMotion<B>, "palpate: the body has no positions() const or velocities() const; declare both: 3 x particles, in m and m/s.");
+  static_assert(HasReference<B>,
                 "palpate: the body has no reference_position(i) const or reference_normal(i) const; declare both: of the undisturbed surface, in m, and of length one.");
-  static_assert(requires(B& b) { { b.home_diagonal() } -> std::convertible_to<Scalar>; }, "palpate: the body has no home_diagonal(); declare: Scalar home_diagonal(), of the box around the undisturbed body, in m.");
-  static_assert(requires(B& b, Vector3<Scalar> const& p, int i) { { b.nearest_point(p, i) } -> std::same_as<SurfacePoint<Scalar>>; },
-                "palpate: the body has no nearest_point(p, hint); declare: SurfacePoint<Scalar> nearest_point(Vector3<Scalar> const& p, int hint = -1), on the surface as it is now.");
-  static_assert(requires(B const& b, int i) { { b.triangle_across(i, i) } -> std::same_as<int>; },
+  static_assert(HasHomeDiagonal<B>, "palpate: the body has no home_diagonal(); declare: Scalar home_diagonal(), of the box around the undisturbed body, in m.");
+  static_assert(FindsNearestPoint<B>,
+                "palpate: the body has no nearest_point(p, hint); declare: SurfacePoint<Scalar> nearest_point(Vector const& p, int hint = -1), on the surface as it is now.");
+  static_assert(FindsTriangleAcross<B>,
                 "palpate: the body has no triangle_across(a, b) const; declare: int triangle_across(int a, int b) const, beyond the edge a -> b of a triangle, or -1.");
-  static_assert(requires(B const& b) { { b.topology_revision() } -> std::same_as<std::size_t>; { b.restorations() } -> std::same_as<std::size_t>; },
+  static_assert(CountsChanges<B>,
                 "palpate: the body has no topology_revision() const or restorations() const; declare both: std::size_t, how often triangles changed, and how often it was brought back.");
-  static_assert(requires(B& b, Scalar h) { { b.step(h).moving } -> std::convertible_to<int>; static_cast<bool>(b.step(h)); },
+  static_assert(TakesSteps<B>,
                 "palpate: the body has no step(h); declare: StepReport<Scalar> step(Scalar h), or a report of its own: int moving, and explicit operator bool() const, whether it was taken.");
-  static_assert(requires(B& b, B const& c) { { b.stable_step() } -> std::convertible_to<Scalar>; { c.guaranteed_stable_step() } -> std::convertible_to<Scalar>; { b.stable_step_fell() } -> std::same_as<bool>; },
-                "palpate: the body lacks one of Scalar stable_step(), Scalar guaranteed_stable_step() const, in s, and bool stable_step_fell(); declare all.");
-  static_assert(requires(B const& b) { { b.mean_edge() } -> std::convertible_to<Scalar>; }, "palpate: the body has no mean_edge() const; declare: Scalar mean_edge() const, in m.");
-  static_assert(requires(B& b, Vector3<Scalar> const& f, int i) { b.apply_force(i, f); }, "palpate: the body has no apply_force(i, force); declare: void apply_force(int i, Vector3<Scalar> const& force), in N, for the next step.");
-  static_assert(requires(B const& b, Scalar h, int i) { { b.predicted_acceleration(i, h) } -> std::convertible_to<Vector3<Scalar>>; { b.is_held(i) } -> std::same_as<bool>; },
-                "palpate: the body has no predicted_acceleration(i, h) const, in m/s2, or bool is_held(i) const; declare both.");
-  static_assert(requires(B& b, B const& c) { b.restore(c.save()); }, "palpate: the body has no save() const and restore(state); declare both.");
+  static_assert(StatesSteps<B>, "palpate: the body lacks one of Scalar stable_step(), Scalar guaranteed_stable_step() const, in s, and bool stable_step_fell(); declare all.");
+  static_assert(HasMeanEdge<B>, "palpate: the body has no mean_edge() const; declare: Scalar mean_edge() const, in m.");
+  static_assert(TakesForces<B>, "palpate: the body has no apply_force(i, force); declare: void apply_force(int i, Vector const& force), in N, for the next step.");
+  static_assert(PredictsAcceleration<B>, "palpate: the body has no predicted_acceleration(i, h) const, in m/s2, or bool is_held(i) const; declare both.");
+  static_assert(IsRestored<B>, "palpate: the body has no save() const and restore(state); declare both.");
 };
 
 }  // namespace detail
