@@ -246,6 +246,8 @@ class BodyMotion : public BodyShape<TissueType> {
     ModalBounds<Scalar> modes;       // and what it found last,
     std::size_t modes_of;            // at this revision
     bool modes_are_known;
+    SurfaceTree<Scalar> tree;   // edits have shaped it: another one is searched in another order
+    bool tree_is_fitted;
   };
   /// While a cut is in progress the wound is saved as if it ended where the blade is.
   State save() const {
@@ -258,7 +260,7 @@ class BodyMotion : public BodyShape<TissueType> {
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
             gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, this->numbering_, system_.layout(),
-            modal_estimate_.search(), known_modes_, modes_of_, modes_are_known_};
+            modal_estimate_.search(), known_modes_, modes_of_, modes_are_known_, this->tree_, tree_is_fitted_};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
@@ -275,7 +277,7 @@ class BodyMotion : public BodyShape<TissueType> {
     disturbed_.clear();
     this->evened_ = 0;
     temporaries_.clear(), this->kept_.clear();
-    this->build_tree();
+    this->take_tree(saved.tree, saved.tree_is_fitted);
     this->changes_.forget(0, 0);   // all is new
     ++topology_revision_;
     ++restorations_;

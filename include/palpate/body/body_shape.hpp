@@ -452,7 +452,7 @@ class BodyShape {
     state_.resize(tissue_.size());
     for (int i = 0; i < tissue_.size(); ++i) state_.position[i] = state_.home[i] = tissue_.rest_position(i);
     set_normals();
-    build_tree();
+    take_tree(SurfaceTree<Scalar>(state_.position.view(), triangles()), true);
     mean_edge_ = mean_edge_length(rest_mesh());
     last_look_.resize(static_cast<std::size_t>(size()));   // now, not in the tick that cuts first
   }
@@ -476,10 +476,10 @@ class BodyShape {
     home_diagonal();   // now, not in the tick in which a tool comes
   }
 
-  void build_tree() {
-    tree_ = SurfaceTree<Scalar>(state_.position.view(), triangles());
+  void take_tree(SurfaceTree<Scalar> const& tree, bool is_fitted) {
+    tree_ = tree;
     tree_.reserve(reserved_triangles_);
-    tree_is_fitted_ = true;
+    tree_is_fitted_ = is_fitted;
     home_box_is_known_ = false;
     home_diagonal();   // now, not in the tick in which a tool comes
   }

@@ -64,6 +64,8 @@ Body part_of(Body const& body, std::span<int const> particles) {
   state.solid_edits.clear();   // it is made of what it is made of now
   state.layout = {};
   state.particles = state.particles.part(particles);
+  state.tree = SurfaceTree<typename Body::Scalar>(state.particles.position.view(), state.tissue.surface().triangles());
+  state.tree_is_fitted = true;
   Body made = body;
   made.restore(state);
   return made;

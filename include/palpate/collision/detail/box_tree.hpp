@@ -90,6 +90,7 @@ class BoxTree {
     leaves_.reserve(places_.size() / 2 + 1);
     nodes_.reserve(places_.size() / 4 + 1);
     build_node(points, root, items_);
+    items_.clear();   // or each copy would have them
     refit(points);
   }
 
