@@ -5,9 +5,11 @@
 #include "volume/surfaces.hpp"
 
 #include <palpate/body/soft_body.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
+#include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/normals.hpp>
 #include <palpate/mesh/organ.hpp>
 #include <palpate/mesh/vertices_where.hpp>
@@ -18,10 +20,13 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdlib>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 using namespace palpate;
 using palpate_test::message_of, palpate_test::unsaid;
@@ -128,4 +133,48 @@ TEST_CASE("what can not carry a skin is refused", "[volume][embedded_surface]") 
   CHECK(unsaid(message_of([&] { EmbeddedSurface<double>(scan, flat); }), "flat") == "");
   flat.points(1, 3) = std::numeric_limits<double>::quiet_NaN();
   CHECK(unsaid(message_of([&] { EmbeddedSurface<double>(scan, flat); }), "vertex 3", "not finite") == "");
+}
+
+// Yardstick: a skin that has been there for it.
+TEMPLATE_TEST_CASE("a skin refuses other tetrahedra, though nothing was cut, and goes back with a copy of its body", "[volume][embedded_surface]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const block = [](int nx, int ny, int nz, BlockPattern pattern = BlockPattern::kuhn) { return make_block<S>(nx, ny, nz, S(0.01), pattern); };
+  auto const body_of = [](TetrahedralMesh<S> const& mesh) {
+    return SoftBody(FiniteElements<S, StableNeoHookean<S>>(mesh, {.density = 1000, .material = {3000, S(0.3)}}), BackwardEuler{});
+  };
+  auto const made_of = block(5, 5, 5);
+  EmbeddedSurface<S> const unused(surface(made_of), made_of);
+  // Fewer, more, as many tetrahedra of other vertices.
+  for (auto const& mesh : {block(2, 2, 2), block(6, 6, 6), block(9, 5, 3)}) {
+    auto skin = unused;
+    CHECK(unsaid(message_of([&] { skin.follow(body_of(mesh)); }), "384 tetrahedra of 125 vertices", "other ones") == "");
+    CHECK((skin.points() - unused.points()).cwiseAbs().maxCoeff() == 0);
+    CHECK_NOTHROW(skin.follow(body_of(made_of)));
+  }
+
+  auto const uncut = body_of(made_of);
+  auto const cut = [&](S x, S depth) {
+    auto body = uncut;
+    VolumeCutter<S> knife;
+    for (int k = 0; k <= 10; ++k) knife.advance(body, {{x, S(-0.01 + 0.006 * k), S(0.04) - depth}, {x, S(-0.01 + 0.006 * k), S(0.06)}});
+    knife.lift(body);
+    return body;
+  };
+  auto const shallow = cut(S(0.0253), S(0.007)), other = cut(S(0.0147), S(0.007)), deep = cut(S(0.0147), S(0.03));
+  REQUIRE(shallow.solid_edits().size() < deep.solid_edits().size());
+  auto skin = unused;
+  auto const corners = [](EmbeddedSurface<S> const& of) {   // of each triangle [µm], in an order of their own
+    auto const mesh = of.mesh();
+    std::vector<std::array<long, 9>> all(static_cast<std::size_t>(mesh.triangles.cols()));
+    for (std::size_t t = 0; t < all.size(); ++t)
+      for (int k = 0; k < 9; ++k) all[t][static_cast<std::size_t>(k)] = std::lround(1e6 * static_cast<double>(mesh.points(k % 3, mesh.triangles(k / 3, static_cast<Eigen::Index>(t)))));
+    std::sort(all.begin(), all.end());
+    return all;
+  };
+  for (auto const* body : {&shallow, &uncut, &shallow, &other, &deep, &shallow, &deep, &uncut}) {
+    auto fresh = unused;
+    skin.follow(*body), fresh.follow(*body);
+    CHECK(skin.triangles().cols() == fresh.triangles().cols());
+    CHECK((corners(skin) == corners(fresh)));
+  }
 }

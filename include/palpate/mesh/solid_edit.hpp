@@ -18,6 +18,8 @@ struct SolidEdit {
   signed char from = 0, to = 0;
   int first = -1, second = -1;
   Scalar s = 0;
+
+  bool operator==(SolidEdit const&) const = default;
 };
 
 }  // namespace palpate

@@ -9,6 +9,7 @@
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/detail/simplices.hpp>
 #include <palpate/mesh/normals.hpp>
+#include <palpate/mesh/solid_edit.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/tetrahedral_topology.hpp>
@@ -51,7 +52,7 @@ namespace palpate {
 ///            motion, the skin is exact. Its area at rest is what it was, however it is cut, less what was taken away.
 /// Errors     InvalidMesh: a skin without triangles, corners that are no points; tetrahedra that are flat or none. InvalidArgument: a body of other tetrahedra.
 /// Cost       O(skin) an update with its normals; neither update nor nearest nor for_each_weight allocates, all are noexcept. follow() besides that
-///            O(triangles in the tetrahedra, as they were made, that were edited), and allocates where there are any.
+///            O(edits of the body) comparisons, and O(triangles in the tetrahedra, as they were made, that were edited); it allocates where there are any.
 /// Limits     made for the tetrahedra that the body is made of, before it is cut. Where it lies outside of them, by up to `farthest_outside`, it is carried on
 ///            past their border, and a turn of the border there is magnified. Points that no triangle has any more stay in points().
 template <RealScalar Scalar>
@@ -91,11 +92,15 @@ class EmbeddedSurface {
   /// How far it lies outside of the tetrahedra at rest, at most [m]: what of its shape they do not have.
   Scalar farthest_outside() const noexcept { return farthest_outside_; }
 
-  /// Follows a body of these tetrahedra: what cuts have done to it since the last time, and where its particles are. Where nothing was cut it is update().
+  /// Follows a body of these tetrahedra, or a copy in its place: what cuts have done to it since the last time, and where its particles are. Where nothing
+  /// was cut it is update().
   template <class Body>
   void follow(Body const& body) {
     auto const edits = body.solid_edits();
-    if (restorations_ != body.restorations() || seen_ < edits.size()) take_edits(body, edits);
+    bool const is_copy = edits.size() < seen_.size() || !std::equal(seen_.begin(), seen_.end(), edits.begin());   // put in the body's place
+    bool const anew = is_copy || restorations_ != body.restorations();
+    bool const is_other = solid_.size() != body.tissue().topology().tetrahedron_count() || particles_ != body.size();
+    if (anew || is_other || seen_.size() < edits.size()) take_edits(body, edits, anew);
     update(body.positions());
   }
   /// Follows the particles of a body that was not cut since, in the order of the tetrahedral mesh, to x (3 × particles).
@@ -190,16 +195,19 @@ class EmbeddedSurface {
   int tetrahedron_at(int i) const noexcept { return solid_.tetrahedron(is_added(i) ? added(i).leaf : solid_.find(root_[at(i)], shadow_.col(i))); }
 
   // --- cuts -------------------------------------------------------------------------------------------------------------
+  /// `anew`: all that was touched before is looked at again.
   template <class Body, class Edits>
-  void take_edits(Body const& body, Edits const& edits) {
+  void take_edits(Body const& body, Edits const& edits, bool anew) {
     auto const& topology = body.tissue().topology();
-    bool const anew = restorations_ != body.restorations();   // then all that was touched before is looked at again
-    auto const since = edits.subspan(anew ? 0 : seen_);
-    std::ptrdiff_t count = anew ? solid_.roots() : solid_.size();
-    for (auto const& edit : since) count += edit.kind == decltype(edit.kind)::divided ? 1 : edit.kind == decltype(edit.kind)::removed ? -1 : 0;
-    if (count != topology.tetrahedron_count())
-      throw InvalidArgument(detail::message("the skin was made for ", solid_.roots(),
-                                            " tetrahedra, and the body had other ones before it was cut; make the skin from the mesh that its tissue was made of"));
+    auto const since = edits.subspan(anew ? 0 : seen_.size());
+    std::ptrdiff_t count = anew ? solid_.roots() : solid_.size(), particles = anew ? solid_.vertices() : particles_;
+    for (auto const& edit : since) {
+      using Kind = typename SolidEdit<Scalar>::Kind;
+      (edit.kind == Kind::divided || edit.kind == Kind::removed ? count : particles) += edit.kind == Kind::removed ? -1 : 1;
+    }
+    if (count != topology.tetrahedron_count() || particles != body.size())
+      throw InvalidArgument(detail::message("the skin was made for ", solid_.roots(), " tetrahedra of ", solid_.vertices(),
+                                            " vertices, and the body had other ones before it was cut; make the skin from the mesh that its tissue was made of"));
     std::vector<int> vertices, roots;
     if (anew) solid_.forget(), roots = touched_;
     for (auto const& edit : since) {
@@ -209,7 +217,7 @@ class EmbeddedSurface {
         roots.push_back(solid_.root_of(edit.first));
       solid_.follow(edit);
     }
-    restorations_ = body.restorations(), seen_ = edits.size();
+    restorations_ = body.restorations(), seen_.assign(edits.begin(), edits.end());
     detail::sort_each_once(vertices);
     for (int const v : vertices)
       for (int const t : topology.tetrahedra_at(v)) roots.push_back(solid_.root_of(t));
@@ -418,8 +426,9 @@ class EmbeddedSurface {
   IndexLists vertices_in_, triangles_in_;   // of each tetrahedron
   // Cuts
   detail::DividedSolid solid_;
-  std::size_t seen_ = 0, restorations_ = 0;   // edits of the body, and how often it was restored
-  std::vector<int> touched_;                  // tetrahedra, as they were made, that were ever edited
+  std::vector<SolidEdit<Scalar>> seen_;   // edits of the body,
+  std::size_t restorations_ = 0;          // and how often it was restored
+  std::vector<int> touched_;              // tetrahedra, as they were made, that were ever edited
   std::vector<Added> added_;
   std::vector<int> free_;
   std::unordered_map<std::uint64_t, std::vector<int>> copies_;   // added points at each place

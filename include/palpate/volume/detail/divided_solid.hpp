@@ -42,6 +42,7 @@ class DividedSolid {
   }
 
   int roots() const noexcept { return static_cast<int>(beyond_.size()); }
+  int vertices() const noexcept { return static_cast<int>(made_of_); }   // of the roots
   /// Of tetrahedra now.
   int size() const noexcept { return static_cast<int>(leaf_of_.size()); }
   int root_of(int tetrahedron) const noexcept { return node(leaf_of_[at(tetrahedron)]).root; }
