@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 
 using namespace palpate;
 
@@ -59,4 +60,19 @@ TEST_CASE("a section faces along the normal, has its tetrahedra, and areas add u
   }
   CHECK(sum == Approx(volume(ball)).epsilon(1e-3));
   CHECK_THROWS_AS(section(ball, {0, 0, 0}, {0, 0, 0}), InvalidArgument);
+}
+
+TEMPLATE_TEST_CASE("a section's normal may have any length", "[volume][section]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const cube = make_block<S>(3, 3, 3, S(0.5), BlockPattern::alternating);
+  Vector3<S> const middle = Vector3<S>::Constant(S(0.5)), across(0, S(0.75), S(-1));
+  auto const expected = section(cube, middle, across).mesh;
+  REQUIRE(surface_area(expected) == Approx(1.25).epsilon(1e-6));   // slope 3/4 over an edge of 1
+  using Limits = std::numeric_limits<S>;
+  for (S const length : {Limits::max(), std::sqrt(Limits::max()) * 64, Limits::min(), Limits::denorm_min() * 64}) {
+    auto const found = section(cube, middle, Vector3<S>(length * across)).mesh;
+    REQUIRE(found.triangles.cols() == expected.triangles.cols());
+    CHECK((found.points - expected.points).cwiseAbs().maxCoeff() <= 4 * Limits::epsilon());
+  }
+  for (S const bad : {S(0), Limits::infinity(), Limits::quiet_NaN()}) CHECK_THROWS_AS(section(cube, middle, Vector3<S>(0, 0, bad)), InvalidArgument);
 }

@@ -29,10 +29,11 @@ struct Section {
 /// Invariant  a face that lies in the plane comes once, of the tetrahedron on the side the normal points away from.
 template <RealScalar Scalar>
 Section<Scalar> section(TetrahedralMesh<Scalar> const& volume, Vector3<Scalar> const& point, Vector3<Scalar> const& normal) {
-  if (!(normal.norm() > 0) || !is_finite(normal) || !is_finite(point))
+  Scalar const largest = normal.cwiseAbs().maxCoeff();   // the square of a normal may be no number
+  if (!(largest > 0) || !is_finite(normal) || !is_finite(point))
     throw InvalidArgument(detail::message("a plane needs a point and a normal of some length; the normal is (", normal.x(), ", ", normal.y(), ", ", normal.z(), ")"));
   detail::check_corners(volume);
-  Vector3<Scalar> const n = normal.normalized();
+  Vector3<Scalar> const n = (normal / largest).normalized();
   auto const height = [&](int v) { return n.dot(volume.points.col(v) - point); };
   std::unordered_map<std::uint64_t, int> made;   // of an edge that is cut, or of a vertex in the plane
   std::vector<Vector3<Scalar>> points;
