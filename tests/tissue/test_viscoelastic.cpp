@@ -70,6 +70,28 @@ TEST_CASE("a strain that is kept fades by the Prony series", "[tissue][viscoelas
   CHECK(std::abs(swollen.xx) + std::abs(swollen.xy) < 1e-10);
 }
 
+// Yardstick: the closed form, in long double: Q = S (1 - (1 - f) exp(-n s)) after a first step that takes S from 0, of which f = 1 - (1 - exp(-s))/s follows.
+TEMPLATE_TEST_CASE("a strain that is kept fades as slowly as a term of many steps asks for", "[tissue][viscoelastic]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  S const h = S(1e-3);
+  for (S const time : {S(0.002), S(0.0999), S(0.1001), S(1), S(100), S(1e4)}) {   // s = 0.5 … 1e-7
+    auto law = Viscoelastic{Corotational<S>{.young = 3000, .poisson = S(0.45)}, {{S(0.5), time}}}.law();
+    PronyHistory<S> history;
+    PronyStep<S> step(h);
+    Tensor3<S> const F{1, S(0.1), 0, 0, 1, 0, 0, 0, 1};
+    long double const s = static_cast<long double>(h) / time, f = 1 + std::expm1(-s) / s;
+    long double const first = s < 1e-3L ? s / 2 - s * s / 6 + s * s * s / 24 - s * s * s * s / 120 : f;
+    int done = 0;
+    for (int const n : {1, 10, 1000, 20000}) {
+      S faded = 0;
+      for (; done < n; ++done) faded = history.advance(law, F, step).xy;
+      long double const expected = history.last.xy * (first - (1 - first) * std::expm1(-(n - 1) * s)) / 2;
+      INFO("time " << time << ", steps " << n << ", faded " << faded << " of " << static_cast<double>(expected));
+      CHECK(std::abs(faded / expected - 1) < (n == 1 ? 1e3 : 3e4) * std::numeric_limits<S>::epsilon());   // a step of 1e-7 is rounded at what there is
+    }
+  }
+}
+
 // Yardstick: G' = G (g∞ + Σ g ω²τ²/(1 + ω²τ²)), G'' = G Σ g ωτ/(1 + ω²τ²).
 TEST_CASE("a strain that swings meets storage and loss modulus, in second order", "[tissue][viscoelastic]") {
   double const pi = std::acos(-1.0), amplitude = 1e-5, G = 3000 / 2.9;
