@@ -175,10 +175,16 @@ TEST_CASE("what can not be filled is refused in a sentence", "[volume][fill]") {
   CHECK(unsaid(message_of([&] { fill(sphere, {.edge = 1e-5}); }), "1e-05 m", "give an edge above", "millimetres") == "");
   CHECK(unsaid(message_of([&] { fill(TriangleMesh<double>{}, {.edge = 0.01}); }), "no triangles") == "");
   CHECK(unsaid(message_of([&] { fill(box({0.05, 0.05, 1e-4}), {.edge = 0.01}); }), "nothing is inside", "thinner", "smaller edge") == "");
+  CHECK(message_of([&] { fill(box({0.05, 0.05, 1e-4}), {.edge = 0.01}); }).find("open") == std::string::npos);
   CHECK(unsaid(message_of([&] { fill(palpate_test::only(sphere, [](int t) { return t < 5; }), {.edge = 0.005}); }), "nothing is inside", "open") == "");
   auto broken = sphere;
   broken.points(1, 4) = nan;
   CHECK(unsaid(message_of([&] { fill(broken, {.edge = 0.01}); }), "vertex", "y") == "");
+  for (double const far : {1e20, -1e100, 1e200}) {
+    broken = sphere;
+    broken.points(0, 4) = far;
+    CHECK(unsaid(message_of([&] { fill(broken, {.edge = 0.01}); }), "vertex 4 is at", "others") == "");
+  }
   broken = sphere;
   broken.triangles(0, 2) = 1000;
   CHECK_THROWS_AS(fill(broken, {.edge = 0.01}), InvalidMesh);

@@ -102,7 +102,7 @@ inline double farthest_vertex(TriangleMesh<double> const& of, TriangleMesh<doubl
 /// Units      m; angles in degrees.
 /// Source     \cite labelle2007, see StuffedLattice for where we differ; \cite jacobson2013 for what is inside.
 /// Errors     InvalidArgument: an edge that is not positive or so small that the lattice would have more than 5 · 10⁷ vertices. InvalidMesh: no triangles, corners
-///            that are no points or not finite; nothing inside, for the surface is open or thinner than the edge all over.
+///            that are no points, not finite or a million times as far off as the others; nothing inside, for the surface is open or thinner than the edge all over.
 /// Invariant  positive volumes; the border is a closed surface. The same input gives the same bytes.
 /// Cost       O(L³/a³) lattice vertices, each O(log m); an organ of 16,000 tetrahedra takes some 0.3 s.
 /// Limits     sharp corners and parts thinner than an edge are rounded or lost: `same_topology` and the distances tell. Volume and distance are off by O(a²).
@@ -120,6 +120,9 @@ Filling<Scalar> fill(TriangleMesh<Scalar> const& skin, FillOptions const& option
 
   auto const box = bounding_box(surface);
   Vector3<double> const middle = box.center();
+  for (int const v : skin.triangles.reshaped())   // triangles there are so narrow that they were dropped
+    if (Vector3<double> const p = skin.points.col(v).template cast<double>(); !((p - middle).norm() <= 1e6 * box.sizes().norm()))
+      throw InvalidMesh(detail::message("vertex ", v, " is at (", p[0], ", ", p[1], ", ", p[2], ") m, a million times as far off as the others are; correct it"));
   std::array<int, 3> cubes;
   double vertices = 2;
   for (int k = 0; k < 3; ++k) {
@@ -144,9 +147,13 @@ Filling<Scalar> fill(TriangleMesh<Scalar> const& skin, FillOptions const& option
   Vector3<double> const corner = middle - options.edge / 2 * Vector3<double>(cubes[0], cubes[1], cubes[2]);
   TetrahedralMesh<double> mesh = detail::StuffedLattice(corner, options.edge, cubes).fill(signed_distance);
   filling.removed = detail::make_border_manifold(mesh);
-  if (mesh.tetrahedra.cols() == 0)
-    throw InvalidMesh(detail::message("nothing is inside the surface at an edge of ", options.edge, " m: it is open (", boundary_edges(surface).size(),
-                                      " edges have one triangle) or thinner than the edge; close it or give a smaller edge"));
+  filling.open_edges = static_cast<int>(boundary_edges(surface).size());
+  if (mesh.tetrahedra.cols() == 0) {
+    bool const is_open = filling.open_edges > 0;
+    throw InvalidMesh(detail::message("nothing is inside the surface at an edge of ", options.edge, " m: it is ",
+                                      is_open ? detail::message("open (", filling.open_edges, " edges have one triangle) or ") : "",
+                                      "thinner than the edge; ", is_open ? "close it or " : "", "give a smaller edge"));
+  }
   RepairReport dropped;
   dropped.new_index.resize(static_cast<std::size_t>(mesh.points.cols()));
   std::iota(dropped.new_index.begin(), dropped.new_index.end(), 0);
@@ -158,7 +165,6 @@ Filling<Scalar> fill(TriangleMesh<Scalar> const& skin, FillOptions const& option
   filling.pieces = static_cast<int>(connected_components(mesh).size());
   filling.border_pieces = detail::walls(border), filling.surface_pieces = detail::walls(surface);
   filling.euler = euler_characteristic(border), filling.surface_euler = euler_characteristic(surface);
-  filling.open_edges = static_cast<int>(boundary_edges(surface).size());
   filling.mesh = {mesh.points.template cast<Scalar>(), mesh.tetrahedra};
   filling.smallest_dihedral = 180;
   for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
