@@ -25,6 +25,7 @@ namespace palpate {
 /// A header of its own, which palpate.hpp leaves out: Eigen's factorisations take long to compile.
 /// Errors     InvalidArgument for a count below 1, or above the free particles' coordinates, or where there is no equilibrium to swing about,
 ///            as where tissue is pre-strained.
+/// Limits     of float tissue a mode of 1/40,000 of the fastest frequency is off by 1 %, and those of 0 are up to 1/30,000 of it: blocks resist turns by their rounding.
 /// Source     \cite bathe1973.
 /// Cost       that of a factorisation, see DirectFactorisation. Allocates.
 template <HasStiffnessBlocks Tissue>
@@ -47,12 +48,18 @@ std::vector<typename Tissue::Scalar> lowest_frequencies(Tissue const& tissue, in
       throw InvalidArgument(detail::message("particle ", i, " is pulled with ", pull, " N where it rests, as in pre-strained tissue; without equilibrium there it has no frequencies"));
   }
   std::vector<Eigen::Triplet<double>> entries;
+  std::vector<Eigen::Matrix3d> sums(free.size(), Eigen::Matrix3d::Zero());   // of rows: what a translation is resisted with
+  std::vector<double> sizes(free.size(), 0.0);
   tissue.for_each_stiffness_block(rest, [&](int i, int j, Matrix<Scalar, 3, 3> const& block) {
     int const row = 3 * place[static_cast<std::size_t>(i)], column = 3 * place[static_cast<std::size_t>(j)];
+    if (row >= 0) sums[static_cast<std::size_t>(row / 3)] += block.template cast<double>(), sizes[static_cast<std::size_t>(row / 3)] += static_cast<double>(block.norm());
     for (int a = 0; row >= 0 && column >= 0 && row >= column && a < 3; ++a)
       for (int b = 0; b < 3; ++b)
         if (row + a >= column + b) entries.emplace_back(row + a, column + b, static_cast<double>(block(a, b)));
   });
+  for (std::size_t k = 0; k < free.size(); ++k)   // what is rounding there would hold slow modes
+    for (int a = 0; a < 3 && sums[k].norm() <= 32 * static_cast<double>(std::numeric_limits<Scalar>::epsilon()) * sizes[k]; ++a)
+      for (int b = 0; b <= a; ++b) entries.emplace_back(3 * static_cast<int>(k) + a, 3 * static_cast<int>(k) + b, -(sums[k](a, b) + sums[k](b, a)) / 2);
   Sparse shifted(n, n);
   shifted.setFromTriplets(entries.begin(), entries.end());
   Eigen::VectorXd mass(n);
