@@ -4,9 +4,14 @@
 #include <palpate/body/damping.hpp>
 #include <palpate/body/modal_view.hpp>
 #include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/integrator/runge_kutta_4.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/vertices_where.hpp>
 #include <palpate/region/whole_body.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 
 #include "body/naive_twin.hpp"
 #include "catch.hpp"
@@ -203,6 +208,7 @@ TEMPLATE_TEST_CASE("the modal view shows the fastest and slowest mode and their 
       SoftBody body(tissue, LeapfrogVerlet{}, WholeBody{});
       auto const view = modal_view(body);
       CAPTURE(uneven, ratio);
+      CHECK((view.fastest.converged && view.slowest.converged));
       CHECK(view.fastest.frequency == Approx(std::sqrt(values.maxCoeff())).epsilon(exact));
       CHECK(view.slowest.frequency == Approx(std::sqrt(values.minCoeff())).epsilon(exact));
       if (!uneven) {   // equal homes: the slowest modes are all of the home springs alone
@@ -226,6 +232,25 @@ TEST_CASE("the slowest mode of a larger body, a free body, a nailed one") {
   SoftBody fixed(all.tissue(), LeapfrogVerlet{}, WholeBody{});
   CHECK(modal_view(fixed).fastest.frequency == 0);
   CHECK(damping_for(fixed.tissue(), 0.5).min_ratio == 0.5);
+}
+
+// Yardstick: Euler and Bernoulli's clamped beam, which tetrahedra are stiffer than; a free body, which has no slowest frequency but 0.
+TEMPLATE_TEST_CASE("a mode that the iterations or digits do not show is an upper bound, and says so", "", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const mesh = make_block<S>(61, 2, 2, S(0.005), BlockPattern::alternating);
+  FiniteElements<S, StableNeoHookean<S>> beam(mesh, {.density = 1000, .material = {.young = 5000, .poisson = S(0.3)}});
+  auto const free = modal_view(SoftBody(beam, BackwardEuler{}));
+  CHECK(free.fastest.converged);
+  CHECK_FALSE(free.slowest.converged);
+  CHECK(free.slowest.frequency > 0);
+  CHECK(free.slowest.frequency < S(0.01) * free.fastest.frequency);
+  beam.nail(vertices_where(mesh, [](auto const& p) { return p.x() < S(1e-6); }));
+  auto const clamped = modal_view(SoftBody(beam, BackwardEuler{}));
+  double const closed_form = 1.8751 * 1.8751 * std::sqrt(5000.0 / 1000.0 * 0.005 * 0.005 / 12) / (0.3 * 0.3);   // sqrt(E I/(rho A))/L²
+  CHECK(clamped.fastest.converged);
+  CHECK_FALSE(clamped.slowest.converged);
+  CHECK(clamped.slowest.frequency > closed_form);
+  CHECK(std::isfinite(clamped.slowest.damping_ratio));
 }
 
 TEST_CASE("a bad ratio and damping of another tissue are refused in a sentence") {
