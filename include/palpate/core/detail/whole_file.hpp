@@ -3,11 +3,12 @@
 
 #include <palpate/core/error.hpp>
 
+#include <array>
 #include <cerrno>
+#include <cstddef>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -22,7 +23,9 @@ inline std::string read_whole_file(std::filesystem::path const& path) {
   if (std::filesystem::is_directory(path, ignored)) fail("this is a folder; give a file");
   std::ifstream file(path, std::ios::binary);
   if (!file) fail("the file can not be opened; check that it may be read");
-  std::string text(std::istreambuf_iterator<char>(file), {});
+  std::string text;
+  std::array<char, 16384> block;   // not by iterators, which let an exception of the buffer through
+  while (file.read(block.data(), block.size()), file.gcount() > 0) text.append(block.data(), static_cast<std::size_t>(file.gcount()));
   if (file.bad()) fail("reading stopped with an error; check the disk or copy the file again");
   return text;
 }
