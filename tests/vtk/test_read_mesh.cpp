@@ -3,9 +3,23 @@
 #include "scratch_folder.hpp"
 
 #include <palpate/core/units.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/boundary.hpp>
+#include <palpate/mesh/sphere.hpp>
+#include <palpate/vtk/detail/poly_data.hpp>
+#include <palpate/vtk/detail/unstructured_grid.hpp>
 #include <palpate/vtk/read_mesh.hpp>
+#include <palpate/vtk/read_volume.hpp>
 
 #include <Eigen/Dense>
+#include <vtkDataSet.h>
+#include <vtkFloatArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataWriter.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkUnstructuredGridWriter.h>
 
 #include <array>
 #include <cstdint>
@@ -16,6 +30,7 @@
 #include <random>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace palpate;
@@ -252,6 +267,82 @@ TEST_CASE("a coordinate that is not finite is named", "[vtk][read][error]") {
   CHECK(error_of(folder.write("n.ply", with(ply_text, "2 0 0", "nan 0 0"))) != "no error");
   CHECK(error_of(folder.write("n.vtk", with(vtk_text, "2 0 0", "nan 0 0"))) != "no error");
   CHECK(error_of(folder.write("n.stl", with(stl_text, "2 0 0", "nan 0 0"))) != "no error");
+}
+
+// Cells and corners that VTK's surface filter would follow, or its reader before that.
+TEST_CASE("a damaged legacy file does not reach VTK's filters", "[vtk][read][error]") {
+  ScratchFolder const folder;
+  auto const said = [&](std::string text, std::string const& from, std::string const& to) {
+    auto const at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return error_of(folder.write("a.vtk", text.replace(at, from.size(), to)));
+  };
+  std::string const cells = "CELLS 1 5\n4 0 1 2 3";
+  std::string offsets = vtk_volume;
+  offsets.replace(offsets.find("3.0"), 3, "5.1").replace(offsets.find(cells), cells.size(), "CELLS 2 4\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n0 1 2 3");
+  CHECK(said(vtk_volume, cells, "CELLS 1 5\n4 0 1 2 300000000") == "a.vtk: CELLS: cell 0 refers to vertex 300000000, the file has vertices 0 … 3; was it cut short?");
+  CHECK(said(vtk_volume, cells, "CELLS 1 5\n4 0 1 2 -70000000") == "a.vtk: CELLS: cell 0 refers to vertex -70000000, the file has vertices 0 … 3; was it cut short?");
+  CHECK(said(offsets, "vtk DataFile", "vtk DataFile") == "no error");
+  CHECK(said(offsets, "0 1 2 3\nCELL_TYPES", "0 1 2 300000000\nCELL_TYPES") == "a.vtk: cell 0 refers to vertex 300000000, the file has vertices 0 … 3; was it cut short?");
+  CHECK(said(offsets, "\n0 4\n", "\n0 400000\n") == "a.vtk: the list of cells is damaged; save the file again");
+  CHECK(said(offsets, "CELLS 2 4\nOFFSETS vtktypeint64\n0 4\n", "CELLS 3 4\nOFFSETS vtktypeint64\n0 4 4\n") ==
+        "a.vtk: 2 cells and 1 types of cells are announced; the file is damaged");
+  CHECK(said(vtk_volume, "\n10\n", "\n24\n") == "a.vtk: cell 0 is of VTK's type 24 with 4 vertices, where 10 belong; the file is damaged");
+  CHECK(said(vtk_volume, "\n10\n", "\n12\n") == "a.vtk: cell 0 is of VTK's type 12 with 4 vertices, where 8 belong; the file is damaged");
+  CHECK_THAT(said(vtk_volume, "\n10\n", "\n71\n"), says("a.vtk: cell 0", "type 71", "not read"));
+  CHECK_THAT(said(vtk_volume, "\n10\n", "\n250\n"), says("a.vtk: cell 0", "type 250", "not read"));
+  CHECK_THAT(said(vtk_volume, "\n10\n", "\n42\n"), says("a.vtk: cell 0", "polyhedron", "tetrahedra"));
+  CHECK(said(vtk_volume, cells, "CELLS 2 10\n4 0 1 2 3\n4 0 1 2 3") == "a.vtk: 2 cells and 1 types of cells are announced; the file is damaged");
+
+  CHECK(said(vtk_text, "3 0 1 3", "3 0 3000000001 3") == "a.vtk: POLYGONS: cell 1 refers to vertex 3000000001, the file has vertices 0 … 3; was it cut short?");
+  CHECK(said(vtk_text, "3 0 1 3", "3 0 1 -4294967295") == "a.vtk: POLYGONS: cell 1 refers to vertex -4294967295, the file has vertices 0 … 3; was it cut short?");
+  CHECK_THAT(said(vtk_text, "POLYGONS 4 16\n", "POLYGONS 4 16 99999999\n"), says("a.vtk: POLYGONS announces 4 cells, number 0 is not complete"));
+  CHECK_THAT(said(vtk_text, "POLYGONS 4 16\n", "POLYGONS 4 16\r99999999\n"), says("a.vtk: POLYGONS announces 4 cells, number 0 is not complete"));
+  CHECK_THAT(said(vtk_text, "\nPOLYGONS 4 16\n", " polygons\t4 16\n99999999 "), says("a.vtk: POLYGONS announces 4 cells, number 0 is not complete"));
+  CHECK_THAT(said(vtk_text, "4\nPOLYGONS 4 16\n", "4POLYGONS 4 16\n99999999 "), says("a.vtk: POLYGONS announces 4 cells, number 0 is not complete"));
+  CHECK_THAT(said(vtk_text, "POLYGONS 4 16\n", "POLYGONS 0 0\nPOLYGONS 4 16\n"), says("a.vtk: POLYGONS", "more than once"));
+  CHECK_THAT(said(vtk_text, "POLYGONS 4", "POLYGONSe4"), says("a.vtk: \"POLYGONSe4\"", "POLYGONS"));
+  CHECK(said(vtk_text, "POINTS 4", "POINTS 99999999999") == "a.vtk: POINTS announces \"99999999999\", which does not fit; the file was cut short or is damaged");
+  CHECK(said(vtk_text, "ASCII", "ASCI") == "a.vtk: \"asci\" stands where ASCII or BINARY should; the file was cut short or is damaged");
+  CHECK(said(vtk_text, "3.0", "0.51e1") == "a.vtk: \"0.51e1\" is not a known version of VTK files");
+  CHECK(said(vtk_text, "\nPOLYGONS 4 16\n", " polygons\t4 16 ") == "no error");
+
+  for (char const* const other : {"STRUCTURED_POINTS", "STRUCTURED_GRID", "RECTILINEAR_GRID", "FIELD", "TABLE"})
+    CHECK(said(vtk_text, "POLYDATA\nPOINTS 4", std::string(other) + "\nDIMENSIONS 3000 3000 300\nPOINTS 4") ==
+          "a.vtk: there is no surface in this file, it holds \"" + std::string(other) + "\"; POLYDATA and UNSTRUCTURED_GRID are read");
+}
+
+// Yardstick: VTK's writers, whose files have fields and names of data besides.
+TEST_CASE("legacy files of VTK's writers are read as they were written, binary and text, of versions 4.2 and 5.1", "[vtk][read]") {
+  ScratchFolder const folder;
+  auto const ball = make_sphere<double>(1.0, 4);
+  auto const solid = make_block<double>(3, 3, 3, 0.1);
+  auto const skin = palpate::detail::to_poly_data(ball);
+  auto const grid = palpate::detail::to_unstructured_grid(solid);
+  vtkNew<vtkFloatArray> array;
+  array->SetName("lines");
+  array->SetNumberOfValues(skin->GetNumberOfPoints());
+  array->Fill(1.0);
+  skin->GetPointData()->AddArray(array);
+  for (int const type : {VTK_BINARY, VTK_ASCII})
+    for (int const version : {vtkDataWriter::VTK_LEGACY_READER_VERSION_4_2, vtkDataWriter::VTK_LEGACY_READER_VERSION_5_1}) {
+      CAPTURE(type, version);
+      auto const file = (folder.path() / "a.vtk").string();
+      auto const write = [&](auto const& writer, vtkDataSet* data) {
+        writer->SetFileName(file.c_str());
+        writer->SetFileType(type);
+        writer->SetFileVersion(version);
+        writer->SetInputData(data);
+        writer->Write();
+      };
+      write(vtkNew<vtkPolyDataWriter>(), skin);
+      auto const read = read_mesh<double>(file);
+      CHECK((read.points - ball.points).cwiseAbs().maxCoeff() < 1e-6);   // stored as float
+      CHECK(read.triangles == ball.triangles);
+      write(vtkNew<vtkUnstructuredGridWriter>(), grid);
+      CHECK(read_mesh<double>(file).triangles.cols() == palpate::surface(solid).triangles.cols());
+      CHECK(read_volume<double>(file).tetrahedra == solid.tetrahedra);
+    }
 }
 
 // Yardstick: the sanitizers. Whatever the bytes are, there is a mesh whose corners exist, or one line of error.

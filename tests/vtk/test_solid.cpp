@@ -110,16 +110,35 @@ TEST_CASE("what is wrong with a volume's file is said in one line", "[vtk][read_
   says("a.vtk", "", "empty");
   says("a.vtk", legacy.substr(0, legacy.find("4 1 2 3 4")), "CELLS");
   says("a.vtk", with(legacy, "10\n10\n", "10\n12\n"), "cell 2", "type 12");
-  says("a.vtk", with(legacy, "4 1 2 3 4", "4 1 2 3 7"), "tetrahedron 1", "vertices 0");
+  says("a.vtk", with(legacy, "4 1 2 3 4", "4 1 2 3 7"), "cell 2 refers to vertex 7", "vertices 0 … 5");
+  says("a.vtk", with(legacy, "4 1 2 3 4", "4 1 2 3 300000000"), "CELLS: cell 2", "vertex 300000000");
+  says("a.vtu", with(xml, "1 2 3 4<", "1 2 3 30000000<"), "cell 2 refers to vertex 30000000", "vertices 0 … 5");
   says("a.vtk", with(legacy, "4 1 2 3 4", "4 1 2 3 3"), "more than once");
   says("a.vtk", with(legacy, "0 0 1\n", "0 0 nan\n"), "damaged");
   says("a.vtk", with(legacy, "0 0 1\n", "1 1 0\n"), "no volume");
   says("a.vtk", "# vtk DataFile Version 2.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\nPOLYGONS 1 4\n3 0 1 2\n", "no unstructured grid");
   says("a.vtk", with(legacy, "CELLS 3 14", "CELLSe3 14"), "CELLS");   // VTK takes it for CELLS 14 …, and writes beyond its list
-  says("a.vtk", with(legacy, "CELL_TYPES 3", "CELL_TYPES 300"), "300 types");
+  says("a.vtk", with(legacy, "CELL_TYPES 3", "CELL_TYPES 30"), "30 types");
+  says("a.vtk", with(legacy, "CELL_TYPES 3\n5\n", "CELL_TYPES 2\n"), "3 cells and 2 types");   // in version 5 there is one type fewer than offsets
+  says("a.vtk", with(legacy, "10\n10\n", "10\n42\n"), "cell 2", "polyhedron");
+  says("a.vtk", with(legacy, "UNSTRUCTURED_GRID", "TABLE"), "no unstructured grid", "\"TABLE\"");
   says("a.vtu", xml.substr(0, xml.size() / 2), "cut short");
   says("a.vtu", with(xml, "5 10 10", "5 5 5"), "no tetrahedra");
   CHECK(unsaid(message_of([&] { read_volume(folder.path() / "none.vtk"); }), "none.vtk", "exist") == "");
+}
+
+TEST_CASE("a legacy volume may be in lower case, of version 5.1, and have data whose names are keywords", "[vtk][read_volume]") {
+  ScratchFolder const folder;
+  std::string lower = legacy;
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  lower.replace(0, lower.find('\n'), legacy, 0, legacy.find('\n'));
+  std::string const offsets = with(with(legacy, "Version 2.0", "Version 5.1"), "CELLS 3 14\n3 0 1 2\n4 0 1 2 3\n4 1 2 3 4\n",
+                                   "CELLS 4 11\nOFFSETS vtktypeint64\n0 3 7 11\nCONNECTIVITY vtktypeint64\n0 1 2 0 1 2 3 1 2 3 4\n");
+  std::string const fields = legacy + "POINT_DATA 6\nSCALARS points int 1\nLOOKUP_TABLE default\n0 1 2 3 4 5\nCELL_DATA 3\nSCALARS cells int\nLOOKUP_TABLE default\n0 1 2\n";
+  for (auto const& text : {lower, offsets, fields}) {
+    INFO(text);
+    CHECK(read_volume(folder.write("a.vtk", text)).tetrahedra.cols() == 2);
+  }
 }
 
 // 10⁵ in the long run; see CONTRIBUTING.md.

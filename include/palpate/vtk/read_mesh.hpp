@@ -5,20 +5,24 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/vtk/detail/check_files.hpp>
+#include <palpate/vtk/detail/legacy_file.hpp>
 #include <palpate/vtk/detail/message_trap.hpp>
 #include <palpate/vtk/detail/scan_files.hpp>
 
 #include <vtkCellArray.h>
-#include <vtkDataSetReader.h>
+#include <vtkCellType.h>
+#include <vtkDataSet.h>
 #include <vtkDataSetSurfaceFilter.h>
+#include <vtkGenericCell.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
 #include <vtkSTLReader.h>
 #include <vtkSmartPointer.h>
 #include <vtkTriangleFilter.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
 #include <vtkXMLPolyDataReader.h>
 
-#include <cctype>
 #include <cmath>
 #include <exception>
 #include <filesystem>
@@ -36,28 +40,36 @@ vtkSmartPointer<vtkPolyData> output_of(Reader* reader, std::filesystem::path con
   return reader->GetOutput();
 }
 
-/// A legacy file may hold any data set: of a volume, the outer surface.
-inline vtkSmartPointer<vtkPolyData> read_legacy(std::filesystem::path const& file) {
-  vtkNew<vtkDataSetReader> reader;
-  reader->SetFileName(file.string().c_str());
-  reader->Update();
-  vtkDataSet* const data = reader->GetOutput();
-  if (auto* const surface = vtkPolyData::SafeDownCast(data)) return surface;
-  if (data == nullptr) return nullptr;
+/// The outer surface of a grid whose cells are what VTK's filter takes for granted: of linear, quadratic or cubic kinds with as many corners as those have.
+inline vtkSmartPointer<vtkPolyData> outside_of(vtkUnstructuredGrid* grid, std::string const& name) {
+  vtkCellArray* const cells = grid->GetCells();
+  vtkUnsignedCharArray* const types = grid->GetCellTypesArray();
+  if (cells == nullptr) return nullptr;
+  check_cell_array(cells, grid->GetNumberOfPoints(), "cell", name);
+  if (types == nullptr || types->GetNumberOfValues() < cells->GetNumberOfCells()) throw FileError(message(name, ": there are fewer types than cells; the file is damaged"));
+  vtkNew<vtkGenericCell> kind;
+  for (vtkIdType cell = 0; cell < cells->GetNumberOfCells(); ++cell) {
+    int const type = types->GetValue(cell);
+    bool const known = type <= VTK_HEXAGONAL_PRISM || (type >= VTK_QUADRATIC_EDGE && type <= VTK_CUBIC_LINE);
+    if (!known) throw FileError(message(name, ": cell ", cell, " is of VTK's type ", type, ", which is not read; save linear or quadratic cells"));
+    kind->SetCellType(type);
+    vtkIdType const size = cells->GetCellSize(cell), right = kind->GetNumberOfPoints();   // 0: any number
+    if (right != 0 && size != right)
+      throw FileError(message(name, ": cell ", cell, " is of VTK's type ", type, " with ", size, " vertices, where ", right, " belong; the file is damaged"));
+  }
   vtkNew<vtkDataSetSurfaceFilter> outside;
-  outside->SetInputData(data);
+  outside->SetInputData(grid);
   outside->Update();
   return outside->GetOutput();
 }
 
 inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& file) {
   std::string const name = file.string();
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  std::string const extension = lower_case(file.extension().string());
   bool const known = extension == ".obj" || extension == ".stl" || extension == ".ply" || extension == ".vtk" ||
                      extension == ".vtp";
   if (!known)
-    throw FileError(message(name, ": \"", extension, "\" is not a known kind of mesh file; give .obj, .stl, .ply, .vtk or .vtp"));
+    throw FileError(message(name, ": \"", legible(extension), "\" is not a known kind of mesh file; give .obj, .stl, .ply, .vtk or .vtp"));
   std::string const bytes = read_bytes(file);
   if (extension == ".obj") return scan_obj(bytes, name);
   if (extension == ".stl") {
@@ -66,36 +78,24 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
   }
   if (extension == ".ply") return PlyScan(bytes, name)();
   if (extension == ".vtk") {
-    LegacyCheck{bytes, name}();
-    return read_legacy(file);
+    vtkSmartPointer<vtkDataSet> const data = read_legacy(bytes, name, true);
+    if (auto* const grid = vtkUnstructuredGrid::SafeDownCast(data)) return outside_of(grid, name);
+    return vtkPolyData::SafeDownCast(data);
   }
   return output_of(vtkNew<vtkXMLPolyDataReader>().Get(), file);
 }
 
-/// VTK's filters follow every index: a corner that is no vertex must not reach them.
-inline void check_faces(vtkCellArray* cells, vtkIdType points, std::string const& name) {
-  if (!cells->IsValid()) throw FileError(message(name, ": the list of faces is damaged"));
-  for (vtkIdType cell = 0; cell < cells->GetNumberOfCells(); ++cell) {
-    vtkIdType size = 0;
-    vtkIdType const* corners = nullptr;
-    cells->GetCellAtId(cell, size, corners);
-    for (vtkIdType i = 0; i < size; ++i)
-      if (corners[i] < 0 || corners[i] >= points)
-        throw FileError(message(name, ": face ", cell, " refers to vertex ", corners[i], ", the file has vertices 0 … ", points - 1,
-                                "; was it cut short?"));
-  }
-}
-
 }  // namespace detail
 
-/// Reads a surface from an OBJ, STL, PLY or VTK file (legacy .vtk, of a volume its outer surface; .vtp).
+/// Reads a surface from an OBJ, STL, PLY or VTK file (legacy .vtk of POLYDATA, or of an UNSTRUCTURED_GRID the outer surface; .vtp).
 ///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`
 /// Polygons and strips become triangles, in the order of the file. Vertices keep their order and are left as they are, unused and
 /// doubled ones too (`validate` and `repair` speak about those); only STL, which has no shared vertices, gets equal corners merged.
 /// Throws `FileError` in one line: no such file, empty, cut short, unknown kind, damaged, no triangles, a coordinate that is not finite.
 /// Limits     VTK's messages are caught through its process-wide output window: do not read while another thread uses VTK.
 ///            An OBJ file cut exactly between two faces can not be told from a smaller mesh; it is then not closed. OBJ and PLY are
-///            read here, since VTK tears OBJ surfaces apart and follows damaged PLY files out of bounds; the rest is VTK's reading.
+///            read here, since VTK tears OBJ surfaces apart and follows damaged PLY files out of bounds; the rest is VTK's reading. Of a grid, linear and quadratic cells are read,
+///            no polyhedra and none of higher order.
 template <RealScalar Scalar = double>
 TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, double metres_per_unit = 1.0) {
   std::string const name = file.string();
@@ -105,13 +105,14 @@ TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, double metres_
   try {
     vtkSmartPointer<vtkPolyData> const surface = detail::read_surface(file);
     if (!trap.message().empty())
-      throw FileError(detail::message(name, ": the file is damaged or cut short (", trap.message(), ")"));
+      throw FileError(detail::message(name, ": the file is damaged or cut short (", detail::legible(trap.message()), ")"));
     if (surface == nullptr) throw FileError(detail::message(name, ": the file holds no mesh"));
-    detail::check_faces(surface->GetPolys(), surface->GetNumberOfPoints(), name);
-    detail::check_faces(surface->GetStrips(), surface->GetNumberOfPoints(), name);
-    triangulated->SetInputData(surface);
-    triangulated->PassVertsOff();
-    triangulated->PassLinesOff();
+    vtkNew<vtkPolyData> faces;   // and nothing of what else the file holds
+    faces->SetPoints(surface->GetPoints());
+    faces->SetPolys(surface->GetPolys());
+    faces->SetStrips(surface->GetStrips());
+    for (vtkCellArray* const list : {faces->GetPolys(), faces->GetStrips()}) detail::check_cell_array(list, faces->GetNumberOfPoints(), "face", name);
+    triangulated->SetInputData(faces);
     triangulated->Update();
   } catch (Error const&) {
     throw;

@@ -7,58 +7,26 @@
 #include <palpate/volume/detail/given_tetrahedra.hpp>
 #include <palpate/volume/read_gmsh.hpp>
 #include <palpate/vtk/detail/check_files.hpp>
+#include <palpate/vtk/detail/legacy_file.hpp>
 #include <palpate/vtk/detail/message_trap.hpp>
 
+#include <vtkCellArray.h>
 #include <vtkCellType.h>
-#include <vtkDataSetReader.h>
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLUnstructuredGridReader.h>
 
-#include <algorithm>
 #include <array>
-#include <cctype>
-#include <cmath>
-#include <cstddef>
 #include <exception>
 #include <filesystem>
 #include <limits>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace palpate {
 
 namespace detail {
-
-/// Throws `FileError` unless a legacy file has its points, cells and types once each, each keyword at the begin of a line, and as many types as cells: VTK goes by
-/// the beginnings of words wherever they stand, in either case, and would write beyond its lists. What comes before the data of points and cells is looked at.
-inline void check_legacy_grid(std::string_view bytes, std::string const& name) {
-  take_line(bytes), take_line(bytes);   // the title may say anything
-  auto const lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-  auto const find = [&](std::string_view word, std::size_t from) {
-    auto const found = std::search(bytes.begin() + static_cast<std::ptrdiff_t>(std::min(from, bytes.size())), bytes.end(), word.begin(), word.end(),
-                                   [&](char a, char b) { return lower(a) == b; });
-    return static_cast<std::size_t>(found - bytes.begin());
-  };
-  bytes = bytes.substr(0, std::min(find("point_data", 0), find("cell_data", 0)));
-  std::array<long long, 3> count{};
-  std::size_t before = 0;
-  constexpr std::array<std::string_view, 3> keywords{"POINTS ", "CELLS ", "CELL_TYPES "};
-  for (std::size_t k = 0; k < 3; ++k) {
-    std::string word(keywords[k].substr(0, keywords[k].size() - 1));
-    std::transform(word.begin(), word.end(), word.begin(), lower);
-    std::size_t const at = find(word, 0);
-    if (at == bytes.size() || bytes.substr(at, keywords[k].size()) != keywords[k] || at == 0 || bytes[at - 1] != '\n' || find(word, at + 1) != bytes.size() || at < before)
-      throw FileError(message(name, ": \"", keywords[k].substr(0, word.size()), "\" has to begin one line, and POINTS, CELLS and CELL_TYPES come in this order; the file is no unstructured grid or is damaged"));
-    before = at;
-    std::string_view rest = bytes.substr(at + keywords[k].size());
-    count[k] = to_number<long long>(take_word(rest)).value_or(-1);
-  }
-  if (count[2] < 0 || (count[2] != count[1] && count[2] + 1 != count[1]))   // from version 5 on offsets, one more
-    throw FileError(message(name, ": ", count[1], " cells and ", count[2], " types of cells are announced; the file is damaged"));
-}
 
 inline vtkSmartPointer<vtkUnstructuredGrid> read_grid(std::filesystem::path const& file, std::string const& extension) {
   std::string const name = file.string(), bytes = read_bytes(file);
@@ -69,12 +37,7 @@ inline vtkSmartPointer<vtkUnstructuredGrid> read_grid(std::filesystem::path cons
     reader->Update();
     return reader->GetOutput();
   }
-  check_legacy_grid(bytes, name);
-  LegacyCheck{bytes, name}();
-  vtkNew<vtkDataSetReader> reader;
-  reader->SetFileName(name.c_str());
-  reader->Update();
-  return vtkUnstructuredGrid::SafeDownCast(reader->GetOutput());
+  return vtkUnstructuredGrid::SafeDownCast(read_legacy(bytes, name, false));
 }
 
 }  // namespace detail
@@ -89,18 +52,17 @@ template <RealScalar Scalar = double>
 TetrahedralMesh<Scalar> read_volume(std::filesystem::path const& file, double metres_per_unit = 1.0) {
   detail::check_metres_per_unit(metres_per_unit);
   std::string const name = file.string();
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  std::string const extension = detail::lower_case(file.extension().string());
   if (extension == ".msh") return read_gmsh<Scalar>(file, metres_per_unit);
   if (extension != ".vtk" && extension != ".vtu")
-    throw FileError(detail::message(name, ": \"", extension, "\" is not a known kind of volume file; give .msh, .vtk or .vtu, or fill a surface that read_mesh reads"));
+    throw FileError(detail::message(name, ": \"", detail::legible(extension), "\" is not a known kind of volume file; give .msh, .vtk or .vtu, or fill a surface that read_mesh reads"));
 
   detail::MessageTrap trap;
   std::vector<Vector3<double>> points;
   std::vector<std::array<int, 4>> tetrahedra;
   try {
     vtkSmartPointer<vtkUnstructuredGrid> const grid = detail::read_grid(file, extension);
-    if (!trap.message().empty()) throw FileError(detail::message(name, ": the file is damaged or cut short (", trap.message(), ")"));
+    if (!trap.message().empty()) throw FileError(detail::message(name, ": the file is damaged or cut short (", detail::legible(trap.message()), ")"));
     if (grid == nullptr || grid->GetNumberOfPoints() == 0) throw FileError(detail::message(name, ": there is no unstructured grid in this file"));
     if (grid->GetNumberOfPoints() > std::numeric_limits<int>::max()) throw FileError(detail::message(name, ": the mesh has more vertices than an int counts"));
     for (vtkIdType i = 0; i < grid->GetNumberOfPoints(); ++i) {
@@ -110,8 +72,9 @@ TetrahedralMesh<Scalar> read_volume(std::filesystem::path const& file, double me
       points.push_back(p);
     }
     vtkCellArray* const cells = grid->GetCells();
-    if (cells != nullptr && (!cells->IsValid() || grid->GetCellTypesArray() == nullptr || grid->GetCellTypesArray()->GetNumberOfValues() < cells->GetNumberOfCells()))
-      throw FileError(detail::message(name, ": the list of cells is damaged"));
+    if (cells != nullptr) detail::check_cell_array(cells, grid->GetNumberOfPoints(), "cell", name);
+    if (cells != nullptr && (grid->GetCellTypesArray() == nullptr || grid->GetCellTypesArray()->GetNumberOfValues() < cells->GetNumberOfCells()))
+      throw FileError(detail::message(name, ": there are fewer types than cells; the file is damaged"));
     for (vtkIdType cell = 0; cells != nullptr && cell < cells->GetNumberOfCells(); ++cell) {
       int const type = grid->GetCellTypesArray()->GetValue(cell);
       if (type >= VTK_EMPTY_CELL && type <= VTK_QUAD) continue;   // points, lines, faces
@@ -120,9 +83,7 @@ TetrahedralMesh<Scalar> read_volume(std::filesystem::path const& file, double me
       cells->GetCellAtId(cell, size, corners);
       if (type != VTK_TETRA || size != 4)
         throw FileError(detail::message(name, ": cell ", cell, " is of VTK's type ", type, " with ", size, " vertices; only tetrahedra of four vertices (type 10) are read"));
-      std::array<int, 4> own;
-      for (std::size_t c = 0; c < 4; ++c) own[c] = corners[c] >= 0 && corners[c] < grid->GetNumberOfPoints() ? static_cast<int>(corners[c]) : -1;
-      tetrahedra.push_back(own);
+      tetrahedra.push_back({static_cast<int>(corners[0]), static_cast<int>(corners[1]), static_cast<int>(corners[2]), static_cast<int>(corners[3])});
     }
   } catch (Error const&) {
     throw;
