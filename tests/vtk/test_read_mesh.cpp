@@ -345,6 +345,13 @@ TEST_CASE("legacy files of VTK's writers are read as they were written, binary a
     }
 }
 
+TEST_CASE("a damaged number in an XML file is shown", "[vtk][read][error]") {
+  ScratchFolder const folder;
+  std::string text = vtp;
+  text.replace(text.find("NumberOfPolys=\"4\""), 17, "NumberOfPolys=\"-4\"");
+  CHECK_THAT(error_of(folder.write("a.vtp", text)), says("a.vtp: NumberOfPolys is \"-4\"", "damaged"));
+}
+
 // Yardstick: the sanitizers. Whatever the bytes are, there is a mesh whose corners exist, or one line of error.
 TEST_CASE("a damaged file gives an error or a mesh, nothing worse", "[vtk][read][error]") {
   ScratchFolder const folder;

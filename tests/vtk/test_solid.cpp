@@ -122,6 +122,10 @@ TEST_CASE("what is wrong with a volume's file is said in one line", "[vtk][read_
   says("a.vtk", with(legacy, "CELL_TYPES 3\n5\n", "CELL_TYPES 2\n"), "3 cells and 2 types");   // in version 5 there is one type fewer than offsets
   says("a.vtk", with(legacy, "10\n10\n", "10\n42\n"), "cell 2", "polyhedron");
   says("a.vtk", with(legacy, "UNSTRUCTURED_GRID", "TABLE"), "no unstructured grid", "\"TABLE\"");
+  for (std::string const value : {"-5", "99999999999", "3x", ""}) {
+    says("a.vtu", with(xml, "NumberOfCells=\"3\"", "NumberOfCells = '" + value + "'"), "NumberOfCells is \"" + value + "\"", "damaged");
+    says("a.vtu", with(xml, "NumberOfPoints=\"6\"", "NumberOfPoints=\"" + value + "\""), "NumberOfPoints is \"" + value + "\"", "damaged");
+  }
   says("a.vtu", xml.substr(0, xml.size() / 2), "cut short");
   says("a.vtu", with(xml, "5 10 10", "5 5 5"), "no tetrahedra");
   CHECK(unsaid(message_of([&] { read_volume(folder.path() / "none.vtk"); }), "none.vtk", "exist") == "");
@@ -139,6 +143,9 @@ TEST_CASE("a legacy volume may be in lower case, of version 5.1, and have data w
     INFO(text);
     CHECK(read_volume(folder.write("a.vtk", text)).tetrahedra.cols() == 2);
   }
+  // What compresses well announces more points than the file has bytes.
+  CHECK(message_of([&] { read_volume(folder.write("a.vtu", with(with(xml, "NumberOfCells=\"3\"", "NumberOfCells=\"9999\""), "version=", "compressor=\"vtkZLibDataCompressor\" version="))); })
+            .find("NumberOfCells") == std::string::npos);
 }
 
 // 10⁵ in the long run; see CONTRIBUTING.md.

@@ -82,6 +82,7 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
     if (auto* const grid = vtkUnstructuredGrid::SafeDownCast(data)) return outside_of(grid, name);
     return vtkPolyData::SafeDownCast(data);
   }
+  check_xml_numbers(bytes, name);
   return output_of(vtkNew<vtkXMLPolyDataReader>().Get(), file);
 }
 

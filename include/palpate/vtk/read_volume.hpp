@@ -32,6 +32,7 @@ inline vtkSmartPointer<vtkUnstructuredGrid> read_grid(std::filesystem::path cons
   std::string const name = file.string(), bytes = read_bytes(file);
   if (extension == ".vtu") {
     if (bytes.find("</VTKFile>") == std::string::npos) throw FileError(message(name, ": there is no \"</VTKFile>\"; the file was cut short"));
+    check_xml_numbers(bytes, name);
     vtkNew<vtkXMLUnstructuredGridReader> reader;
     reader->SetFileName(name.c_str());
     reader->Update();
