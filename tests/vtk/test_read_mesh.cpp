@@ -352,6 +352,21 @@ TEST_CASE("a damaged number in an XML file is shown", "[vtk][read][error]") {
   CHECK_THAT(error_of(folder.write("a.vtp", text)), says("a.vtp: NumberOfPolys is \"-4\"", "damaged"));
 }
 
+TEST_CASE("a byte-order mark is passed over or named, and words of STL may be in upper case", "[vtk][read]") {
+  ScratchFolder const folder;
+  std::string const mark = "\xEF\xBB\xBF";
+  for (auto const& [name, text] : {std::pair{"m.obj", std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n")}, std::pair{"m.ply", ply_text}}) {
+    auto const mesh = read_mesh<double>(folder.write(name, mark + text)), yardstick = read_mesh<double>(folder.write(name, text));
+    CHECK(mesh.points == yardstick.points);
+    CHECK(mesh.triangles == yardstick.triangles);
+  }
+  CHECK(error_of(folder.write("m.stl", mark + stl_text)) == "m.stl: the file begins with a byte-order mark; save it as text without one");
+  std::string upper = stl_text;
+  for (char& c : upper) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  CHECK(read_mesh<double>(folder.write("u.stl", upper)).triangles.cols() == 4);
+  CHECK(error_of(folder.write("u.stl", upper.substr(0, upper.size() - 30))) == "u.stl: there is no \"endsolid\"; the file was cut short");
+}
+
 // Yardstick: the sanitizers. Whatever the bytes are, there is a mesh whose corners exist, or one line of error.
 TEST_CASE("a damaged file gives an error or a mesh, nothing worse", "[vtk][read][error]") {
   ScratchFolder const folder;

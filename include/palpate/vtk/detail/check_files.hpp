@@ -18,6 +18,8 @@
 
 namespace palpate::detail {
 
+inline constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";   // of UTF-8, as some editors put it before a text
+
 inline std::string lower_case(std::string text) {
   for (char& c : text)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -42,10 +44,11 @@ inline void check_stl_complete(std::string_view bytes, std::string const& name) 
       announced = (announced >> 24) | ((announced >> 8) & 0xff00u) | ((announced << 8) & 0xff0000u) | (announced << 24);
     if (bytes.size() == header + triangle * announced) return;
   }
+  if (bytes.starts_with(byte_order_mark)) throw FileError(message(name, ": the file begins with a byte-order mark; save it as text without one"));
   std::string_view text = bytes;
   bool const printable = bytes.find('\0') == std::string_view::npos;
-  if (take_word(text) == "solid" && printable) {
-    if (bytes.find("endsolid") == std::string_view::npos)
+  if (lower_case(std::string(take_word(text))) == "solid" && printable) {
+    if (lower_case(std::string(bytes)).find("endsolid") == std::string::npos)
       throw FileError(message(name, ": there is no \"endsolid\"; the file was cut short"));
     return;
   }

@@ -35,6 +35,7 @@ inline vtkSmartPointer<vtkPolyData> scan_obj(std::string_view text, std::string 
   auto const fail = [&](long long line, auto const&... parts) {
     throw FileError(message(name, ", line ", line, ": ", parts...));
   };
+  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
   while (!text.empty()) {
     std::string_view line = take_line(text);
     ++line_number;
@@ -159,6 +160,7 @@ class PlyScan {
   }
 
   void read_header() {
+    if (rest_.starts_with(byte_order_mark)) rest_.remove_prefix(byte_order_mark.size());
     if (take_line(rest_) != "ply") throw FileError(message(name_, ": a PLY file begins with a line \"ply\""));
     for (;;) {
       if (rest_.empty()) throw FileError(message(name_, ": there is no \"end_header\"; the file was cut short"));
