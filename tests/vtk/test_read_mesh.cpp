@@ -367,6 +367,21 @@ TEST_CASE("a byte-order mark is passed over or named, and words of STL may be in
   CHECK(error_of(folder.write("u.stl", upper.substr(0, upper.size() - 30))) == "u.stl: there is no \"endsolid\"; the file was cut short");
 }
 
+TEST_CASE("vertices of a PLY file have three coordinates, its corners are vertices", "[vtk][read][error]") {
+  ScratchFolder const folder;
+  auto const said = [&](std::string const& from, std::string const& to) {
+    std::string text = ply_text;
+    return error_of(folder.write("a.ply", text.replace(text.find(from), from.size(), to)));
+  };
+  CHECK(said("float x", "float u") == "a.ply: a vertex has no property \"x\"; it needs x, y and z");
+  CHECK(said("float z", "float w") == "a.ply: a vertex has no property \"z\"; it needs x, y and z");
+  CHECK(said("3 0 1 3", "3 0 1.9 3") == "a.ply: face 1 refers to vertex 1.9; write a whole number");
+  CHECK(said("3 0 1 3", "3 0 nan 3") == "a.ply: face 1 refers to vertex nan; write a whole number");
+  CHECK(said("3 0 1 3", "3 0 -2 3") == "a.ply: face 1 refers to vertex -2, the file has vertices 0 … 3; was it cut short?");
+  CHECK(said("3 0 1 3", "3 0 3000000001 3") == "a.ply: face 1 refers to vertex 3000000001, the file has vertices 0 … 3; was it cut short?");
+  CHECK_THAT(said("vertex 4", "vertex 9223372036854775807"), says("a.ply: the element \"vertex\"", "number"));
+}
+
 // Yardstick: the sanitizers. Whatever the bytes are, there is a mesh whose corners exist, or one line of error.
 TEST_CASE("a damaged file gives an error or a mesh, nothing worse", "[vtk][read][error]") {
   ScratchFolder const folder;

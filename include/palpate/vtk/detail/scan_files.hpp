@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -114,12 +115,12 @@ class PlyScan {
             complete = value.has_value();
             if (!complete) break;
             if (property.role == Role::corners)
-              corners.push_back(*value >= -1.0 && *value < 1e15 ? static_cast<vtkIdType>(*value) : -1);
+              corners.push_back(corner(i, *value));
             else if (property.role != Role::none)
               x[static_cast<int>(property.role)] = *value;
           }
           if (!complete)
-            throw FileError(message(name_, ": the header announces ", element.count, " of \"", element.name, "\", number ", i,
+            throw FileError(message(name_, ": the header announces ", element.count, " of \"", legible(element.name), "\", number ", i,
                                     " is not complete; the file was cut short or is damaged"));
         }
         if (element.name == "vertex") points->InsertNextPoint(x);
@@ -159,6 +160,14 @@ class PlyScan {
     throw FileError(message(name_, ": \"", legible(name), "\" is not a type of a PLY property"));
   }
 
+  vtkIdType corner(long long face, double value) const {
+    bool const whole = std::floor(value) == value;
+    if (whole && value >= 0 && value < static_cast<double>(vertices_)) return static_cast<vtkIdType>(value);
+    std::string shown;
+    append_number(shown, value);
+    throw FileError(whole ? no_such_vertex(name_, "face", face, shown, vertices_) : message(name_, ": face ", face, " refers to vertex ", shown, "; write a whole number"));
+  }
+
   void read_header() {
     if (rest_.starts_with(byte_order_mark)) rest_.remove_prefix(byte_order_mark.size());
     if (take_line(rest_) != "ply") throw FileError(message(name_, ": a PLY file begins with a line \"ply\""));
@@ -166,21 +175,29 @@ class PlyScan {
       if (rest_.empty()) throw FileError(message(name_, ": there is no \"end_header\"; the file was cut short"));
       std::string_view line = take_line(rest_);
       std::string_view const keyword = take_word(line);
-      if (keyword == "end_header") return;
+      if (keyword == "end_header") break;
       if (keyword == "format") read_format(take_word(line));
       if (keyword == "element") {
         std::string const element(take_word(line));
         auto const count = to_number<long long>(take_word(line));
-        if (!count || *count < 0) throw FileError(message(name_, ": the element \"", element, "\" has no number"));
+        if (!count || *count < 0 || *count > static_cast<long long>(rest_.size()))   // each takes a byte at least
+          throw FileError(message(name_, ": the element \"", legible(element), "\" has no fitting number; the file was cut short or is damaged"));
         elements_.push_back({element, *count, {}});
       }
       if (keyword == "property") read_property(line);
+    }
+    for (Element const& element : elements_) {
+      if (element.name != "vertex") continue;
+      vertices_ += element.count;
+      for (Role const role : {Role::x, Role::y, Role::z})
+        if (std::ranges::none_of(element.properties, [&](Property const& property) { return property.role == role; }))
+          throw FileError(message(name_, ": a vertex has no property \"", std::string(1, static_cast<char>('x' + static_cast<int>(role))), "\"; it needs x, y and z"));
     }
   }
 
   void read_format(std::string_view format) {
     if (format != "ascii" && format != "binary_little_endian" && format != "binary_big_endian")
-      throw FileError(message(name_, ": \"", format, "\" is not a PLY format"));
+      throw FileError(message(name_, ": \"", legible(format), "\" is not a PLY format"));
     text_ = format == "ascii";
     little_ = format == "binary_little_endian";
   }
@@ -234,6 +251,7 @@ class PlyScan {
   std::string_view rest_, line_;
   std::string const& name_;
   std::vector<Element> elements_;
+  long long vertices_ = 0;
   bool text_ = true;
   bool little_ = true;
 };
