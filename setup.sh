@@ -267,6 +267,7 @@ run_long_tests() {
   part "every cell of a network's delays, jitters and losses" env PALPATE_NETWORK_GRID=1 build/ci/tests/test_network 'C5-N1: in every cell*'
   part "$PALPATE_GMSH_FILES damaged Gmsh files" build/ci/tests/test_volume 'damaged Gmsh files*'
   part "$PALPATE_VTK_FILES damaged VTK volumes" build/ci/tests/test_vtk 'a damaged volume*'
+  part "$PALPATE_VTK_FILES damaged surfaces" build/ci/tests/test_vtk 'a damaged surface*'
 
   step "clang 16, address sanitizer and every check of the undefined-behaviour sanitizer"
   name_functions_in_reports

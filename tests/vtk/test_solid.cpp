@@ -3,6 +3,7 @@
 #include "device/message.hpp"
 #include "scratch_folder.hpp"
 #include "skip.hpp"
+#include "vtk/damage.hpp"
 
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
@@ -157,14 +158,7 @@ TEST_CASE("a damaged volume's file gives an error or a mesh, nothing worse", "[v
   int const rounds = wanted != nullptr ? std::atoi(wanted) : 600;
   for (int round = 0; round < rounds; ++round) {
     std::string text = round % 2 == 0 ? legacy : xml;
-    for (std::uint64_t edits = 1 + random() % 2; edits > 0; --edits) {
-      std::size_t const at = random() % text.size(), length = random() % 6;
-      switch (random() % 3) {
-        case 0: text[at] = static_cast<char>(' ' + random() % 90); break;
-        case 1: text.erase(at, length); break;
-        default: text.insert(at, std::to_string(static_cast<long long>(random() >> (20 + random() % 44)))); break;
-      }
-    }
+    palpate_test::damage(text, random);
     auto const file = folder.write(round % 2 == 0 ? "a.vtk" : "a.vtu", text);
     try {
       if (!validate(read_volume(file)).empty()) FAIL("an invalid mesh was read from:\n" << text);
