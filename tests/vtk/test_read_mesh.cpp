@@ -14,11 +14,13 @@
 
 #include <Eigen/Dense>
 #include <vtkDataSet.h>
+#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataWriter.h>
+#include <vtkStringArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkUnstructuredGridWriter.h>
 
@@ -327,6 +329,10 @@ TEST_CASE("legacy files of VTK's writers are read as they were written, binary a
   array->SetNumberOfValues(skin->GetNumberOfPoints());
   array->Fill(1.0);
   skin->GetPointData()->AddArray(array);
+  vtkNew<vtkStringArray> text;
+  text->SetName("text");
+  text->InsertNextValue("two words");
+  for (vtkDataSet* const data : {static_cast<vtkDataSet*>(skin), static_cast<vtkDataSet*>(grid)}) data->GetFieldData()->AddArray(text);
   for (int const type : {VTK_BINARY, VTK_ASCII})
     for (int const version : {vtkDataWriter::VTK_LEGACY_READER_VERSION_4_2, vtkDataWriter::VTK_LEGACY_READER_VERSION_5_1}) {
       CAPTURE(type, version);
@@ -353,6 +359,23 @@ TEST_CASE("a damaged number in an XML file is shown", "[vtk][read][error]") {
   std::string text = vtp;
   text.replace(text.find("NumberOfPolys=\"4\""), 17, "NumberOfPolys=\"-4\"");
   CHECK_THAT(error_of(folder.write("a.vtp", text)), says("a.vtp: NumberOfPolys is \"-4\"", "damaged"));
+}
+
+// VTK follows damaged fields out of bounds, and texts among them that are not as many as announced.
+TEST_CASE("data of fields, points and cells are not read, whatever they are", "[vtk][read]") {
+  ScratchFolder const folder;
+  auto const with = [](std::string text, std::string const& before, std::string const& what) { return text.insert(text.find(before), what); };
+  for (std::string const field : {"FIELD FieldData 1\nt 1 1 nothing\n3\n", "FIELD FieldData 2\npoint_data 1 1 int\n3\n", "FIELD FieldData -1\n"}) {
+    CHECK(error_of(folder.write("a.vtk", with(vtk_text, "POINTS", field))) == "no error");
+    CHECK(error_of(folder.write("a.vtk", with(vtk_volume, "POINTS", field))) == "no error");
+    CHECK_THAT(error_of(folder.write("a.vtk", with(vtk_text, "POLYGONS", field))), says("a.vtk: ", "FIELD stands after the first list"));
+  }
+  CHECK(error_of(folder.write("a.vtk", vtk_text + "POINT_DATA 4\nSCALARS a int 1\nLOOKUP_TABLE default\n0 1 2 3\nCELL_DATA -1\nFIELD b -1\n")) == "no error");
+  std::string const texts = "<FieldData>\n<Array type=\"String\" Name=\"t\" NumberOfTuples=\"1\" format=\"ascii\">104 0 108 111 0</Array>\n</FieldData>\n";
+  CHECK(error_of(folder.write("a.vtp", with(vtp, "<Piece", texts))) == "no error");
+  CHECK(error_of(folder.write("a.vtp", with(vtp, "<Points>", "<PointData/><CellData Scalars=\"a\"><DataArray type=\"Int7\" Name=\"a\">1</DataArray></CellData>"))) == "no error");
+  CHECK_THAT(error_of(folder.write("a.vtp", with(vtp, "<Points>", "<PointData>"))), says("a.vtp: the file is damaged or cut short"));
+  CHECK_THAT(error_of(folder.write("a.vtp", with(vtp, "<Points>", "<PointData><PointData></PointData>"))), says("a.vtp: the file is damaged or cut short"));
 }
 
 TEST_CASE("a byte-order mark is passed over or named, and words of STL may be in upper case", "[vtk][read]") {
@@ -423,7 +446,11 @@ TEST_CASE("a damaged surface's file gives an error or a mesh, nothing worse", "[
   std::string const fields = vtk_text + "POINT_DATA 4\nSCALARS a int 1\nLOOKUP_TABLE default\n0 1 2 3\nCELL_DATA 4\nSCALARS b int\nLOOKUP_TABLE default\n0 1 2 3\n";
   std::string const lists = vtk_text + "VERTICES 1 2\n1 0\nLINES 1 3\n2 0 3\nTRIANGLE_STRIPS 1 5\n4 0 1 2 3\n";
   std::vector<Format> files(formats.begin(), formats.end());
-  for (auto const* const text : std::initializer_list<std::string const*>{&grid_of_offsets, &offsets, &fields, &lists}) files.push_back({"o.vtk", text});
+  std::string field = vtk_volume, texts = vtp;
+  field.insert(field.find("POINTS"), "FIELD FieldData 2\ntext 1 1 string\ntwo%20words\nTime 1 1 float\n3\n");
+  texts.insert(texts.find("<Piece"), "<FieldData>\n<Array type=\"String\" Name=\"text\" NumberOfTuples=\"1\" format=\"ascii\">104 101 108 0</Array>\n</FieldData>\n");
+  for (auto const* const text : std::initializer_list<std::string const*>{&grid_of_offsets, &offsets, &fields, &lists, &field}) files.push_back({"o.vtk", text});
+  files.push_back({"o.vtp", &texts});
   std::mt19937_64 random(13);
   int read = 0, refused = 0;
   char const* const wanted = std::getenv("PALPATE_VTK_FILES");

@@ -8,6 +8,7 @@
 #include <palpate/vtk/detail/legacy_file.hpp>
 #include <palpate/vtk/detail/message_trap.hpp>
 #include <palpate/vtk/detail/scan_files.hpp>
+#include <palpate/vtk/detail/xml_file.hpp>
 
 #include <vtkCellArray.h>
 #include <vtkCellType.h>
@@ -32,13 +33,6 @@
 namespace palpate {
 
 namespace detail {
-
-template <class Reader>
-vtkSmartPointer<vtkPolyData> output_of(Reader* reader, std::filesystem::path const& file) {
-  reader->SetFileName(file.string().c_str());
-  reader->Update();
-  return reader->GetOutput();
-}
 
 /// The outer surface of a grid whose cells are what VTK's filter takes for granted: of linear, quadratic or cubic kinds with as many corners as those have.
 inline vtkSmartPointer<vtkPolyData> outside_of(vtkUnstructuredGrid* grid, std::string const& name) {
@@ -74,7 +68,10 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
   if (extension == ".obj") return scan_obj(bytes, name);
   if (extension == ".stl") {
     check_stl_complete(bytes, name);
-    return output_of(vtkNew<vtkSTLReader>().Get(), file);
+    vtkNew<vtkSTLReader> reader;
+    reader->SetFileName(name.c_str());
+    reader->Update();
+    return reader->GetOutput();
   }
   if (extension == ".ply") return PlyScan(bytes, name)();
   if (extension == ".vtk") {
@@ -82,8 +79,7 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
     if (auto* const grid = vtkUnstructuredGrid::SafeDownCast(data)) return outside_of(grid, name);
     return vtkPolyData::SafeDownCast(data);
   }
-  check_xml_numbers(bytes, name);
-  return output_of(vtkNew<vtkXMLPolyDataReader>().Get(), file);
+  return read_xml<vtkXMLPolyDataReader>(bytes, name);
 }
 
 }  // namespace detail

@@ -9,10 +9,10 @@
 #include <palpate/vtk/detail/check_files.hpp>
 #include <palpate/vtk/detail/legacy_file.hpp>
 #include <palpate/vtk/detail/message_trap.hpp>
+#include <palpate/vtk/detail/xml_file.hpp>
 
 #include <vtkCellArray.h>
 #include <vtkCellType.h>
-#include <vtkNew.h>
 #include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLUnstructuredGridReader.h>
@@ -32,11 +32,7 @@ inline vtkSmartPointer<vtkUnstructuredGrid> read_grid(std::filesystem::path cons
   std::string const name = file.string(), bytes = read_bytes(file);
   if (extension == ".vtu") {
     if (bytes.find("</VTKFile>") == std::string::npos) throw FileError(message(name, ": there is no \"</VTKFile>\"; the file was cut short"));
-    check_xml_numbers(bytes, name);
-    vtkNew<vtkXMLUnstructuredGridReader> reader;
-    reader->SetFileName(name.c_str());
-    reader->Update();
-    return reader->GetOutput();
+    return read_xml<vtkXMLUnstructuredGridReader>(bytes, name);
   }
   return vtkUnstructuredGrid::SafeDownCast(read_legacy(bytes, name, false));
 }

@@ -59,26 +59,6 @@ inline void check_stl_complete(std::string_view bytes, std::string const& name) 
                             (bytes.size() - header) / triangle, "; it was cut short"));
 }
 
-/// Throws `FileError` where an XML file of VTK announces a number that can not be: VTK writes beyond its lists for one below zero. What is compressed may be
-/// many times as long.
-inline void check_xml_numbers(std::string_view bytes, std::string const& name) {
-  auto const most = static_cast<long long>(bytes.size()) * (bytes.find("compressor") == std::string_view::npos ? 1 : 1000);
-  std::string_view const head = bytes.substr(0, bytes.find("<AppendedData"));
-  constexpr std::string_view stem = "NumberOf";
-  for (auto at = head.find(stem); at != std::string_view::npos; at = head.find(stem, at + 1)) {
-    std::string_view rest = head.substr(at);
-    auto const equal = std::min(rest.find_first_of("=\"'"), rest.size());
-    std::string_view const attribute = trimmed(rest.substr(0, equal));
-    rest.remove_prefix(equal);
-    if (!rest.starts_with('=')) continue;   // within a name
-    rest.remove_prefix(std::min(rest.find_first_of("\"'"), rest.size() - 1) + 1);
-    std::string_view const value = rest.substr(0, rest.find_first_of("\"'"));
-    auto const number = to_number<long long>(trimmed(value));
-    if (!number || *number < 0 || *number > most)
-      throw FileError(message(name, ": ", legible(attribute), " is \"", legible(value), "\"; the file was cut short or is damaged, save it again"));
-  }
-}
-
 /// "face 3 refers to vertex 9, the file has vertices 0 … 3; was it cut short?"
 inline std::string no_such_vertex(std::string const& name, std::string_view what, long long index, auto vertex, long long vertices) {
   return message(name, ": ", what, " ", index, " refers to vertex ", vertex, ", the file has vertices 0 … ", vertices - 1, "; was it cut short?");

@@ -18,6 +18,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace palpate::detail {
 
@@ -29,8 +30,8 @@ class LegacyCheck {
   /// `bytes` and `name` must outlive the object.
   LegacyCheck(std::string_view bytes, std::string const& name) : bytes_(bytes), name_(name) {}
 
-  /// The file up to the data of points and cells, which are not read. `surface`: POLYDATA is as good as an UNSTRUCTURED_GRID.
-  std::string_view operator()(bool surface) {
+  /// The file without the data of fields, points and cells. `surface`: POLYDATA is as good as an UNSTRUCTURED_GRID.
+  std::string operator()(bool surface) {
     rest_ = bytes_;
     constexpr std::string_view title = "# vtk DataFile Version ";
     if (!rest_.starts_with(title)) fail("a VTK file begins with \"", title, "\"");
@@ -51,16 +52,25 @@ class LegacyCheck {
     if (dataset != "dataset" || !(grid || (surface && lower_case(std::string(kind)) == "polydata")))
       fail("there is no ", surface ? "surface" : "unstructured grid", " in this file, it holds \"", legible(kind), "\"; ",
            surface ? "POLYDATA and UNSTRUCTURED_GRID are" : "UNSTRUCTURED_GRID is", " read");
+    std::string result(bytes_.substr(0, bytes_.size() - rest_.size()));
     lower_ = lower_case(std::string(rest_));
-    lower_.resize(std::min({lower_.size(), find("point_data"), find("cell_data")}));
-    rest_ = rest_.substr(0, lower_.size());
+    std::vector<std::string_view> const lists = grid ? std::vector<std::string_view>{"CELLS", "CELL_TYPES"}
+                                                     : std::vector<std::string_view>{"VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS"};
+    std::size_t begin = find("points"), end = lower_.size();
+    for (std::string_view const list : lists) begin = std::min(begin, find(lower_case(std::string(list))));
+    begin = std::min(begin, end);
+    for (char const* const data : {"point_data", "cell_data"}) end = std::min(end, find(data, begin));
+    rest_ = rest_.substr(begin, end - begin);
+    lower_ = lower_.substr(begin, end - begin);
+    if (find("field") != std::string::npos) fail("FIELD stands after the first list; move it up, or save the file again");
 
     bool const lists_of_corners = *major < 5;   // later: offsets, which VTK checks
     auto const points = counts("POINTS", 1);
     vertices_ = points ? points->number : 0;
-    for (std::string_view const list : {"VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS"})
-      if (auto const found = grid ? std::nullopt : counts(list, 2); found && lists_of_corners) check(list, *found);
-    if (grid) {
+    if (!grid) {
+      for (std::string_view const list : lists)
+        if (auto const found = counts(list, 2); found && lists_of_corners) check(list, *found);
+    } else {
       auto const cells = counts("CELLS", 2), types = counts("CELL_TYPES", 1);
       if (!cells || !types) fail("POINTS, CELLS and CELL_TYPES make a grid, and ", cells ? "CELL_TYPES" : "CELLS", " is missing; the file was cut short or is damaged");
       long long const number = lists_of_corners ? cells->number : std::max(cells->number - 1, 0LL);   // of offsets there is one more
@@ -69,7 +79,7 @@ class LegacyCheck {
       if (lists_of_corners) check("CELLS", *cells);
       check_types(*types);
     }
-    return bytes_.substr(0, static_cast<std::size_t>(rest_.data() - bytes_.data()) + rest_.size());
+    return result.append("\n").append(rest_);
   }
 
  private:
@@ -84,9 +94,12 @@ class LegacyCheck {
 
   /// Where `word` begins in what follows the header; in a text only where VTK may begin to read one, after a blank or a number.
   std::size_t find(std::string_view word, std::size_t from = 0) const {
-    constexpr std::string_view before = " \t\r\n\v\f.0123456789";
+    auto const begins = [&](std::size_t at) {
+      auto const before = at > 0 ? lower_.find_last_not_of("0123456789.e+-", at - 1) : std::string::npos;
+      return before == std::string::npos || std::string_view(" \t\r\n\v\f").find(lower_[before]) != std::string_view::npos;
+    };
     auto at = lower_.find(word, from);
-    while (text_ && at != std::string::npos && at > 0 && before.find(lower_[at - 1]) == std::string_view::npos) at = lower_.find(word, at + 1);
+    while (text_ && at != std::string::npos && !begins(at)) at = lower_.find(word, at + 1);
     return at;
   }
 
@@ -98,7 +111,7 @@ class LegacyCheck {
     Counts found{0, 0, rest_.substr(at)};
     std::string_view const whole = take_word(found.rest);
     if (whole.size() != word.size()) fail("\"", legible(whole), "\" stands where ", keyword, " should; the file is damaged");
-    if (find(word, at + 1) != std::string::npos) fail(keyword, " stands there more than once; the file is damaged");
+    if (find(word, at + 1) != std::string::npos) fail(keyword, " stands there more than once; the file is damaged, or has field data with that word, which has to go");
     auto const most = static_cast<long long>(bytes_.size());   // a number of elements takes at least as many bytes
     for (int i = 0; i < wanted; ++i) {
       std::string_view const number = take_word(found.rest);
@@ -154,9 +167,9 @@ class LegacyCheck {
 
 /// The surface or grid of a legacy file, as LegacyCheck has it.
 inline vtkSmartPointer<vtkDataSet> read_legacy(std::string_view bytes, std::string const& name, bool surface) {
-  std::string_view const checked = LegacyCheck{bytes, name}(surface);
+  std::string checked = LegacyCheck{bytes, name}(surface);
   vtkNew<vtkCharArray> text;
-  text->SetArray(const_cast<char*>(checked.data()), static_cast<vtkIdType>(checked.size()), 1);   // 1: it stays ours
+  text->SetArray(checked.data(), static_cast<vtkIdType>(checked.size()), 1);   // 1: it stays ours
   vtkNew<vtkDataSetReader> reader;
   reader->SetInputArray(text);
   reader->ReadFromInputStringOn();
