@@ -89,3 +89,17 @@ TEST_CASE("A trocar says why there is no pose", "[tool][trocar]") {
   CHECK_THROWS_WITH(Trocar<double>({.min_depth = 0}), says(".min_depth is 0 m"));
   CHECK_THROWS_WITH(Trocar<double>({.length = 1e-4}), says(".length is 0.0001 m", "0.001 m"));
 }
+
+TEMPLATE_TEST_CASE("A trocar's shaft may have any length that a number can say", "[tool][trocar]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  using V = Vector3<S>;
+  S const most = std::numeric_limits<S>::max(), least = std::numeric_limits<S>::denorm_min();
+  for (S const size : {least, std::sqrt(std::numeric_limits<S>::min()) / 10, S(1), std::sqrt(most) * 10, most}) {
+    Trocar<S> const trocar({.point = V(0, 0, S(0.1)), .shaft = V(size, 0, size)});
+    CHECK((trocar.options().shaft - V(1, 0, 1) / std::sqrt(S(2))).norm() < 4 * std::numeric_limits<S>::epsilon());
+    auto const pose = trocar.find({.position = V::Zero()});
+    REQUIRE(pose);
+    CHECK((pose->orientation * trocar.options().shaft - V::UnitZ()).norm() < 8 * std::numeric_limits<S>::epsilon());
+  }
+  CHECK_THROWS_AS(Trocar<S>({.shaft = V::Zero()}), InvalidArgument);
+}

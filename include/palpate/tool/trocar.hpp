@@ -41,14 +41,15 @@ class Trocar {
  public:
   explicit Trocar(TrocarOptions<Scalar> const& options = {}) : options_(options) {
     if (!is_finite(options.point)) throw InvalidArgument("Trocar: .point is not finite; give the place of the hole in m");
-    if (!is_finite(options.shaft) || !(options.shaft.norm() > 0))
+    Scalar const size = options.shaft.cwiseAbs().maxCoeff();   // its square may be too large or too small for a number
+    if (!is_finite(options.shaft) || !(size > 0))
       throw InvalidArgument("Trocar: .shaft must be finite and not zero; give the direction from the tip to the hand");
     detail::require_positive("Trocar: .min_depth", options.min_depth, "m");
     if (!(options.length > options.min_depth) || !std::isfinite(options.length))
       throw InvalidArgument(
           detail::message("Trocar: .length is ", options.length, " m; it must be finite and above .min_depth, which is ", options.min_depth, " m"));
     if (!is_unit(options.orientation)) throw InvalidArgument("Trocar: .orientation is no unit quaternion; give how a tool is turned that no device turns");
-    options_.shaft.normalize();
+    options_.shaft = Vector3<Scalar>(options.shaft / size).normalized();
   }
 
   TrocarOptions<Scalar> const& options() const noexcept { return options_; }
