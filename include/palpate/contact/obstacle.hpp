@@ -3,9 +3,14 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/rotation_vector.hpp>
 #include <palpate/core/tool_pose.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/tissue/skin_body.hpp>
+
+#include <Eigen/Geometry>
+
+#include <utility>
 
 namespace palpate {
 
@@ -14,7 +19,8 @@ namespace palpate {
 ///   Obstacle table(surface(make_block<double>(3, 3, 2, 0.2)));
 ///   table.move_to({.position = {0, 0, 0.01}}, 1e-3), table.step(1e-3);   // there after 1 ms; a Scene steps it
 ///
-/// Motion     evenly, in the steps that follow, and at rest when the time is over.
+/// Motion     evenly, in the steps that follow, and at rest when the time is over: the mesh's origin on a straight line, the turn about one axis, the shorter way.
+///              x = p(t) + R(t) X,   v = p′ + ω × (x − p),   so it stays as it is however far it turns.
 /// Units      m, s; world frame.
 /// Errors     InvalidMesh for a mesh that is open or turned inside out, InvalidArgument for a pose.
 template <RealScalar ScalarType>
@@ -30,58 +36,72 @@ class Obstacle : public SkinBody<ScalarType> {
     int moving = 0;
     explicit operator bool() const noexcept { return true; }
   };
+  /// From one pose to another, world ← mesh.
+  struct Motion {
+    Vector from = Vector::Zero(), to = Vector::Zero();   // m
+    Eigen::Quaternion<Scalar> from_turn = Eigen::Quaternion<Scalar>::Identity(), to_turn = Eigen::Quaternion<Scalar>::Identity();
+    Scalar time = 0, gone = 0;                           // s, in all and so far
+  };
   struct State {
     typename Base::SkinState skin;
-    Matrix3X<Scalar> positions, velocities, target;
-    Scalar left;
+    Motion motion;
   };
 
   explicit Obstacle(TriangleMesh<Scalar> const& mesh) : Base(mesh, {.closed = true}) {
     for (int i = 0; i < size(); ++i) this->mark_nailed(i);
-    target_ = this->positions();
   }
 
   /// Where its mesh, turned about the origin and moved, will be h seconds from now; h = 0: it is there, and was all the time.
   void move_to(ToolPose<Scalar> const& pose, Scalar h) {
     this->check_step(h);
     detail::require_pose("Obstacle", pose);
-    Matrix<Scalar, 3, 3> const turn = pose.orientation.toRotationMatrix();
-    left_ = h;
-    for (int i = 0; i < size(); ++i) {
-      target_.col(i) = pose.position + turn * Vector(this->rest_[i]);
-      if (h > 0) this->v_[i] = (target_.col(i) - Vector(this->x_[i])) / h;
-    }
-    if (!(h > 0)) arrive();
+    auto const [at, turn] = pose_now();
+    motion_ = {.from = at, .to = pose.position, .from_turn = turn, .to_turn = pose.orientation.normalized(), .time = h};
+    place();
   }
 
   void apply_force(int i, Vector const& force) { this->check(i), this->check_force(i, force); }
   Report step(Scalar h) {
     this->check_step(h);
-    if (!(left_ > 0)) return {};
-    left_ -= h;
-    if (left_ < Scalar(1e-3) * h) return (arrive(), Report{.moving = size()});
-    for (int i = 0; i < size(); ++i) this->displace(i, Vector(this->u_[i] + h * this->v_[i]));
+    if (!is_on_its_way()) return {};
+    motion_.gone += h;
+    if (motion_.time - motion_.gone < Scalar(1e-3) * h) motion_.gone = motion_.time;
+    place();
     return {.moving = size()};
   }
   Vector predicted_acceleration(int, Scalar) const noexcept { return Vector::Zero(); }
   Scalar mobility(int, int, Scalar) const noexcept { return 0; }
 
-  State save() const { return {this->save_skin(), this->positions(), this->velocities(), target_, left_}; }
+  State save() const { return {this->save_skin(), motion_}; }
   void restore(State const& state) {
     this->require_own(state.skin);
-    for (int i = 0; i < size(); ++i) this->displace(i, Vector(state.positions.col(i) - this->rest_[i]), Vector(state.velocities.col(i)));
-    target_ = state.target, left_ = state.left;
+    motion_ = state.motion;
+    place();
     this->restore_skin(state.skin);
   }
 
  private:
-  void arrive() noexcept {
-    left_ = 0;
-    for (int i = 0; i < size(); ++i) this->displace(i, Vector(target_.col(i) - Vector(this->rest_[i])), Vector(Vector::Zero()));
+  bool is_on_its_way() const noexcept { return motion_.gone < motion_.time; }
+  /// The whole turn of a motion [rad], in the world frame.
+  Vector whole_turn() const noexcept { return rotation_vector<Scalar>(motion_.to_turn * motion_.from_turn.conjugate()); }
+  std::pair<Vector, Eigen::Quaternion<Scalar>> pose_now() const noexcept {
+    if (!is_on_its_way()) return {motion_.to, motion_.to_turn};
+    Scalar const share = motion_.gone / motion_.time;
+    return {motion_.from + share * (motion_.to - motion_.from), (rotation_of<Scalar>(share * whole_turn()) * motion_.from_turn).normalized()};
+  }
+  /// All vertices to where the motion has come: a function of that alone, so that a restored one goes on to the byte.
+  void place() noexcept {
+    auto const [at, turned] = pose_now();
+    Matrix<Scalar, 3, 3> const rotation = turned.toRotationMatrix();
+    Vector speed = Vector::Zero(), spin = Vector::Zero();
+    if (is_on_its_way()) speed = (motion_.to - motion_.from) / motion_.time, spin = whole_turn() / motion_.time;
+    for (int i = 0; i < size(); ++i) {
+      Vector const rest = this->rest_[i], arm = rotation * rest;
+      this->displace(i, Vector(at + arm - rest), Vector(speed + spin.cross(arm)));
+    }
   }
 
-  Matrix3X<Scalar> target_;   // m
-  Scalar left_ = 0;           // s, until it is there
+  Motion motion_;
 };
 
 }  // namespace palpate
