@@ -86,6 +86,8 @@ class SelfContact {
   void restore(State const& state, Body const& body) { begin(body, state.parted), regions_.restore(state); }
   /// Forgets where it sticks, and which lips were parted.
   void reset(Body const& body) { begin(body, {}); }
+  /// Forgets where it sticks alone; of a body that was restored, all.
+  void part(Body const& body) { restorations_ == body.restorations() ? regions_.forget() : reset(body); }
 
  private:
   void begin(Body const& body, std::span<PartedVertex<Scalar> const> parted) {

@@ -48,9 +48,10 @@ struct SceneReport {
 /// A simulator takes a scene where it takes a body: see scene_tool.hpp.
 /// Steps      each body takes the fewest equal steps of a tick that it stands; see StepControl. Bodies whose boxes meet, and that touch each other, take as many as
 ///            the one that needs most: contact is found anew in each of these steps, as at its end. An obstacle binds nobody.
-/// Order      tools, then contacts in the order in which they were named, then steps in the order of bodies: the same bytes in every run.
+/// Order      tools, then contacts in the order in which they were named, then steps in the order of bodies, obstacles last: the same bytes in every run.
 /// Shapes     what is drawn: bodies one behind the other, in their order; see BodySnapshot::bodies.
 /// Units      m, N, s; world frame.
+/// Limits     body<I>() may be told all but to be another: no `scene.body<0>() = other`. Contacts, steps and tools would go on with what they know of the first.
 /// Errors     those of BodyContact and SelfContact. InvalidArgument where a pair is named twice, and for a pair that nobody named.
 /// Threads    one thread at a time; a body's own execution may have more.
 /// Cost       the bodies' steps, one BodyContact::apply a step of each pair whose boxes meet, and O(particles) a tick for the boxes.
@@ -119,7 +120,7 @@ class Scene {
   /// How often it was put back.
   std::size_t returns(std::size_t place) const noexcept { return returns_[place]; }
 
-  /// A tick of h seconds, at most so many steps of each body: where one wanted more it lags, see counts().
+  /// A tick of h seconds, at most so many steps of each body: where one wanted more it lags, see counts(). Forces applied before act through all of it.
   SceneReport advance(Scalar h, Substeps const& substeps = {}) {
     return advance(h, substeps, [](auto const&, int, EqualSteps<Scalar> const&) {});
   }
@@ -132,8 +133,9 @@ class Scene {
     gather(h);
     ++ticks_, seconds_ += static_cast<double>(h);
     SceneReport report;
-    for (std::size_t group = 0; group < bodies; ++group)
-      if (is_here_[group] && group_[group] == group) advance_group(group, h, substeps, push, report);
+    for (bool const obstacles : {false, true})   // what touches an obstacle sees it on its way
+      for (std::size_t group = 0; group < bodies; ++group)
+        if (is_here_[group] && group_[group] == group && is_obstacle_[group] == obstacles) advance_group(group, h, substeps, push, report);
     return report;
   }
   /// One step of h seconds of every body, whatever they stand.
@@ -216,6 +218,7 @@ class Scene {
     for_each_body([&](auto i, auto const& body) {
       if (!is_here_[i]) return void(each[i] = {});
       each[i].draw(body);
+      has_changed = has_changed || to.bodies.size() != bodies || to.bodies[i].points != each[i].points.cols() || to.bodies[i].triangles != each[i].triangles.cols();
       points += each[i].points.cols(), triangles += each[i].triangles.cols();
     });
     to.points.resize(3, points), to.bodies.resize(bodies);
@@ -280,9 +283,11 @@ class Scene {
     Scalar stands = std::numeric_limits<Scalar>::infinity();
     for_each_of_it([&](auto i, auto&) { stands = std::min(stands, stand_[i]); });
     EqualSteps<Scalar> const steps = split_duration(h, stands, substeps.most);
+    for_each_of_it([&](auto i, auto const& body) { std::get<i>(control_).begin_tick(body, steps); });
     bool goes_on = true;
     for (int k = 1; k <= steps.count && goes_on; ++k) {
       for_each_of_it([&](auto i, auto& body) {
+        std::get<i>(control_).apply_forces(body, k);
         ScenePart<i, Body<i>> part{body};
         push(part, k, steps);
       });

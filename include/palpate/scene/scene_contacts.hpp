@@ -37,7 +37,7 @@ class SceneContacts {
     virtual ~Pair() = default;
     virtual std::unique_ptr<Pair> copy() const = 0;
     virtual void apply(All& bodies, Scalar h) = 0;
-    virtual void part(All const& bodies) = 0;   // they are far from each other
+    virtual void part(All const& bodies) = 0;   // they are far from each other, or one was taken out: nothing sticks
     virtual std::any save() const = 0;
     virtual void restore(std::any const& state, All const& bodies) = 0;
 
@@ -120,7 +120,7 @@ class SceneContacts {
     Of(All const& bodies, Options<I, I> const& options) : Pair(I, I), contact(std::get<I>(bodies), options) {}
     std::unique_ptr<Pair> copy() const override { return std::make_unique<Of>(*this); }
     void apply(All& bodies, Scalar h) override { contact.apply(std::get<I>(bodies), h); }
-    void part(All const& bodies) override { contact.reset(std::get<I>(bodies)); }
+    void part(All const& bodies) override { contact.part(std::get<I>(bodies)); }
     std::any save() const override { return contact.save(); }
     void restore(std::any const& state, All const& bodies) override { contact.restore(std::any_cast<ContactState<Scalar> const&>(state), std::get<I>(bodies)); }
 

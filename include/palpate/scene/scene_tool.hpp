@@ -48,7 +48,7 @@ struct ToolsOn<CutterType, std::index_sequence<I...>, Bodies...> {
   static type made(CutterType const& cutter, ContactCoupling const& coupling) {
     return type(BodyTool<Bodies, CutterOnT<CutterType, I, Bodies>>(CutterOn<CutterType, I, Bodies>::of(cutter), coupling)...);
   }
-  static constexpr bool presses = (BodyTool<Bodies, CutterOnT<CutterType, I, Bodies>>::presses_itself || ...);
+  static constexpr bool presses = (BodyTool<Bodies, CutterOnT<CutterType, I, Bodies>>::presses_itself && ...);
 };
 
 /// Says, where it is instantiated, what keeps a cutter from a scene.
@@ -68,7 +68,7 @@ class BodyTool<Scene<Bodies...>, CutterType> {
 
  public:
   using Scalar = typename SceneType::Scalar;
-  static constexpr bool presses_itself = Each::presses;
+  static constexpr bool presses_itself = Each::presses;   // on every body: else its coupling is that of the others
 
   BodyTool(CutterType const& cutter, ContactCoupling const& coupling) : tools_(Each::made(cutter, coupling)) {}
 

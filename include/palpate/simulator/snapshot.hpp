@@ -51,8 +51,9 @@ struct BodySnapshot {
   /// Takes points, and triangles where they have changed.
   template <class Body>
   void draw(Body const& body) {
+    auto const had = points.cols();
     body.draw_columns(body.positions(), points);
-    if (triangles.cols() == 0 || topology_revision != body.topology_revision()) {
+    if (triangles.cols() == 0 || topology_revision != body.topology_revision() || points.cols() != had) {   // or another body is in its place
       body.draw_triangles(triangles);
       if constexpr (TellsWounds<std::remove_cvref_t<decltype(body.tissue())>>) {
         is_wound.assign(static_cast<std::size_t>(triangles.cols()), 0);

@@ -9,12 +9,16 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 namespace palpate {
 
 /// How long a body's steps may be, tick by tick. The stable step is found anew after every edit, and where the body, looked at every eight ticks while it moves,
 /// says that it has fallen: a wound that opens under pre-tension grows stiffer. Just after a cut, and while a particle moves faster than 5 % of an edge a tick,
 /// springs turn within a tick: then the steps are not above the body's guaranteed one, which holds wherever the body goes.
+/// Forces     that were applied before a tick act in each of its steps, of a body that has applied_force(i) [N]; of others in the first.
+/// Limits     another body is not put in its place by assignment: its steps would be those of the first.
 template <class BodyType>
 class StepControl {
  public:
@@ -31,8 +35,10 @@ class StepControl {
   template <class Push>
   bool advance(BodyType& body, Scalar h, Push const& push) {
     EqualSteps<Scalar> const steps = split_duration(h, step_for(body, h), counts_.steps_allowed);
+    begin_tick(body, steps);
     bool goes_on = true;
     for (int k = 1; k <= steps.count && goes_on; ++k) {
+      apply_forces(body, k);
       push(body, k, steps);
       goes_on = took(body.step(steps.each), steps.each);
     }
@@ -78,6 +84,18 @@ class StepControl {
     return std::min(now_.stable_step, now_.guarded_step);
   }
 
+  /// Before the steps of a tick: forces that were applied by now act in each of them.
+  void begin_tick(BodyType const& body, EqualSteps<Scalar> const& steps) {
+    applied_.clear();
+    if constexpr (requires { body.applied_force(0); })
+      for (int i = 0; steps.count > 1 && i < body.size(); ++i)
+        if (auto const force = body.applied_force(i); !is_zero(force)) applied_.push_back({i, force});
+  }
+  /// Before step k, from 1 on.
+  void apply_forces(BodyType& body, int k) {
+    if (k > 1)
+      for (auto const& [i, force] : applied_) body.apply_force(i, force);
+  }
   /// What came of a step; whether the tick goes on.
   template <class Report>
   bool took(Report const& report, Scalar each) {
@@ -128,6 +146,7 @@ class StepControl {
   State now_;
   int taken_ = 0;        // steps of the tick so far
   double covered_ = 0;   // s, of these
+  std::vector<std::pair<int, typename BodyType::Vector>> applied_;   // N, to particles, before the tick
   BodyCounts counts_;
 };
 
