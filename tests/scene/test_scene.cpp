@@ -100,6 +100,7 @@ TEST_CASE("a scene steps and presses its bodies as a loop by hand does, to the b
   BodyContact on_low(high, low, pressed);
   for (int k = 0; k < 100; ++k) {
     scene.step(2e-4);
+    on_low.expect(high, low);
     on_table.apply(low, ground, 2e-4), on_low.apply(high, low, 2e-4);
     low.step(2e-4), high.step(2e-4);
   }
@@ -304,6 +305,7 @@ TEST_CASE("a body that lies on itself does so in a scene as in a loop by hand, t
   SelfContact folded(by_hand, {.pressure = 3e3, .friction = 0.2});
   for (int k = 0; k < 40; ++k) {
     scene.advance(2e-3);
+    folded.expect(by_hand);
     below.apply(by_hand, ground, 2e-3), folded.apply(by_hand, 2e-3), by_hand.step(2e-3);
   }
   REQUIRE(!own.regions().empty());

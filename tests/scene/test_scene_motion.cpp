@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What moves the bodies of a scene: obstacles in any place, forces, hands; and what of it is kept. Yardsticks: the scene with its bodies in another order; a rigid
-// motion; a weight that is held; SoftBody::advance; the force that a slit bears before.
+// motion; weights; SoftBody::advance; the force that a slit bears before; the energy at the begin.
 #include "catch.hpp"
 #include "contact/blocks.hpp"
 
@@ -15,6 +15,8 @@
 #include <palpate/tool/blunt_tool.hpp>
 #include <palpate/tool/built_in_shapes.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -145,4 +147,64 @@ TEST_CASE("a tool that presses one body itself may say how it is coupled to the 
   CHECK(run(200) == Approx(200 * 0.009).epsilon(0.01));
   Simulator on_tissue(Scene(slab(-0.03), slab(0.0)), Tool(hand(), PerBody(probe, probe), TissueReaction{}));
   CHECK_THROWS_AS(Simulator(Scene(slab(-0.03), slab(0.0)), Tool(hand(), PerBody(probe, probe), TissueReaction{}, {.coupling = ContactCoupling{.stiffness = 100.0}})), InvalidArgument);
+}
+
+TEST_CASE("a stack of implicit bodies rests where its weights say, at long steps as at short ones, in whatever order its contacts were named", "[scene]") {
+  auto const sinks = [](double h, bool from_above) {
+    auto const on = [](int across, double x, double low) {
+      auto body = solid(block(across, across, 3, 0.01, {x, x, low}), BackwardEuler{}, 1e4, 0.5);
+      body.set_gravity({0, 0, -g});
+      return body;
+    };
+    Scene scene(on(5, -0.02, -1e-5), on(4, -0.0197, 0.02 - 3e-5), table());
+    constexpr BodyContactOptions<double> rough{.pressure = 5e3, .depth = 5e-3, .friction = 0.3};
+    if (from_above) scene.touch<0, 1>(rough);
+    scene.touch<0, 2>(rough);
+    if (!from_above) scene.touch<0, 1>(rough);
+    Vector const from = middle(scene.body<1>());
+    for (int k = 0; k < std::lround(1.5 / h); ++k) REQUIRE(scene.advance(h));
+    double const above = scene.body<1>().total_mass() * g, all = above + scene.body<0>().total_mass() * g;
+    CHECK(scene.contact<0, 2>().force()[2] == Approx(all).epsilon(1e-3));
+    CHECK(scene.contact<0, 1>().force()[2] == Approx(-above).epsilon(1e-3));
+    CHECK(scene.body<1>().velocities().cwiseAbs().maxCoeff() < 1e-4);
+    Vector const way = middle(scene.body<1>()) - from;
+    CHECK(way.head<2>().norm() < 1e-3);
+    return way[2];
+  };
+  double const expected = sinks(2.5e-3, true);
+  for (double const h : {5e-3, 1e-2})
+    for (bool const from_above : {true, false}) CHECK(sinks(h, from_above) == Approx(expected).epsilon(0.02));
+}
+
+TEST_CASE("no energy comes of a body that falls on one that lies, whatever the order of the contacts", "[scene]") {
+  for (double const h : {1e-3, 5e-3, 1e-2})
+    for (bool const from_above : {true, false}) {
+      Scene scene(slab(0), slab(0.04), table());
+      if (from_above) scene.touch<0, 1>(pressed);
+      scene.touch<0, 2>(pressed);
+      if (!from_above) scene.touch<0, 1>(pressed);
+      auto const energy = [&] {
+        auto const of = [](auto const& body) { return body.kinetic_energy() + body.potential_energy() + body.total_mass() * g * middle(body)[2]; };
+        return of(scene.body<0>()) + of(scene.body<1>());
+      };
+      double const begins = energy();
+      double most = begins;
+      for (int k = 0; k < std::lround(0.4 / h); ++k) scene.advance(h), most = std::max(most, energy());
+      CHECK(most < begins + 0.01 * scene.body<1>().total_mass() * g * 0.02);   // of what the fall gives
+      CHECK(scene.contact<0, 1>().force().norm() > 0);
+    }
+}
+
+TEST_CASE("a scene in which contacts count with each other goes on as it did after it is restored, to the byte", "[scene]") {
+  Scene scene(slab(0), slab(0.02 - 5e-5), table());
+  scene.touch<0, 1>(pressed), scene.touch<0, 2>(pressed), scene.touch<0, 0>({.pressure = 5e3});
+  for (int k = 0; k < 10; ++k) scene.advance(1e-2);
+  auto const then = scene.save();
+  for (int k = 0; k < 5; ++k) scene.advance(1e-2);
+  Matrix3X<double> const expected = scene.body<1>().positions();
+  scene.restore(then);
+  auto const again = scene.save();   // nothing has happened in between
+  scene.restore(again);
+  for (int k = 0; k < 5; ++k) scene.advance(1e-2);
+  CHECK(scene.body<1>().positions() == expected);
 }

@@ -11,6 +11,7 @@
 #include <concepts>
 #include <cstddef>
 #include <span>
+#include <utility>
 
 namespace palpate {
 
@@ -30,6 +31,8 @@ namespace palpate {
 ///            and takes force and moment about one point: these balance too.
 /// Stability  pressures and frictions of all regions are found together, each with what the bodies give way to it, as at the end of the step: any k is stable. Explicit
 ///            bodies give way as 1/m says, implicit ones as their whole stiffness does.
+/// Several    contacts at one body: before the first apply() of a step tell all others to expect() what they did in the last one. Each then counts with all of
+///            them, whatever their order. A Scene does that. Without it stacks of implicit bodies slide, or fall through, at steps of 5 to 10 ms.
 /// Units      m, N, Pa, s; world frame.
 /// Errors     InvalidArgument for options, for a step that is not positive, and for one body twice; InvalidMesh for a body whose surface is open as the contact is made.
 /// Cost       that of SurfaceIntersection, and O(vertices that it moves) a sweep, at most 30; of an implicit body, while it is touched, a solution as a step takes, and
@@ -66,11 +69,18 @@ class BodyContact {
   }
   SurfaceIntersection<Scalar> const& intersection() const noexcept { return regions_.intersection(); }
 
+  /// Adds the forces of the last step to both bodies, for other contacts to count with; apply() takes them back.
+  void expect(First& first, Second& second) {
+    if (is_expected_ || restorations_ != std::array{first.restorations(), second.restorations()}) return;
+    regions_.push_last(0, first, Scalar(1)), regions_.push_last(1, second, Scalar(1));
+    is_expected_ = true;
+  }
   /// Adds the contact's forces to both bodies for their next step of h seconds.
   void apply(First& first, Second& second, Scalar h) {
     detail::require_positive("BodyContact: a step", h, "s");
     if (static_cast<void const*>(&first) == static_cast<void const*>(&second)) throw InvalidArgument("BodyContact: both are one body; SelfContact is for that");
     if (restorations_ != std::array{first.restorations(), second.restorations()}) reset(first, second);
+    if (std::exchange(is_expected_, false)) regions_.push_last(0, first, Scalar(-1)), regions_.push_last(1, second, Scalar(-1));
     regions_.begin();
     regions_.intersection().find(detail::BodySkin(first), detail::BodySkin(second));
     regions_.take_intersection();
@@ -87,7 +97,7 @@ class BodyContact {
   /// Forgets where it sticks.
   void reset(First const& first, Second const& second) {
     restorations_ = {first.restorations(), second.restorations()};
-    regions_.forget();
+    regions_.forget(), is_expected_ = false;
   }
 
  private:
@@ -95,6 +105,7 @@ class BodyContact {
   detail::FreeMotion<First> first_motion_;
   detail::FreeMotion<Second> second_motion_;
   std::array<std::size_t, 2> restorations_{};
+  bool is_expected_ = false;
 };
 
 template <SimulatedBody First, SimulatedBody Second>

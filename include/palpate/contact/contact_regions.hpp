@@ -21,6 +21,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -43,7 +44,7 @@ struct ContactRegion {
   Vector force() const noexcept { return friction - pressure * area * normal; }   ///< N, on the first
 };
 
-/// Where friction sticks: with the bodies' states, all that a contact's future is made of.
+/// Where friction sticks, and what it pressed with: with the bodies' states, all that a contact's future is made of.
 template <RealScalar Scalar>
 struct ContactState {
   struct Anchor {
@@ -54,6 +55,7 @@ struct ContactState {
   };
   std::vector<Anchor> anchors;
   std::vector<int> held_back;                                 // vertices, see SurfaceIntersection
+  std::array<std::vector<std::pair<int, Vector3<Scalar>>>, 2> forces{};   // N, on vertices of each body
   std::vector<PartedVertex<Scalar>> parted{};                 // of the lips of cuts
   Scalar last_step = 0;
 };
@@ -178,21 +180,31 @@ class ContactRegions {
   template <class Body>
   void push(int number, Body& body) {
     Owner& its = owners_[at(number)];
+    auto& forces = forces_[at(number)];
+    forces.clear();
     for (Particle const& one : its.particles) {
-      if (is_solved_ && !is_zero(one.force)) body.apply_force(one.index, one.force);
+      if (is_solved_ && !is_zero(one.force)) body.apply_force(one.index, one.force), forces.push_back({one.index, one.force});
       its.local[at(one.index)] = -1;
     }
   }
+  /// Adds the forces of the last step to a body, or takes them back: sign 1 or −1. Edits may have taken vertices.
+  template <class Body>
+  void push_last(int number, Body& body, Scalar sign) {
+    for (auto const& [vertex, force] : forces_[at(number)])
+      if (vertex < body.positions().cols()) body.apply_force(vertex, sign * force);
+  }
 
   State save() const {
-    if (was_restored_) return {.anchors = {last_.begin(), last_.begin() + static_cast<std::ptrdiff_t>(last_count_)}, .held_back = held_back_, .last_step = last_step_};
+    if (was_restored_)
+      return {.anchors = {last_.begin(), last_.begin() + static_cast<std::ptrdiff_t>(last_count_)}, .held_back = held_back_, .forces = forces_, .last_step = last_step_};
     State state{.anchors = std::vector<Anchor>(regions_.size()), .held_back = {common_.held_back().begin(), common_.held_back().end()}, .last_step = last_step_};
+    state.forces = forces_;
     for (std::size_t n = 0; n < regions_.size(); ++n) take(n, state.anchors[n]);
     return state;
   }
   void restore(State const& state) {
     forget();
-    held_back_ = state.held_back;
+    held_back_ = state.held_back, forces_ = state.forces;
     last_count_ = state.anchors.size(), last_step_ = state.last_step, was_restored_ = true;
     if (last_.size() < last_count_) last_.resize(last_count_);
     std::copy(state.anchors.begin(), state.anchors.end(), last_.begin());   // the others keep their memory
@@ -200,6 +212,7 @@ class ContactRegions {
   /// Where it sticks.
   void forget() noexcept {
     regions_.clear(), rows_.clear();
+    for (auto& forces : forces_) forces.clear();
     last_count_ = 0, last_step_ = 0, was_restored_ = false;
   }
 
@@ -473,6 +486,7 @@ class ContactRegions {
   std::vector<Row> rows_;
   std::vector<Anchor> last_;   // of the last step, so many
   std::vector<int> held_back_; // vertices, in the last step
+  std::array<std::vector<std::pair<int, Vector>>, 2> forces_;   // N, on vertices of each body, in the last step
   std::size_t last_count_ = 0;
   Scalar last_step_ = 0;
   bool is_own_, was_restored_ = false, is_solved_ = false;

@@ -58,10 +58,17 @@ class SelfContact {
   std::span<Region const> regions() const noexcept { return regions_.regions(); }
   SurfaceIntersection<Scalar> const& intersection() const noexcept { return regions_.intersection(); }
 
+  /// Adds the forces of the last step, for other contacts to count with; apply() takes them back. See BodyContact.
+  void expect(Body& body) {
+    if (is_expected_ || restorations_ != body.restorations()) return;
+    regions_.push_last(0, body, Scalar(1));
+    is_expected_ = true;
+  }
   /// Adds the contact's forces to the body for its next step of h seconds.
   void apply(Body& body, Scalar h) {
     detail::require_positive("SelfContact: a step", h, "s");
     if (restorations_ != body.restorations()) reset(body);
+    if (std::exchange(is_expected_, false)) regions_.push_last(0, body, Scalar(-1));
     detail::BodySkin skin(body);
     if (edits_ != body.topology_revision()) near_.forget(), lips_.read(body), edits_ = body.topology_revision();
     lips_.part(body, options_.parted, options_.parted_for, h);
@@ -87,12 +94,12 @@ class SelfContact {
   /// Forgets where it sticks, and which lips were parted.
   void reset(Body const& body) { begin(body, {}); }
   /// Forgets where it sticks alone; of a body that was restored, all.
-  void part(Body const& body) { restorations_ == body.restorations() ? regions_.forget() : reset(body); }
+  void part(Body const& body) { restorations_ == body.restorations() ? (regions_.forget(), void(is_expected_ = false)) : reset(body); }
 
  private:
   void begin(Body const& body, std::span<PartedVertex<Scalar> const> parted) {
     restorations_ = body.restorations(), edits_ = body.topology_revision();
-    regions_.forget(), near_.forget(), lips_.know(parted), lips_.read(body);
+    regions_.forget(), is_expected_ = false, near_.forget(), lips_.know(parted), lips_.read(body);
   }
   bool are_apart(Body const& body, int a, int b) const {
     for (int const i : body.tissue().surface().corners(a))
@@ -107,6 +114,7 @@ class SelfContact {
   detail::CutLips<Scalar> lips_;
   detail::FreeMotion<Body> motion_;
   std::size_t restorations_ = 0, edits_ = 0;
+  bool is_expected_ = false;
 };
 
 }  // namespace palpate

@@ -142,7 +142,7 @@ class Scene {
   SceneReport step(Scalar h) {
     detail::require_positive("Scene: a step", h, "s");
     gather(h);
-    for (std::size_t k = 0; k < contacts_.pairs().size(); ++k) touch_each_other(k, h);
+    touch_each_other(h, [](auto const&) { return true; });
     SceneReport report;
     for_each_body([&](auto i, auto& body) {
       if (is_here_[i]) note(i, body.step(h), report);
@@ -269,8 +269,18 @@ class Scene {
         if (group == goes) group = stays;
     }
   }
-  void touch_each_other(std::size_t pair, Scalar h) {
-    if (near_[pair] != 0) contacts_.pairs()[pair]->apply(bodies_, h);
+  /// Of the pairs that are near, and are meant, each counts with all others.
+  template <class IsMeant>
+  void touch_each_other(Scalar h, IsMeant const& is_meant) {
+    auto const for_each_pair = [&](auto const& use) {
+      for (std::size_t k = 0; k < near_.size(); ++k)
+        if (near_[k] != 0 && is_meant(*contacts_.pairs()[k])) use(*contacts_.pairs()[k]);
+    };
+    bool is_first = true;
+    for_each_pair([&](auto& pair) {
+      if (!std::exchange(is_first, false)) pair.expect(bodies_);
+    });
+    for_each_pair([&](auto& pair) { pair.apply(bodies_, h); });
   }
 
   template <class Push>
@@ -291,10 +301,7 @@ class Scene {
         ScenePart<i, Body<i>> part{body};
         push(part, k, steps);
       });
-      for (std::size_t p = 0; p < near_.size(); ++p) {
-        auto const& pair = *contacts_.pairs()[p];
-        if (group_[is_obstacle_[pair.first] ? pair.second : pair.first] == group) touch_each_other(p, steps.each);
-      }
+      touch_each_other(steps.each, [&](auto const& pair) { return group_[is_obstacle_[pair.first] ? pair.second : pair.first] == group; });
       for_each_of_it([&](auto i, auto& body) {
         auto const of = body.step(steps.each);
         note(i, of, report);

@@ -36,6 +36,7 @@ class SceneContacts {
     Pair(std::size_t its_first, std::size_t its_second) : first(its_first), second(its_second) {}
     virtual ~Pair() = default;
     virtual std::unique_ptr<Pair> copy() const = 0;
+    virtual void expect(All& bodies) = 0;
     virtual void apply(All& bodies, Scalar h) = 0;
     virtual void part(All const& bodies) = 0;   // they are far from each other, or one was taken out: nothing sticks
     virtual std::any save() const = 0;
@@ -104,6 +105,7 @@ class SceneContacts {
 
     Of(All const& bodies, Options<I, J> const& options) : Pair(I, J), contact(std::get<I>(bodies), std::get<J>(bodies), options) {}
     std::unique_ptr<Pair> copy() const override { return std::make_unique<Of>(*this); }
+    void expect(All& bodies) override { contact.expect(std::get<I>(bodies), std::get<J>(bodies)); }
     void apply(All& bodies, Scalar h) override { contact.apply(std::get<I>(bodies), std::get<J>(bodies), h); }
     void part(All const& bodies) override { contact.reset(std::get<I>(bodies), std::get<J>(bodies)); }
     std::any save() const override { return contact.save(); }
@@ -119,6 +121,7 @@ class SceneContacts {
 
     Of(All const& bodies, Options<I, I> const& options) : Pair(I, I), contact(std::get<I>(bodies), options) {}
     std::unique_ptr<Pair> copy() const override { return std::make_unique<Of>(*this); }
+    void expect(All& bodies) override { contact.expect(std::get<I>(bodies)); }
     void apply(All& bodies, Scalar h) override { contact.apply(std::get<I>(bodies), h); }
     void part(All const& bodies) override { contact.part(std::get<I>(bodies)); }
     std::any save() const override { return contact.save(); }
