@@ -32,7 +32,8 @@ namespace palpate {
 /// Stability  pressures and frictions of all regions are found together, each with what the bodies give way to it, as at the end of the step: any k is stable. Explicit
 ///            bodies give way as 1/m says, implicit ones as their whole stiffness does.
 /// Several    contacts at one body: before the first apply() of a step tell all others to expect() what they did in the last one. Each then counts with all of
-///            them, whatever their order. A Scene does that. Without it stacks of implicit bodies slide, or fall through, at steps of 5 to 10 ms.
+///            them, whatever their order. A Scene does that. Without it stacks of implicit bodies slide, or fall through, at steps of 5 to 10 ms; with it stiff
+///            ones, of three bodies of 100 kPa, still do, and want 2 ms.
 /// Units      m, N, Pa, s; world frame.
 /// Errors     InvalidArgument for options, for a step that is not positive, and for one body twice; InvalidMesh for a body whose surface is open as the contact is made.
 /// Cost       that of SurfaceIntersection, and O(vertices that it moves) a sweep, at most 30; of an implicit body, while it is touched, a solution as a step takes, and
