@@ -104,6 +104,10 @@ struct BodySentences {
 
 }  // namespace detail
 
+/// Refinement: a body that tells what was applied to particle i for its next step: applied_force(i) [N]. In a tick of several steps it acts in each.
+template <class B>
+concept TellsAppliedForces = SimulatedBody<B> && requires(B const& body, int i) { { body.applied_force(i) } -> std::convertible_to<typename B::Vector>; };
+
 /// Refinement: a body of which any step is stable, whatever happens to it.
 template <class B>
 concept AnyStepIsStable = SimulatedBody<B> && B::any_step_is_stable;

@@ -87,7 +87,7 @@ class StepControl {
   /// Before the steps of a tick: forces that were applied by now act in each of them.
   void begin_tick(BodyType const& body, EqualSteps<Scalar> const& steps) {
     applied_.clear();
-    if constexpr (requires { body.applied_force(0); })
+    if constexpr (TellsAppliedForces<BodyType>)
       for (int i = 0; steps.count > 1 && i < body.size(); ++i)
         if (auto const force = body.applied_force(i); !is_zero(force)) applied_.push_back({i, force});
   }
