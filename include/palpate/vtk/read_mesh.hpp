@@ -91,8 +91,9 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
 /// Throws `FileError` in one line: no such file, empty, cut short, unknown kind, damaged, no triangles, a coordinate that is not finite.
 /// Limits     VTK's messages are caught through its process-wide output window: do not read while another thread uses VTK.
 ///            An OBJ file cut exactly between two faces can not be told from a smaller mesh; it is then not closed. OBJ and PLY are
-///            read here, since VTK tears OBJ surfaces apart and follows damaged PLY files out of bounds; the rest is VTK's reading. Of a grid, linear and quadratic cells are read,
-///            no polyhedra and none of higher order.
+///            read here, since VTK tears OBJ surfaces apart and follows damaged PLY files out of bounds; the rest is VTK's reading.
+///            Of a grid, linear and quadratic cells are read, no polyhedra and none of higher order. VTK does not notice that base64 data
+///            in the middle of a .vtp are too short: their last coordinates are then any numbers.
 template <RealScalar Scalar = double>
 TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, double metres_per_unit = 1.0) {
   std::string const name = file.string();

@@ -45,6 +45,7 @@ inline vtkSmartPointer<vtkUnstructuredGrid> read_grid(std::filesystem::path cons
 /// Throws `FileError` in one line: no such file, unknown kind, damaged or cut short, no unstructured grid, volumes that are no tetrahedra of four vertices, flat or double
 /// tetrahedra, more than two at a face, a coordinate that is not finite.
 /// Limits     VTK's messages are caught through its process-wide output window: do not read while another thread uses VTK.
+///            VTK does not notice that base64 data in the middle of a .vtu are too short: their last coordinates are then any numbers.
 template <RealScalar Scalar = double>
 TetrahedralMesh<Scalar> read_volume(std::filesystem::path const& file, double metres_per_unit = 1.0) {
   detail::check_metres_per_unit(metres_per_unit);
