@@ -48,7 +48,8 @@ struct ViscoelasticLaw {
   }
 };
 
-/// A step of h seconds, for terms of some times, found when the times change: with s = h/τ, 1 − e⁻ˢ of the past fades, and 1 − (1 − e⁻ˢ)/s of the change follows.
+/// A step of h seconds, for terms of some times, found when the times change: with s = h/τ, 1 − e⁻ˢ of the past fades,
+/// and 1 − (1 − e⁻ˢ)/s of the change follows.
 template <RealScalar Scalar>
 class PronyStep {
  public:

@@ -25,7 +25,8 @@ namespace palpate {
 /// A header of its own, which palpate.hpp leaves out: Eigen's factorisations take long to compile.
 /// Errors     InvalidArgument for a count below 1, or above the free particles' coordinates, or where there is no equilibrium to swing about,
 ///            as where tissue is pre-strained.
-/// Limits     of float tissue a mode of 1/40,000 of the fastest frequency is off by 1 %, and those of 0 are up to 1/30,000 of it: blocks resist turns by their rounding.
+/// Limits     of float tissue a mode of 1/40,000 of the fastest frequency is off by 1 %, and those of 0 are up to 1/30,000 of it: blocks resist
+///            turns by their rounding.
 /// Source     \cite bathe1973.
 /// Cost       that of a factorisation, see DirectFactorisation. Allocates.
 template <HasStiffnessBlocks Tissue>
@@ -52,7 +53,7 @@ std::vector<typename Tissue::Scalar> lowest_frequencies(Tissue const& tissue, in
   std::vector<double> sizes(free.size(), 0.0);
   tissue.for_each_stiffness_block(rest, [&](int i, int j, Matrix<Scalar, 3, 3> const& block) {
     int const row = 3 * place[static_cast<std::size_t>(i)], column = 3 * place[static_cast<std::size_t>(j)];
-    if (row >= 0) sums[static_cast<std::size_t>(row / 3)] += block.template cast<double>(), sizes[static_cast<std::size_t>(row / 3)] += static_cast<double>(block.norm());
+    if (auto const k = static_cast<std::size_t>(row / 3); row >= 0) sums[k] += block.template cast<double>(), sizes[k] += static_cast<double>(block.norm());
     for (int a = 0; row >= 0 && column >= 0 && row >= column && a < 3; ++a)
       for (int b = 0; b < 3; ++b)
         if (row + a >= column + b) entries.emplace_back(row + a, column + b, static_cast<double>(block(a, b)));
