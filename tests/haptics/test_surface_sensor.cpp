@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <palpate/body/soft_body.hpp>
+#include <palpate/core/random.hpp>
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/device/trajectory.hpp>
 #include <palpate/force/tissue_reaction.hpp>
 #include <palpate/haptics/proxy_force.hpp>
+#include <palpate/haptics/surface_sensor.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/simulator/simulator.hpp>
@@ -47,6 +49,25 @@ TEST_CASE("a tool of any radius feels at rest what the tissue feels, on planes, 
       CHECK(felt == Approx(tissue).epsilon(close));
     }
   }
+}
+
+TEST_CASE("what is sent of a surface before contact holds no tool, whatever its folds", "[haptics][surface_sensor]") {
+  Random random(Seed{5});
+  int sent = 0;
+  for (int k = 0; k < 400; ++k) {
+    auto mesh = make_grid<double>(9, 9, edge);
+    for (Eigen::Index v = 0; v < mesh.points.cols(); ++v) mesh.points.col(v).z() += random.uniform(-0.004, 0.004);
+    MassSpring<double> tissue(mesh, {.mass = {.total = 0.1}, .link = {.stiffness = 20.0}, .home = {.stiffness = 15.0}});
+    SoftBody body(std::move(tissue));
+    SurfaceSensor<double> sensor(SurfaceKind::facets);
+    for (int tick = 0; tick < 8; ++tick) {
+      Vector3<double> const tip(random.uniform(0.01, 0.03), random.uniform(0.01, 0.03), random.uniform(0.0, 0.012));
+      auto const& model = sensor.look(body, SurfaceContact<double>{}, CuttingPhase::no_contact, tip, 0.003, 500.0);
+      if (model.planes.count() > 0) ++sent;
+      REQUIRE(model.planes.project(tip).count == 0);
+    }
+  }
+  CHECK(sent > 300);
 }
 
 TEST_CASE("a tool larger than its dent is pushed out of it without steps", "[haptics][surface_sensor]") {

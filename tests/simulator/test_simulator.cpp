@@ -83,7 +83,7 @@ TEST_CASE("a run without time is an empty recording, and one that makes no sense
   CHECK(simulator.time() == 0.0);
   CHECK(unsaid(message_of([&] { simulator.run(-1.0); }), "-1 s", "negative") == "");
   CHECK(unsaid(message_of([&] { simulator.run(std::numeric_limits<double>::quiet_NaN()); }), "run of") == "");
-  CHECK(unsaid(message_of([&] { simulator.run(1e12); }), "1e9 ticks") == "");
+  CHECK(unsaid(message_of([&] { simulator.run(1e12); }), "100000000 ticks and more") == "");
   CHECK(unsaid(message_of([&] { simulator.run_realtime(-1.0); }), "-1 s") == "");
   CHECK(simulator.run(0.01).ticks().size() == 10);   // nothing of this did harm
 

@@ -43,7 +43,8 @@ struct CoupledForceOptions {
 /// Cost       Those of `VirtualCoupling`, the force and the estimator; noexcept, no allocation: allowed in the servo tick.
 /// Limits     The force comes a tick later than without, and the hand feels at most K_c. The load of a force model is taken as a spring
 ///            of its secant stiffness F·n/d, stable up to twice that and K_c more. For `AdaptiveWindowVelocity`, which varies in time,
-///            the bound is tested, not proven.
+///            the bound is tested, not proven. A load is as of a surface at rest: on one that recedes by more than F/K in a tick, as tissue
+///            that yields under a quick hand, the tool loses it and meets it again, and the force comes and goes from tick to tick.
 template <class Force, class Velocity = AdaptiveWindowVelocity<typename detail::CommonScalar<Force>::type>>
 class CoupledForce {
  public:

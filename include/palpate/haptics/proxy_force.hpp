@@ -63,6 +63,8 @@ class ProxyForce {
   void limit_stiffness(double most) noexcept { limit_ = S(std::min(most, options_.max_stiffness)); }
 
   void begin_session(double servo_rate, double model_rate) {
+    detail::OptionCheck const require{"ProxyForce::begin_session"};
+    require.positive("the servo's rate", servo_rate, " Hz"), require.positive("the rate of models", model_rate, " Hz");
     model_ticks_ = std::max(1, static_cast<int>(std::ceil(servo_rate / model_rate)));
     between_ = options_.handover > 0 ? options_.handover : std::clamp(static_cast<int>(std::ceil(servo_rate / model_rate - 1e-9)), 1, 1000000);
     patches_ = PatchHandover<S>({.ticks = between_, .period = 1.0 / servo_rate});
@@ -146,7 +148,10 @@ class ProxyForce {
   }
   static ProxyForceOptions const& checked(ProxyForceOptions const& options) {
     if (options.surface == SurfaceKind::none) throw InvalidArgument("ProxyForce: .surface is none; give plane, ball or facets");
+    if (options.surface != SurfaceKind::plane && options.surface != SurfaceKind::ball && options.surface != SurfaceKind::facets)
+      throw InvalidArgument(detail::message("ProxyForce: .surface is ", static_cast<int>(options.surface), ", which is no kind; give plane, ball or facets"));
     detail::OptionCheck const require{"ProxyForce", true};
+    of_proxy(options).validate("ProxyForce", ".max_stiffness");
     require(options.release >= 0.0, ".release", options.release, " s", "give a finite time, zero or more");
     require(options.handover >= 0, ".handover", options.handover, "give a number of ticks, or 0 for as many as lie between two models");
     return options;

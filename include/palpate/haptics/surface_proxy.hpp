@@ -14,6 +14,17 @@ struct SurfaceProxyOptions {
   double static_friction = 0.0;     ///< μ_s
   double dynamic_friction = 0.0;    ///< μ_d, not above μ_s
   double restick = 0.6;             ///< h: a proxy that slides sticks again where it lags by less than h times what it lags while sliding
+
+  /// Throws `InvalidArgument`; `owner` and `of_stiffness` are what it was called where it was given.
+  void validate(char const* owner = "SurfaceProxy", char const* of_stiffness = ".stiffness") const {
+    detail::OptionCheck const require{owner, true};
+    require.positive(of_stiffness, stiffness, " N/m");
+    require.not_negative(".dynamic_friction", dynamic_friction, "");
+    require(static_friction >= dynamic_friction, ".static_friction", static_friction, "", "give a finite number, not below .dynamic_friction");
+    require(dynamic_friction > 0.0 || !(static_friction > 0.0), ".dynamic_friction", dynamic_friction, "",
+            "give a number above zero where .static_friction is: without it the tool would never stick again");
+    require(restick > 0.0 && restick <= 1.0, ".restick", restick, "", "give a share above 0, up to 1");
+  }
 };
 
 /// God-object with a friction cone: the tool as it would be if the tissue could not be entered, and the force that pulls the hand there.
@@ -32,15 +43,7 @@ class SurfaceProxy {
  public:
   using Scalar = S;
 
-  explicit SurfaceProxy(SurfaceProxyOptions const& options = {}) : options_(options) {
-    detail::OptionCheck const require{"SurfaceProxy", true};
-    require.positive(".stiffness", options.stiffness, " N/m");
-    require.not_negative(".dynamic_friction", options.dynamic_friction, "");
-    require(options.static_friction >= options.dynamic_friction, ".static_friction", options.static_friction, "", "give a finite number, not below .dynamic_friction");
-    require(options.dynamic_friction > 0.0 || !(options.static_friction > 0.0), ".dynamic_friction", options.dynamic_friction, "",
-            "give a number above zero where .static_friction is: without it the tool would never stick again");
-    require(options.restick > 0.0 && options.restick <= 1.0, ".restick", options.restick, "", "give a share above 0, up to 1");
-  }
+  explicit SurfaceProxy(SurfaceProxyOptions const& options = {}) : options_(options) { options_.validate(); }
 
   /// The force on the hand [N] for a tip in front of or behind these planes.
   Vector3<S> operator()(PlaneSet<S> const& planes, Vector3<S> const& tip) noexcept { return (*this)(planes, tip, S(options_.stiffness)); }

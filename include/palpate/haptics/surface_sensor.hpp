@@ -54,7 +54,8 @@ class SurfaceSensor {
     auto const nearest = body.nearest_point(tip);
     if (!nearest.found() || !((nearest.point - tip).norm() <= approach_ + radius)) return;
     see(body, nearest.triangle, nearest.barycentric, tip, radius, stiffness, Vector3<Scalar>::Zero());
-    if (!(model_.patch.distance(tip) > Scalar(0))) model_.patch.stiffness = 0, model_.planes.clear();   // behind it: it has to come from outside
+    bool const is_outside = model_.patch.distance(tip) > Scalar(0) && model_.planes.project(tip).count == 0;   // of the folds beside it too
+    if (!is_outside) model_.patch.stiffness = 0, model_.planes.clear();   // it has to come from outside
   }
 
   /// `pressed`: the direction of the contact, against which the tissue is pressed, as of the contact's own gap; zero where nothing touches.

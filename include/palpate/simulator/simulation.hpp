@@ -258,8 +258,10 @@ class Simulation {
     return order;
   }
   static std::uint64_t tick_count(double seconds, double rate) {
-    if (!(seconds >= 0) || !(seconds * rate < 1e9))
-      throw InvalidArgument(message("a run of ", seconds, " s at ", rate, " Hz; it must not be negative nor above 1e9 ticks"));
+    constexpr double most = 1e8;   // ticks
+    if (!(seconds >= 0) || !(seconds * rate < most))
+      throw InvalidArgument(message("a run of ", seconds, " s at ", rate, " Hz; it must not be negative nor of ", most, " ticks and more, of which each is recorded in ", sizeof(Tick),
+                                    " bytes: run again for what follows"));
     return static_cast<std::uint64_t>(std::llround(seconds * rate));
   }
   /// Sets the period that a loop aims at; what it counted before stays.
