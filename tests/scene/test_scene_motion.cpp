@@ -62,6 +62,33 @@ TEST_CASE("an obstacle carries what lies on it in whatever place it is", "[scene
   CHECK((middle(first.body<1>()) - from)[0] == Approx(0.005).epsilon(0.1));
 }
 
+// Yardstick: the weight, in each step. A table that stood still in them would press with none and with three times as much.
+TEST_CASE("a table that is lifted evenly bears its load in each of the steps that the load takes", "[scene]") {
+  for (double const tick : {1e-3, 5e-3}) {
+    CAPTURE(tick);
+    auto load = solid(block(4, 4, 3, 0.01, {-0.0153, -0.0148, -3e-5}), LeapfrogVerlet{}, 1e4, 0.0, 2e-3);
+    load.set_gravity({0, 0, -g});
+    double const weight = g * load.total_mass();
+    Scene scene(std::move(load), table(0.0));
+    scene.touch<0, 1>();
+    double height = 0.0, least = 1e9, most = 0.0;
+    int steps = 0;
+    for (int k = 0; k * tick < 0.6; ++k) {
+      height += tick * 0.2 * std::clamp((k * tick - 0.2) / 0.1, 0.0, 1.0);
+      scene.body<1>().move_to({.position = {0, 0, height}}, tick);
+      scene.advance(tick, {.most = 1000}, [&](auto const&, int, auto const& equal) {
+        steps = std::max(steps, equal.count);
+        if (k * tick < 0.5) return;
+        double const force = scene.contact<0, 1>().force().z();
+        least = std::min(least, force), most = std::max(most, force);
+      });
+    }
+    CHECK(steps > 3);
+    CHECK(least > 0.95 * weight);
+    CHECK(most < 1.05 * weight);
+  }
+}
+
 TEST_CASE("a force that was applied before a tick acts through all of its steps", "[scene][simulator]") {
   for (double const young : {1e5, 1e6}) {
     auto alone = cube(young);

@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <utility>
 
 namespace palpate {
@@ -68,6 +69,13 @@ class Obstacle : public SkinBody<ScalarType> {
     if (motion_.time - motion_.gone < Scalar(1e-3) * h) motion_.gone = motion_.time;
     place();
     return {.moving = size()};
+  }
+  /// Stands where it will be h seconds from now, for bodies that take their steps before it; look_ahead(0) puts it back, to the byte.
+  void look_ahead(Scalar h) noexcept {
+    if (!is_on_its_way()) return;
+    Scalar const gone = std::exchange(motion_.gone, std::min(motion_.gone + h, motion_.time));
+    place();
+    motion_.gone = gone;
   }
   Vector predicted_acceleration(int, Scalar) const noexcept { return Vector::Zero(); }
   Scalar mobility(int, int, Scalar) const noexcept { return 0; }

@@ -40,11 +40,11 @@ concept TakesSolveReport = requires(S& system, SolveReport<typename S::Scalar> c
 
 namespace detail {
 
-/// Options of an implicit integrator with which a step would go nowhere.
+/// Options of an implicit integrator that make no sense.
 inline void require_solver(char const* owner, double tolerance, int max_iterations, int newton_iterations, int halvings = 0) {
   OptionCheck const require{owner};
   require.not_negative(".tolerance", tolerance);
-  require(max_iterations >= 1, ".max_iterations", max_iterations, "give 1 or more");
+  require(max_iterations >= 0, ".max_iterations", max_iterations, "give zero or more: with zero nothing is solved, and the report says so");
   require(newton_iterations >= 1, ".newton_iterations", newton_iterations, "give 1 or more");
   require(halvings >= 0, ".halvings", halvings, "give 0 or more");
 }

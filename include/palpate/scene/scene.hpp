@@ -294,8 +294,15 @@ class Scene {
     for_each_of_it([&](auto i, auto&) { stands = std::min(stands, stand_[i]); });
     EqualSteps<Scalar> const steps = split_duration(h, stands, substeps.most);
     for_each_of_it([&](auto i, auto const& body) { std::get<i>(control_).begin_tick(body, steps); });
+    auto const let_obstacles_look = [&](Scalar ahead) {
+      for_each_body([&](auto i, auto& body) {
+        if constexpr (is_obstacle_[i])
+          if (is_here_[i]) body.look_ahead(ahead);
+      });
+    };
     bool goes_on = true;
     for (int k = 1; k <= steps.count && goes_on; ++k) {
+      if (k > 1) let_obstacles_look(static_cast<Scalar>(k - 1) * steps.each);
       for_each_of_it([&](auto i, auto& body) {
         std::get<i>(control_).apply_forces(body, k);
         ScenePart<i, Body<i>> part{body};
@@ -308,6 +315,7 @@ class Scene {
         if (!std::get<i>(control_).took(of, steps.each)) goes_on = false;
       });
     }
+    if (steps.count > 1) let_obstacles_look(Scalar(0));
     for_each_of_it([&](auto i, auto&) { std::get<i>(control_).end_tick(h, steps); });
   }
 
