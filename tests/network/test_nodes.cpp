@@ -338,21 +338,21 @@ TEST_CASE("an impairment that cannot be is refused with the value", "[network]")
 
 // Yardstick: what the server's own tissue answers; the contact is as stiff as the surface that is sent.
 TEST_CASE("the surface that is sent presses a tool of any radius at rest as the tissue does", "[network]") {
-  for (double const radius : {0.0, 0.002, 0.005, 0.008}) {
+  for (double const radius : {0.0, 0.005}) {
     CAPTURE(radius);
     TissueNode node(sheet(), NoCutter<double>({.tip_radius = radius}));
     SurfaceNode<double> fast;
     HandReport hand;
     std::uint64_t sequence = 0;
-    for (int k = 0; k < 1500; ++k) {
-      double const now = 0.001 * k, depth = std::min(0.010, 1e-5 * k);
+    for (int k = 0; k < 500; ++k) {
+      double const now = 0.001 * k, depth = std::min(0.010, 5e-5 * k);
       hand = at(0.052, 0.051, radius + 0.001 - depth, ++sequence, now);
       node.take(hand, now);
       node.tick(0.001, now);
     }
     double const tissue = node.last().force.norm();
     CHECK(tissue > 0.3);
-    CHECK(fast.look(node.captured(), hand, 1.499, 0.001).patch.force(hand.position).norm() == Approx(tissue).epsilon(0.15));   // the point nearest to the tip, on triangles of 5 mm
+    CHECK(fast.look(node.captured(), hand, 0.499, 0.001).patch.force(hand.position).norm() == Approx(tissue).epsilon(0.15));   // the point nearest to the tip, on triangles of 5 mm
   }
 }
 

@@ -73,12 +73,12 @@ TEST_CASE("a table that is lifted evenly bears its load in each of the steps tha
     scene.touch<0, 1>();
     double height = 0.0, least = 1e9, most = 0.0;
     int steps = 0;
-    for (int k = 0; k * tick < 0.6; ++k) {
-      height += tick * 0.2 * std::clamp((k * tick - 0.2) / 0.1, 0.0, 1.0);
+    for (int k = 0; k * tick < 0.35; ++k) {
+      height += tick * 0.2 * std::clamp((k * tick - 0.1) / 0.1, 0.0, 1.0);
       scene.body<1>().move_to({.position = {0, 0, height}}, tick);
       scene.advance(tick, {.most = 1000}, [&](auto const&, int, auto const& equal) {
         steps = std::max(steps, equal.count);
-        if (k * tick < 0.5) return;
+        if (k * tick < 0.3) return;
         double const force = scene.contact<0, 1>().force().z();
         least = std::min(least, force), most = std::max(most, force);
       });
