@@ -25,7 +25,7 @@ set(plain_tests
   "^force/test_(band_limited_noise|blade|concept|contact_laws|curve|curve_report|cutting_force|indentation_spring|liver|needle_force)[.]"
   "^force/test_(network_training|noise|organ_force|tissue_reaction|trainer)[.]"
   "^haptics/test_(contact_coupling|coupled_force|filtered_wall|handover_jumps|passivity|passivity_walls|patch_handover|patch_update|plane_handover)[.]"
-  "^haptics/test_(plane_set|press_then_cut|solid|spring_then_tissue|surface_proxy|velocity_estimate|virtual_coupling|workspace_mapping)[.]"
+  "^haptics/test_(plane_set|press_then_cut|solid|spring_then_tissue|surface_proxy|surface_sensor|velocity_estimate|virtual_coupling|workspace_mapping)[.]"
   "^(contact|extend|integrator|material|native|parallel|scene|statics)/"
   "^network/test_(bodies|network_simulation|nodes)[.]"
   "^phantom/test_phantom_simulator[.]"
