@@ -94,7 +94,10 @@ class SelfContact {
   /// Forgets where it sticks, and which lips were parted.
   void reset(Body const& body) { begin(body, {}); }
   /// Forgets where it sticks alone; of a body that was restored, all.
-  void part(Body const& body) { restorations_ == body.restorations() ? (regions_.forget(), void(is_expected_ = false)) : reset(body); }
+  void part(Body const& body) {
+    if (restorations_ != body.restorations()) return reset(body);
+    regions_.forget(), is_expected_ = false;
+  }
 
  private:
   void begin(Body const& body, std::span<PartedVertex<Scalar> const> parted) {
