@@ -4,6 +4,9 @@
 #include <palpate/core/simd.hpp>
 #include <palpate/core/tensor3.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <limits>
 
 namespace palpate {
@@ -32,21 +35,38 @@ template <class T>
   both(rp, rq), both(xp, xq), both(yp, yq), both(zp, zq);
 }
 
-/// Eigenvalues of a symmetric tensor, in its diagonal, and eigenvectors, in the columns of V, by Jacobi's rotations: until nothing but rounding is beside the
-/// diagonal, at most as many sweeps as double needs.
-template <class T>
-Tensor3<T> diagonalise(Tensor3<T>& symmetric) noexcept {
+/// Eigenvalues of symmetric tensors, in their diagonals, and their eigenvectors, in the columns of V, by Jacobi's rotations: until nothing but rounding is
+/// beside the diagonals, at most as many sweeps as double needs. A rotation waits for the one before it: those of two tensors take little longer than of one.
+template <class T, std::size_t Count>
+void diagonalise(std::array<Tensor3<T>, Count>& symmetric, std::array<Tensor3<T>, Count>& V) noexcept {
   constexpr auto epsilon = std::numeric_limits<NumberOf<T>>::epsilon();
-  Tensor3<T> V = Tensor3<T>::identity(), a = symmetric;
-  for (int sweep = 0; sweep < 5; ++sweep) {
+  auto const is_diagonal = [](Tensor3<T> const& a) {
     T const beside = a.xy * a.xy + a.xz * a.xz + a.yz * a.yz, along = a.xx * a.xx + a.yy * a.yy + a.zz * a.zz;
-    if (simd::all_below(T(beside - number<T>(epsilon * epsilon) * along), std::numeric_limits<NumberOf<T>>::min())) break;
-    jacobi_rotation(a.xx, a.yy, a.xy, a.xz, a.yz, V.xx, V.xy, V.yx, V.yy, V.zx, V.zy);
-    jacobi_rotation(a.xx, a.zz, a.xz, a.xy, a.yz, V.xx, V.xz, V.yx, V.yz, V.zx, V.zz);
-    jacobi_rotation(a.yy, a.zz, a.yz, a.xy, a.xz, V.xy, V.xz, V.yy, V.yz, V.zy, V.zz);
+    return simd::all_below(T(beside - number<T>(epsilon * epsilon) * along), std::numeric_limits<NumberOf<T>>::min());
+  };
+  V.fill(Tensor3<T>::identity());
+  std::array<Tensor3<T>, Count> as = symmetric;
+  for (int sweep = 0; sweep < 5 && !std::all_of(as.begin(), as.end(), is_diagonal); ++sweep) {
+    for (std::size_t k = 0; k < Count; ++k) jacobi_rotation(as[k].xx, as[k].yy, as[k].xy, as[k].xz, as[k].yz, V[k].xx, V[k].xy, V[k].yx, V[k].yy, V[k].zx, V[k].zy);
+    for (std::size_t k = 0; k < Count; ++k) jacobi_rotation(as[k].xx, as[k].zz, as[k].xz, as[k].xy, as[k].yz, V[k].xx, V[k].xz, V[k].yx, V[k].yz, V[k].zx, V[k].zz);
+    for (std::size_t k = 0; k < Count; ++k) jacobi_rotation(as[k].yy, as[k].zz, as[k].yz, as[k].xy, as[k].xz, V[k].xy, V[k].xz, V[k].yy, V[k].yz, V[k].zy, V[k].zz);
   }
-  symmetric = a;
-  return V;
+  symmetric = as;
+}
+
+/// Of F: FᵀF is V, a rotation, times the diagonal of `squared` times Vᵀ.
+template <class T>
+struct PrincipalStretches {
+  Tensor3<T> squared, V;
+};
+template <class T, std::size_t Count>
+std::array<PrincipalStretches<T>, Count> principal_stretches(std::array<Tensor3<T>, Count> const& F) noexcept {
+  std::array<Tensor3<T>, Count> squared, V;
+  for (std::size_t k = 0; k < Count; ++k) squared[k] = transpose(F[k]) * F[k];
+  diagonalise(squared, V);
+  std::array<PrincipalStretches<T>, Count> all;
+  for (std::size_t k = 0; k < Count; ++k) all[k] = {squared[k], V[k]};
+  return all;
 }
 
 /// The positive semidefinite part of an isotropic law's tangent at F = U Σ Vᵀ, U and V rotations. In the frames of U and V it is a matrix A of the three
@@ -59,11 +79,12 @@ struct PrincipalTangent {
   T same[3], other[3];   // entries of the blocks of the pairs yz, xz, xy: on and beside their diagonals
 
   template <class Law>
-  PrincipalTangent(Law const& law, Tensor3<T> const& F) noexcept {
+  PrincipalTangent(Law const& law, Tensor3<T> const& F) noexcept : PrincipalTangent(law, F, principal_stretches(std::array{F})[0]) {}
+  /// With those of F.
+  template <class Law>
+  PrincipalTangent(Law const& law, Tensor3<T> const& F, PrincipalStretches<T> const& stretches_of_F) noexcept : V(stretches_of_F.V) {
     T const zero{}, tiny = number<T>(1e-30);
-    Tensor3<T> C = transpose(F) * F;
-    V = diagonalise(C);
-    Tensor3<T> const B = F * V;
+    Tensor3<T> const B = F * V, &C = stretches_of_F.squared;
     // The column of the smallest stretch is made last, the others by Gram and Schmidt; signs so that U and V turn and do not mirror.
     T const least_x = smaller(C.xx, C.yy, C.zz), least_y = smaller(C.yy, C.xx, C.zz) * (number<T>(1) - least_x);
     U = B;
@@ -95,9 +116,11 @@ struct PrincipalTangent {
     Tensor3<T> A{x.xx, y.xx, rest.xx, x.yy, y.yy, rest.yy, x.zz, y.zz, rest.zz};
     T const minor = A.xx * A.yy - A.xy * A.xy, whole = determinant(A, cofactor(A));
     if (!(simd::all_below(T(zero - A.xx), NumberOf<T>{}) && simd::all_below(T(zero - minor), NumberOf<T>{}) && simd::all_below(T(zero - whole), NumberOf<T>{}))) {
-      Tensor3<T> const frame = diagonalise(A);
-      simd::raise_to(A.xx, zero), simd::raise_to(A.yy, zero), simd::raise_to(A.zz, zero);
-      A = (frame * Tensor3<T>{A.xx, zero, zero, zero, A.yy, zero, zero, zero, A.zz}) * transpose(frame);
+      std::array diagonal{A}, frame{A};
+      diagonalise(diagonal, frame);
+      auto& [xx, xy, xz, yx, yy, yz, zx, zy, zz] = diagonal[0];
+      simd::raise_to(xx, zero), simd::raise_to(yy, zero), simd::raise_to(zz, zero);
+      A = (frame[0] * Tensor3<T>{xx, zero, zero, zero, yy, zero, zero, zero, zz}) * transpose(frame[0]);
     }
     Axx = A.xx, Ayy = A.yy, Azz = A.zz, Axy = A.xy, Axz = A.xz, Ayz = A.yz;
     auto const pair = [&](int k, T const& on, T const& beside) {

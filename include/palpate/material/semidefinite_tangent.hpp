@@ -67,7 +67,7 @@ template <class T, class Law>
   requires(HasTangentLaw<Law, T> && !HasSemidefiniteStressChange<Law, T>)
 struct SemidefiniteTangent<T, Law> : SemidefiniteTangent<T, std::remove_cvref_t<decltype(std::declval<Law const&>().tangent_law())>> {
   using Other = SemidefiniteTangent<T, std::remove_cvref_t<decltype(std::declval<Law const&>().tangent_law())>>;
-  SemidefiniteTangent(Law const& law, Tensor3<T> const& F) noexcept : Other(law.tangent_law(), F) {}
+  SemidefiniteTangent(Law const& law, Tensor3<T> const& F, auto const&... known_of_F) noexcept : Other(law.tangent_law(), F, known_of_F...) {}
 };
 template <class T, class Law>
   requires(IsIsotropicLaw<Law> && !HasSemidefiniteStressChange<Law, T>)

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstring>
 #include <iterator>
@@ -252,22 +253,25 @@ class TetrahedronPacks {
   void linearise(Scalar const* x, Scalar const* pressure, StiffnessRows<Scalar>& rows) {
     tangents_.resize(places_.empty() ? packs_.size() : 0);
     if (!stars_.empty()) growths_.resize(packs_.size());
-    for (std::size_t k = 0; k < packs_.size(); ++k) {
-      Tensor3<T> const F = gradient(packs_[k], x);
-      auto const keep = [&](auto const& law) {
-        if (!places_.empty()) {
-          Tangent assembled;
-          set(assembled, packs_[k], law);
-          add(assembled, places_[k], rows);
-        } else {
-          set(tangents_[k], packs_[k], law);
-        }
-      };
+    auto const keep = [&](std::size_t k, auto const& tangent) {
+      if (!places_.empty()) {
+        Tangent assembled;
+        set(assembled, packs_[k], tangent);
+        add(assembled, places_[k], rows);
+      } else {
+        set(tangents_[k], packs_[k], tangent);
+      }
+    };
+    for (std::size_t k = 0; k < packs_.size(); k += 2) {
+      std::size_t const count = std::min(packs_.size() - k, std::size_t{2});
+      std::array const F{gradient(packs_[k], x), gradient(packs_[k + count - 1], x)};
       if (stars_.empty()) {   // without the pressure's part
-        keep(SemidefiniteTangent<T, PackLaw>(packs_[k].law, F));
+        tangents_of<SemidefiniteTangent<T, PackLaw>>(F, count, [&](std::size_t n) { return packs_[k + n].law; }, [&](std::size_t n, auto const& tangent) { keep(k + n, tangent); });
       } else if constexpr (can_average) {
-        keep(FullTangent(tangent_law(k, pressure), F));
-        growths_[k] = packs_[k].volume * (packs_[k].gradients * transpose(cofactor(F)));
+        tangents_of<FullTangent>(F, count, [&](std::size_t n) { return tangent_law(k + n, pressure); }, [&](std::size_t n, auto const& tangent) {
+          keep(k + n, tangent);
+          growths_[k + n] = packs_[k + n].volume * (packs_[k + n].gradients * transpose(cofactor(F[n])));
+        });
       }
     }
   }
@@ -373,6 +377,16 @@ class TetrahedronPacks {
               ((t.ac.xz * d.xx + t.ac.yz * d.xy + t.ac.zz * d.xz) + (t.bc.xz * d.yx + t.bc.yz * d.yy + t.bc.zz * d.yz)) + (t.cc.xz * d.zx + t.cc.yz * d.zy + t.cc.zz * d.zz)};
     }
   };
+  /// use(n, tangent) of one or two packs.
+  template <class Tangents>
+  static void tangents_of(std::array<Tensor3<T>, 2> const& F, std::size_t count, auto const& law, auto const& use) noexcept {
+    if constexpr (std::derived_from<Tangents, PrincipalTangent<T>>) {
+      auto const stretches = principal_stretches(F);
+      for (std::size_t n = 0; n < count; ++n) use(n, Tangents(law(n), F[n], stretches[n]));
+    } else {
+      for (std::size_t n = 0; n < count; ++n) use(n, Tangents(law(n), F[n]));
+    }
+  }
   static void set(Tangent& of, Pack const& pack, auto const& tangent) noexcept {
     Tensor3<T> const g = tangent.turned(pack.gradients);
     Direction<T> const a{g.xx, g.xy, g.xz}, b{g.yx, g.yy, g.yz}, c{g.zx, g.zy, g.zz};
