@@ -30,7 +30,7 @@ set(plain_tests
   "^network/test_(bodies|network_simulation|nodes)[.]"
   "^phantom/test_phantom_simulator[.]"
   "^simulator/test_(body_loop|closed_loop|force_along_strokes|many_hands|pacer|proxy_force|tick_statistics|trocar_option)[.]"
-  "^tissue/test_(corotated_tensor_mass|cubes|element|element_tissue|finite_elements|long_elements|mass_scaling|maximum_elongation)[.]"
+  "^tissue/test_(corotated_tensor_mass|cubes|element|element_tissue|finite_elements|float_tangent|long_elements|mass_scaling|maximum_elongation)[.]"
   "^tissue/test_(models_touched|nodal_pressure|solid_solver|solid_yardsticks|spring_law|stiffness_rows|supported|tensor_mass|two_layers)[.]"
   "^tissue/test_(vertex_rings|viscoelastic|young_springs)[.]"
   "^tool/test_(forceps|forceps_simulator|hands_at_rest|hook|random_poses|rod_contact|tool_shape|trocar)[.]"

@@ -172,6 +172,25 @@ class BodySystem {
     assembly_.multiply_tangent(mass, damping, stiffness, direction_.padded_view().data(), product_.padded_view().data());
     hand_out(out);
   }
+  /// Whether the tangent can be multiplied in float: columns of those, and a product.
+  bool keeps_floats() const noexcept
+    requires HasFloatTangent<Tissue>
+  {
+    return assembly_.keeps_floats();
+  }
+  PaddedView<float> float_scratch(int k)
+    requires HasFloatTangent<Tissue>
+  {
+    auto& columns = floats_[static_cast<std::size_t>(k)];
+    if (columns.size() != all_) columns.resize(all_);
+    return PaddedView<float>(columns.padded_view().data(), 4, moving_);
+  }
+  void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, PaddedView<float> const& d, PaddedView<float>& out)
+    requires HasFloatTangent<Tissue>
+  {
+    PaddedView<float>(const_cast<float*>(d.data()), 4, all_).rightCols(all_ - moving_).setZero();   // the border does not move
+    assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
+  }
   template <class Out>
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Out&& out)
     requires HasTangentOperator<Tissue>
@@ -282,6 +301,7 @@ class BodySystem {
     for (auto* columns : {&x_, &v_, &border_x_, &border_v_, &force_, &memory_, &direction_, &product_}) columns->reserve(particles);
     inverse_mass_.reserve(static_cast<std::size_t>(particles));
     for (auto& columns : scratch_) columns.reserve(particles);
+    for (auto& columns : floats_) columns.reserve(particles);
     place_.reserve(static_cast<std::size_t>(particles)), pushes_.reserve(2 * static_cast<std::size_t>(particles)), told_.reserve(2 * static_cast<std::size_t>(particles)), diverged_.reserve(16);
     list_.reserve(static_cast<std::size_t>(particles));
     if constexpr (ReservesMemory<Tissue>) assembly_.reserve(tissue, particles, triangles);
@@ -480,6 +500,7 @@ class BodySystem {
   PaddedColumns<Scalar> border_x_, border_v_, force_;       // as x_, force_ with windows behind; it is zero between calls
   PaddedColumns<Scalar> direction_, product_;               // as x_: of multiply_tangent
   std::array<PaddedColumns<Scalar>, 12> scratch_;
+  std::array<PaddedColumns<float>, HasFloatTangent<Tissue> ? 6 : 0> floats_;   // as scratch_
   std::vector<Scalar> inverse_mass_;      // 1/kg, moving set
   std::vector<int> place_;                // particle of the body → column, −1 outside the moving set
   std::vector<int> list_;                 // an integrator's

@@ -188,6 +188,12 @@ inline bool all_below(Pack<float, 16> const& value, float bound) noexcept {
 inline void join(Pack<double, 8>& to, Pack<double, 4> const& low, Pack<double, 4> const& high) noexcept {
   to = _mm512_maskz_insertf64x4(255, _mm512_castpd256_pd512(low), high, 1);
 }
+inline void join(Pack<float, 16>& to, Pack<float, 8> const& low, Pack<float, 8> const& high) noexcept {
+  to = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+}
+inline void split(Pack<float, 8>& low, Pack<float, 8>& high, Pack<float, 16> const& from) noexcept {
+  low = __builtin_shufflevector(from, from, 0, 1, 2, 3, 4, 5, 6, 7), high = __builtin_shufflevector(from, from, 8, 9, 10, 11, 12, 13, 14, 15);
+}
 inline void split(Pack<double, 4>& low, Pack<double, 4>& high, Pack<double, 8> const& from) noexcept {
   low = _mm512_maskz_extractf64x4_pd(15, from, 0), high = _mm512_maskz_extractf64x4_pd(15, from, 1);
 }

@@ -54,6 +54,59 @@ inline void transpose(Numbers (&row)[4]) noexcept {
 }
 #endif
 
+/// Columns of four beside each other: the n-th starts at columns[start[stride · n]].
+template <class Numbers, RealScalar Scalar>
+[[gnu::always_inline]] inline void load_beside(Numbers& to, Scalar const* columns, int const* start, int stride) noexcept {
+  constexpr int count = static_cast<int>(sizeof(Numbers) / sizeof(Scalar));
+  auto const column = [&](int n) { return columns + start[stride * n]; };
+  if constexpr (count == 4) {
+    load(to, column(0));
+  } else {
+    Pack<Scalar, 4> first, second;
+    load(first, column(0)), load(second, column(1));
+    if constexpr (count == 8) {
+      join(to, first, second);
+    } else {
+      static_assert(count == 16);
+      Pack<Scalar, 8> left, right;
+      join(left, first, second);
+      load(first, column(2)), load(second, column(3));
+      join(right, first, second);
+      join(to, left, right);
+    }
+  }
+}
+/// to = number c of each column, in all its places.
+template <int c, class Numbers>
+[[gnu::always_inline]] inline void spread(Numbers& to, Numbers const& from) noexcept {
+#if defined(__GNUC__) && !defined(PALPATE_PLAIN_SIMD)
+  constexpr int count = static_cast<int>(sizeof(Numbers) / sizeof(from[0]));
+  if constexpr (count == 4)
+    to = __builtin_shufflevector(from, from, c, c, c, c);
+  else if constexpr (count == 8)
+    to = __builtin_shufflevector(from, from, c, c, c, c, c + 4, c + 4, c + 4, c + 4);
+  else
+    to = __builtin_shufflevector(from, from, c, c, c, c, c + 4, c + 4, c + 4, c + 4, c + 8, c + 8, c + 8, c + 8, c + 12, c + 12, c + 12, c + 12);
+#else
+  to = Numbers(from[c], from[c], from[c], from[c]);
+#endif
+}
+/// The sum of the columns.
+template <class One, class Numbers>
+[[gnu::always_inline]] inline void sum_beside(One& sum, Numbers const& columns) noexcept {
+  if constexpr (sizeof(Numbers) == sizeof(One)) {
+    sum = columns;
+  } else if constexpr (sizeof(Numbers) == 2 * sizeof(One)) {
+    One low, high;
+    split(low, high, columns);
+    sum = low + high;
+  } else {
+    Pack<float, 8> low, high;
+    split(low, high, columns);
+    sum_beside(sum, Pack<float, 8>(low + high));
+  }
+}
+
 /// Lane k of (x, y, z) = the column that starts at columns[start[k]].
 template <class Numbers, RealScalar Scalar>
 [[gnu::always_inline]] inline void load_columns(Numbers& x, Numbers& y, Numbers& z, Scalar const* columns, int const* start) noexcept {
@@ -63,23 +116,7 @@ template <class Numbers, RealScalar Scalar>
   if constexpr (count >= 4) {
     Numbers row[4];
 #pragma GCC unroll 4
-    for (int k = 0; k < 4; ++k) {
-      if constexpr (count == 4) {
-        load(row[k], column(k));
-      } else {
-        Pack<Scalar, 4> first, second;
-        load(first, column(k)), load(second, column(k + 4));
-        if constexpr (count == 8) {
-          join(row[k], first, second);
-        } else {
-          Pack<Scalar, 8> left, right;
-          join(left, first, second);
-          load(first, column(k + 8)), load(second, column(k + 12));
-          join(right, first, second);
-          row[k] = __builtin_shufflevector(left, right, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-        }
-      }
-    }
+    for (int k = 0; k < 4; ++k) load_beside(row[k], columns, start + k, 4);
     transpose(row);
     x = row[0], y = row[1], z = row[2];
   } else if constexpr (count == 2) {
@@ -124,8 +161,8 @@ template <class Numbers, RealScalar Scalar, class Own>
       Pack<Scalar, 4> part[16];
 #pragma GCC unroll 4
       for (int k = 0; k < 4; ++k) {
-        Pack<Scalar, 8> const left = __builtin_shufflevector(row[k], row[k], 0, 1, 2, 3, 4, 5, 6, 7);
-        Pack<Scalar, 8> const right = __builtin_shufflevector(row[k], row[k], 8, 9, 10, 11, 12, 13, 14, 15);
+        Pack<Scalar, 8> left, right;
+        split(left, right, row[k]);
         split(part[k], part[k + 4], left), split(part[k + 8], part[k + 12], right);
       }
 #pragma GCC unroll 16

@@ -31,7 +31,7 @@
 ///   Scalar stiffness_bound(int i) const                    ≥ Σ_j ‖K_ij‖ at rest [N/m]
 ///   Scalar damping_bound(int i) const                      ≥ Σ_j ‖C_ij‖ [N·s/m]
 /// Optional, their members in tissue/concept.hpp: HasPotentialEnergy, HasStiffnessRowBoundsAt, HasStiffnessProduct, HasStiffnessBlocks,
-/// HasTangentOperator (implicit integrators), HasAssemblyEnergy, HasFastTangent, DampsByTangent, HasForcesOfSome, HasHistory, HasLowestDeterminant,
+/// HasTangentOperator (implicit integrators), HasAssemblyEnergy, HasFastTangent, HasFloatTangent, DampsByTangent, HasForcesOfSome, HasHistory, HasLowestDeterminant,
 /// HasDefaultIntegrator, HasHomeSprings, HasLinks, HasPrestrain, ReservesMemory, HasFusedForces, FollowsEdits; CuttableTissue, TellsWounds,
 /// CuttableSolid, RemovableSolid, SeparableTissue, EvensMass, RedistributesMass, DivisibleTissue
 /// Battery

@@ -48,6 +48,15 @@ concept LinearisedSystem = System<S> && requires(S& system, typename S::Matrix& 
 template <class S>
 concept DampedByTangent = LinearisedSystem<S> && requires { requires S::damps_by_tangent; };
 
+/// A LinearisedSystem of doubles that multiplies with its tangent in float too, where keeps_floats(), faster: float_scratch(k), k < 6, are columns of four
+/// floats for that.
+template <class S>
+concept HasFloatTangentProduct = LinearisedSystem<S> && requires(S& system, typename S::Scalar factor, PaddedView<float>& columns, int k) {
+  { system.keeps_floats() } -> std::same_as<bool>;
+  { system.float_scratch(k) } -> std::same_as<PaddedView<float>>;
+  system.multiply_tangent(factor, factor, factor, columns, columns);
+};
+
 /// A LinearisedSystem that knows its potential at positions x, a 3 × n of the moving particles [J]: the energy inside less the work of applied forces and
 /// gravity, up to a constant; infinite or NaN where there is none. And what rounding may add to that.
 template <class S>

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <span>
+#include <type_traits>
 
 namespace palpate {
 
@@ -104,10 +105,10 @@ class MotionForecast {
     auto const multiply = [&](auto const& d, auto& out) {
       system_->multiply_tangent(Scalar(1), damping_, damping_ * damping_, d, out);
       for (Spring const& each : springs)
-        if (int const k = system_->column_of(each.particle); k >= 0) out.col(k) += each.inertia * d.col(k);
+        if (int const k = system_->column_of(each.particle); k >= 0) out.col(k) += static_cast<std::remove_cvref_t<decltype(d(0, 0))>>(each.inertia) * d.col(k);
     };
     detail::GradientColumns const at{inverse, change, residual, direction, product, scaled};
-    detail::conjugate_gradients<Scalar>(multiply, at, tolerance * tolerance * size, left, negative);
+    detail::conjugate_gradients(*system_, multiply, at, tolerance * tolerance * size, left, negative);
   }
 
   System* system_;

@@ -34,6 +34,7 @@ class MotionForecast;
 ///            at 100 times the explicit limit, θ = ½ at 10 times; at 30 times it does not stay bounded.
 /// Budget     a step takes at most `max_iterations` of conjugate gradients, all Newton iterations together. When they are spent the step
 ///            is taken with the result so far: slow and soft motion has converged, stiff motion has not.
+/// Precision  a body of doubles that has its tangent in float too iterates in that, corrected in double: see HasFloatTangentProduct.
 /// Units      `tolerance` is relative: |residual| ≤ tolerance · |right-hand side|, both in the norm of the inverse diagonal; so is the
 ///            error of momentum. It is bounded below by rounding.
 /// Source     \cite baraff1998.
@@ -215,7 +216,7 @@ struct ThetaScheme {
     auto&& product = padded_view(system.scratch(product_at));
     auto&& direction = padded_view(system.scratch(direction_at));
     auto&& scaled = padded_view(system.scratch(scaled_at));
-    return detail::conjugate_gradients<Scalar>([&](auto const& d, auto& out) { system.multiply_tangent(Scalar(1), damping, stiffness, d, out); },
+    return detail::conjugate_gradients<S>(system, [&](auto const& d, auto& out) { system.multiply_tangent(Scalar(1), damping, stiffness, d, out); },
                                                detail::GradientColumns{inverse, change, residual, direction, product, scaled}, enough, left, report.negative_curvatures);
   }
 };

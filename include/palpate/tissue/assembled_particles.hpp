@@ -120,10 +120,11 @@ class AssembledParticles {
     f.rightCols(f.cols() - moving()).setZero();
   }
   /// out = mass M d; its border is zero.
-  void multiply_mass(Scalar mass, Scalar const* d, Scalar* out) const noexcept {
-    ConstPadded const direction(d, 4, force_columns());
-    Padded product(out, 4, force_columns());
-    for (int i = 0; i < moving(); ++i) product.col(i) = mass / inverse_mass_[at(i)] * direction.col(i);
+  template <RealScalar S>
+  void multiply_mass(Scalar mass, S const* d, S* out) const noexcept {
+    Eigen::Map<Matrix<S, 4, Dynamic> const> const direction(d, 4, force_columns());
+    Eigen::Map<Matrix<S, 4, Dynamic>> product(out, 4, force_columns());
+    for (int i = 0; i < moving(); ++i) product.col(i) = static_cast<S>(mass / inverse_mass_[at(i)]) * direction.col(i);
     product.rightCols(product.cols() - moving()).setZero();
   }
   void mass_diagonal(Scalar mass, Scalar* out) const noexcept {

@@ -254,6 +254,14 @@ concept FollowsEdits = HasSubsetForces<T> && requires(T const& tissue, std::span
 template <class T>
 concept HasDefaultIntegrator = requires { typename T::DefaultIntegrator; };
 
+/// Refinement: its Assembly, of doubles, multiplies with the tangent in float too, where keeps_floats(): much faster, and as exact as conjugate gradients
+/// need that are corrected in double.
+template <class T>
+concept HasFloatTangent = HasTangentOperator<T> && requires(typename T::Assembly const& assembly, typename T::Scalar factor, float const* in, float* out) {
+  { assembly.keeps_floats() } -> std::same_as<bool>;
+  assembly.multiply_tangent(factor, factor, factor, in, out);
+};
+
 /// Refinement: its Assembly multiplies with the tangent faster than the tissue itself: `static constexpr bool fast_tangent = true` in it.
 template <class T>
 concept HasFastTangent = HasTangentOperator<T> && requires { requires T::Assembly::fast_tangent; };

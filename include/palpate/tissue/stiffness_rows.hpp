@@ -2,9 +2,11 @@
 #pragma once
 
 #include <palpate/core/simd.hpp>
+#include <palpate/tissue/float_rows.hpp>
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -22,7 +24,7 @@ class StiffnessRows {
   static constexpr std::array<std::array<std::size_t, 2>, pairs> pair = {{{0, 0}, {1, 1}, {2, 2}, {3, 3}, {0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
   bool empty() const noexcept { return first_.empty(); }
-  void clear() noexcept { first_.clear(), diagonal_.clear(); }
+  void clear() noexcept { first_.clear(), diagonal_.clear(), floats_.clear(); }
   /// The blocks of `particles` and these elements; nothing is in them. Of less than the last time it allocates nothing.
   void build(int particles, std::span<std::array<int, 4> const> nodes) {
     auto const inside = [&](int i) { return i < particles; };
@@ -52,6 +54,7 @@ class StiffnessRows {
       for (int k = first_[at(i)]; k < diagonal_[at(i)]; ++k) mirror_[at(k)] = place(column_[at(k)], i);
     }
     values_.assign(9 * column_.size() + 1, Scalar(0));   // the last column of a block is read four numbers wide
+    if constexpr (std::same_as<Scalar, double>) floats_.build(first_, column_);
   }
   /// Of the block of particles i and j, or −1 where one is outside.
   int place(int i, int j) const noexcept {
@@ -70,6 +73,7 @@ class StiffnessRows {
       for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r) to[3 * c + r] = from[3 * r + c];
     }
+    if constexpr (std::same_as<Scalar, double>) floats_.round(first_, values_.data());
   }
 
   /// out += factor · K d, of columns of four numbers.
@@ -91,6 +95,12 @@ class StiffnessRows {
       to[3] = fourth;
     }
   }
+  /// The same in float.
+  void add_product(float factor, float const* d, float* out) const noexcept
+    requires std::same_as<Scalar, double>
+  {
+    floats_.add_product(factor, d, out);
+  }
   /// out += factor · its diagonal.
   void add_diagonal(Scalar factor, Scalar* out) const noexcept {
     for (std::size_t i = 0; i < diagonal_.size(); ++i)
@@ -103,6 +113,7 @@ class StiffnessRows {
   std::vector<int> first_, column_, diagonal_;
   std::vector<int> mirror_;   // of a block left of the diagonal: that on the other side
   std::vector<Scalar> values_;
+  FloatRows floats_;   // of doubles
 };
 
 }  // namespace palpate::detail

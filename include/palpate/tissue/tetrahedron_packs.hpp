@@ -10,6 +10,7 @@
 #include <palpate/material/with_pressure.hpp>
 #include <palpate/tissue/linear_tetrahedron.hpp>
 #include <palpate/tissue/stiffness_rows.hpp>
+#include <palpate/tissue/tetrahedron_tangent.hpp>
 
 #include <algorithm>
 #include <array>
@@ -56,11 +57,14 @@ class TetrahedronPacks {
   using PackLaw = typename PackOfLaw<Scalar, Law>::type;
   static constexpr int lanes = static_cast<int>(sizeof(T) / sizeof(Scalar));
   static constexpr int window = 12 * lanes;   // of elements that a pack is chosen from
+  using Floats = simd::Lanes<float>;
   static constexpr bool can_average = HasBulkModulus<PackLaw, T>;
   using TangentLaw = std::conditional_t<can_average, WithPressure<T, PackLaw>, PackLaw>;
 
  public:
   using Element = LinearTetrahedron<Scalar, Law>;
+  /// Tangents are kept in float besides, twice as many in a register, where numbers are doubles.
+  static constexpr bool has_floats = has_floats_beside<T>;
 
   /// Which tetrahedra, by name, are in a pack: −1 where there is none.
   struct Names {
@@ -70,7 +74,7 @@ class TetrahedronPacks {
 
   void reserve(std::size_t particles, std::size_t elements, bool assembles) {
     slot_of_.reserve(elements);
-    packs_.reserve((elements + lanes - 1) / lanes), tangents_.reserve(packs_.capacity()), names_.reserve(packs_.capacity()), inside_.reserve(packs_.capacity()), last_pack_of_.reserve(particles);
+    packs_.reserve((elements + lanes - 1) / lanes), tangents_.reserve(packs_.capacity()), floats_.reserve(has_floats ? packs_.capacity() / 2 + 1 : 0), names_.reserve(packs_.capacity()), inside_.reserve(packs_.capacity()), last_pack_of_.reserve(particles);
     if (assembles) places_.reserve(packs_.capacity());
   }
 
@@ -252,6 +256,7 @@ class TetrahedronPacks {
   }
   void linearise(Scalar const* x, Scalar const* pressure, StiffnessRows<Scalar>& rows) {
     tangents_.resize(places_.empty() ? packs_.size() : 0);
+    if constexpr (has_floats) floats_.resize(stars_.empty() ? (tangents_.size() + 1) / 2 : 0);
     if (!stars_.empty()) growths_.resize(packs_.size());
     auto const keep = [&](std::size_t k, auto const& tangent) {
       if (!places_.empty()) {
@@ -260,6 +265,8 @@ class TetrahedronPacks {
         add(assembled, places_[k], rows);
       } else {
         set(tangents_[k], packs_[k], tangent);
+        if constexpr (has_floats)
+          if (stars_.empty()) put_half(floats_[k / 2], static_cast<int>(k % 2), tangents_[k]);
       }
     };
     for (std::size_t k = 0; k < packs_.size(); k += 2) {
@@ -274,6 +281,8 @@ class TetrahedronPacks {
         });
       }
     }
+    if constexpr (has_floats)
+      if (!floats_.empty() && tangents_.size() % 2 == 1) put_half(floats_.back(), 1, nothing_at(packs_.back()));
   }
   /// out += factor · K d, in its own columns, with a quarter of the change of pressure of each star; without what is in rows.
   void add_product(Scalar factor, Scalar const* d, Scalar const* pressure_change, Scalar* out) const noexcept {
@@ -288,6 +297,19 @@ class TetrahedronPacks {
     }
     if (places_.empty() || stars_.empty()) return;
     for (std::size_t k = 0; k < packs_.size(); ++k) scatter(k, (size * of_corners(k, pressure_change)) * growths_[k], packs_[k], out);
+  }
+  /// The same without pressure, in numbers half as wide.
+  void add_product(float factor, float const* d, float* out) const noexcept
+    requires has_floats
+  {
+    Floats const size = Floats{} + factor;
+    for (std::size_t k = 0; k < floats_.size(); ++k) {
+      Tensor3<Floats> const pull = size * (floats_[k] * edges(floats_[k], d));
+      if (inside_[2 * k] && inside_[std::min(2 * k + 1, inside_.size() - 1)])
+        add_to_nodes(pull, floats_[k], out, [](int) { return true; });
+      else
+        add_to_own_nodes(pull, floats_[k], out);
+    }
   }
   /// The diagonal of that; a star's `weight` is κ/(4 V). What the tetrahedra of a star have in common off their own diagonals is left out.
   void add_diagonal(Scalar factor, Scalar const* weight, Scalar* out) const noexcept {
@@ -358,25 +380,7 @@ class TetrahedronPacks {
     int starts[StiffnessRows<Scalar>::pairs][lanes];
   };
   using FullTangent = SemidefiniteTangent<T, TangentLaw>;
-  /// The stiffness between the three edges from node 0, whose numbers are half of those between four nodes.
-  struct Tangent {
-    SymmetricTensor3<T> aa, bb, cc;
-    Tensor3<T> ab, ac, bc;
-    int starts[4][lanes];
-
-    /// What the changes d of the edges, in rows, pull at nodes 1, 2 and 3.
-    [[gnu::always_inline]] friend Tensor3<T> operator*(Tangent const& t, Tensor3<T> const& d) noexcept {
-      return {((t.aa.xx * d.xx + t.aa.xy * d.xy + t.aa.xz * d.xz) + (t.ab.xx * d.yx + t.ab.xy * d.yy + t.ab.xz * d.yz)) + (t.ac.xx * d.zx + t.ac.xy * d.zy + t.ac.xz * d.zz),
-              ((t.aa.xy * d.xx + t.aa.yy * d.xy + t.aa.yz * d.xz) + (t.ab.yx * d.yx + t.ab.yy * d.yy + t.ab.yz * d.yz)) + (t.ac.yx * d.zx + t.ac.yy * d.zy + t.ac.yz * d.zz),
-              ((t.aa.xz * d.xx + t.aa.yz * d.xy + t.aa.zz * d.xz) + (t.ab.zx * d.yx + t.ab.zy * d.yy + t.ab.zz * d.yz)) + (t.ac.zx * d.zx + t.ac.zy * d.zy + t.ac.zz * d.zz),
-              ((t.ab.xx * d.xx + t.ab.yx * d.xy + t.ab.zx * d.xz) + (t.bb.xx * d.yx + t.bb.xy * d.yy + t.bb.xz * d.yz)) + (t.bc.xx * d.zx + t.bc.xy * d.zy + t.bc.xz * d.zz),
-              ((t.ab.xy * d.xx + t.ab.yy * d.xy + t.ab.zy * d.xz) + (t.bb.xy * d.yx + t.bb.yy * d.yy + t.bb.yz * d.yz)) + (t.bc.yx * d.zx + t.bc.yy * d.zy + t.bc.yz * d.zz),
-              ((t.ab.xz * d.xx + t.ab.yz * d.xy + t.ab.zz * d.xz) + (t.bb.xz * d.yx + t.bb.yz * d.yy + t.bb.zz * d.yz)) + (t.bc.zx * d.zx + t.bc.zy * d.zy + t.bc.zz * d.zz),
-              ((t.ac.xx * d.xx + t.ac.yx * d.xy + t.ac.zx * d.xz) + (t.bc.xx * d.yx + t.bc.yx * d.yy + t.bc.zx * d.yz)) + (t.cc.xx * d.zx + t.cc.xy * d.zy + t.cc.xz * d.zz),
-              ((t.ac.xy * d.xx + t.ac.yy * d.xy + t.ac.zy * d.xz) + (t.bc.xy * d.yx + t.bc.yy * d.yy + t.bc.zy * d.yz)) + (t.cc.xy * d.zx + t.cc.yy * d.zy + t.cc.yz * d.zz),
-              ((t.ac.xz * d.xx + t.ac.yz * d.xy + t.ac.zz * d.xz) + (t.bc.xz * d.yx + t.bc.yz * d.yy + t.bc.zz * d.yz)) + (t.cc.xz * d.zx + t.cc.yz * d.zy + t.cc.zz * d.zz)};
-    }
-  };
+  using Tangent = TetrahedronTangent<T>;
   /// use(n, tangent) of one or two packs.
   template <class Tangents>
   static void tangents_of(std::array<Tensor3<T>, 2> const& F, std::size_t count, auto const& law, auto const& use) noexcept {
@@ -394,6 +398,12 @@ class TetrahedronPacks {
     of.aa = upper_triangle(block(a, a)), of.bb = upper_triangle(block(b, b)), of.cc = upper_triangle(block(c, c));
     of.ab = block(a, b), of.ac = block(a, c), of.bc = block(b, c);
     std::memcpy(of.starts, pack.starts, sizeof(of.starts));
+  }
+
+  static Tangent nothing_at(Pack const& pack) noexcept {
+    Tangent none{};
+    std::memcpy(none.starts, pack.starts, sizeof(none.starts));
+    return none;
   }
 
   static void add(Tangent const& t, Places const& places, StiffnessRows<Scalar>& rows) noexcept {
@@ -491,9 +501,10 @@ class TetrahedronPacks {
   bool is_inside(Pack const& pack) const noexcept { return std::all_of(&pack.starts[0][0], &pack.starts[0][0] + 4 * lanes, own_); }
 
   /// x_a − x_0, in rows.
-  [[gnu::always_inline]] static Tensor3<T> edges(auto const& pack, Scalar const* x) noexcept {
-    T ox, oy, oz;
-    Tensor3<T> rows;
+  template <class Held, RealScalar S, class Numbers = std::conditional_t<std::same_as<S, Scalar>, T, Floats>>
+  [[gnu::always_inline]] static Tensor3<Numbers> edges(Held const& pack, S const* x) noexcept {
+    Numbers ox, oy, oz;
+    Tensor3<Numbers> rows;
     simd::load_columns(ox, oy, oz, x, pack.starts[0]);
     simd::load_columns(rows.xx, rows.xy, rows.xz, x, pack.starts[1]);
     simd::load_columns(rows.yx, rows.yy, rows.yz, x, pack.starts[2]);
@@ -508,9 +519,13 @@ class TetrahedronPacks {
     else
       add_to_own_nodes(f, pack, columns);
   }
-  [[gnu::noinline]] void add_to_own_nodes(Tensor3<T> const& f, auto const& pack, Scalar* columns) const noexcept { add_to_nodes(f, pack, columns, own_); }
-  [[gnu::always_inline]] static void add_to_nodes(Tensor3<T> const& f, auto const& pack, Scalar* columns, auto const& own) noexcept {
-    simd::add_to_columns(columns, pack.starts[0], T(T{} - (f.xx + f.yx + f.zx)), T(T{} - (f.xy + f.yy + f.zy)), T(T{} - (f.xz + f.yz + f.zz)), own);
+  template <class N>
+  [[gnu::noinline]] void add_to_own_nodes(Tensor3<N> const& f, auto const& pack, NumberOf<N>* columns) const noexcept {
+    add_to_nodes(f, pack, columns, own_);
+  }
+  template <class N>
+  [[gnu::always_inline]] static void add_to_nodes(Tensor3<N> const& f, auto const& pack, NumberOf<N>* columns, auto const& own) noexcept {
+    simd::add_to_columns(columns, pack.starts[0], N(N{} - (f.xx + f.yx + f.zx)), N(N{} - (f.xy + f.yy + f.zy)), N(N{} - (f.xz + f.yz + f.zz)), own);
     simd::add_to_columns(columns, pack.starts[1], f.xx, f.xy, f.xz, own);
     simd::add_to_columns(columns, pack.starts[2], f.yx, f.yy, f.yz, own);
     simd::add_to_columns(columns, pack.starts[3], f.zx, f.zy, f.zz, own);
@@ -531,6 +546,7 @@ class TetrahedronPacks {
   std::vector<Corners> stars_;      // empty without stars
   std::vector<T> measured_;
   HugePageVector<Tangent> tangents_;   // of each since linearise()
+  HugePageVector<std::conditional_t<has_floats, TetrahedronTangent<Floats>, char>> floats_;   // of two each
   std::vector<Tensor3<T>> growths_;   // with stars: V ∂J/∂x of nodes 1, 2, 3
   std::vector<int> last_pack_of_;   // of each particle, while they are filled
 };

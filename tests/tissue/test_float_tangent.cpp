@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#include "catch.hpp"
+
+#include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/backward_euler.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
+#include <palpate/mesh/vertices_where.hpp>
+#include <palpate/tissue/finite_elements.hpp>
+
+#include <Eigen/Dense>
+
+#include <cmath>
+#include <cstdlib>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+using namespace palpate;
+
+namespace {
+
+using Solid = FiniteElements<double, StableNeoHookean<double>>;
+
+Eigen::MatrixXd dense_stiffness(Solid const& tissue, Matrix3X<double> const& x) {
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * x.cols(), 3 * x.cols());
+  tissue.for_each_stiffness_block(x, [&](int i, int j, Matrix<double, 3, 3> const& block) { dense.block<3, 3>(3 * i, 3 * j) += block; });
+  return dense;
+}
+
+/// The largest difference of a product in float from that with the dense sum of the tetrahedra's blocks, as a share of what that has.
+template <class Tissue>
+double error_of_product(Tissue const& tissue, Matrix3X<double> const& x, int count) {
+  if constexpr (!HasFloatTangent<Tissue>) {
+    return 0;   // numbers one by one
+  } else {
+    std::vector<int> chosen(static_cast<std::size_t>(count));
+    std::iota(chosen.begin(), chosen.end(), 0);
+    typename Tissue::Assembly assembly;
+    tissue.assemble(chosen, assembly);
+    int const columns = static_cast<int>(assembly.particles().size());
+    Matrix<double, 4, Dynamic> at = Matrix<double, 4, Dynamic>::Zero(4, columns);
+    Matrix<float, 4, Dynamic> d = Matrix<float, 4, Dynamic>::Zero(4, columns), product = d;
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(3 * x.cols()), masses = change;
+    for (int k = 0; k < columns; ++k) at.col(k).head<3>() = x.col(assembly.particles()[static_cast<std::size_t>(k)]);
+    for (int k = 0; k < count; ++k) {
+      d.col(k).head<3>() = Vector3<float>::Random();
+      change.segment<3>(3 * k) = d.col(k).head<3>().cast<double>();
+      masses.segment<3>(3 * k).setConstant(tissue.mass(k));
+    }
+    assembly.linearise(PaddedView<double>(at.data(), 4, columns), nullptr);
+    REQUIRE(assembly.keeps_floats());
+    assembly.multiply_tangent(2000.0, 0.0, 3.0, d.data(), product.data());
+    Eigen::VectorXd const expected = 2000 * masses.cwiseProduct(change) + 3 * (dense_stiffness(tissue, x) * change);
+    double worst = 0;
+    for (int k = 0; k < count; ++k) {
+      worst = std::max(worst, (product.col(k).head<3>().cast<double>() - expected.segment<3>(3 * k)).norm());
+      CHECK(product(3, k) == 0);
+    }
+    return worst / expected.cwiseAbs().maxCoeff();
+  }
+}
+
+}  // namespace
+
+// Yardstick: the dense sum of the tetrahedra's blocks, one by one, in double.
+TEST_CASE("a solid's tangent in float is its tangent to some rounding errors, for a body, for a part of it and after cuts", "[tissue][float_tangent]") {
+  std::srand(11);
+  for (Stiffness const stiffness : {Stiffness::matrix_free, Stiffness::assembled})
+    for (int const cells : {1, 2, 3}) {   // 5, 40, 135 tetrahedra: packs that are not full, and an odd number of them
+      auto mesh = make_block<double>(cells + 1, cells + 1, cells + 1, 0.01, BlockPattern::alternating);
+      for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) mesh.points.col(i) += 0.0015 * Vector3<double>::Random();
+      int const n = static_cast<int>(mesh.points.cols());
+      Solid tissue(mesh, {.density = 1000, .material = {.young = 3000, .poisson = 0.45}, .stiffness = stiffness});
+      Matrix3X<double> const x = mesh.points + 1e-3 * Matrix3X<double>::Random(3, n);
+      CHECK(error_of_product(tissue, x, n) < 2e-6);
+      CHECK(error_of_product(tissue, x, n / 2) < 2e-6);
+      tissue.remove_tetrahedron(1);
+      tissue.finish_edits();
+      CHECK(error_of_product(tissue, x, n) < 2e-6);
+    }
+}
+
+// Yardstick: M + h²K and the residual in it, dense and in double, K of the solid at rest. Eigenvalues of the scaled matrix differ by up to 10⁵: conjugate
+// gradients in float end at some 10⁻⁴ of it, and say less.
+TEST_CASE("the residual that an implicit step reports is the one that it has, however stiff the solid and long the step", "[tissue][float_tangent]") {
+  double const gravity = 9.81;
+  auto const mesh = make_block<double>(6, 6, 6, 0.005, BlockPattern::alternating);
+  auto const stiffness = GENERATE(Stiffness::matrix_free, Stiffness::assembled);
+  for (auto const& [young, h] : {std::pair{1e3, 1e-3}, std::pair{1e5, 1e-2}, std::pair{1e7, 0.1}})
+    for (double const tolerance : {1e-2, 1e-4, 1e-6, 1e-8}) {
+      Solid tissue(mesh, {.density = 1000, .material = {.young = young, .poisson = 0.45}, .stiffness = stiffness});
+      tissue.nail(vertices_where(mesh, [](auto const& p) { return p.z() < 1e-9; }));
+      Eigen::MatrixXd const K = dense_stiffness(tissue, mesh.points);
+      std::vector<Eigen::Index> moves;
+      Eigen::VectorXd push = Eigen::VectorXd::Zero(K.rows());
+      Eigen::MatrixXd A = h * h * K;
+      for (int i = 0; i < tissue.size(); ++i)
+        for (Eigen::Index k = 3 * i; k < 3 * i + 3; ++k) {
+          A(k, k) += tissue.mass(i);
+          if (!tissue.nailed(i)) moves.push_back(k);
+          if (k % 3 == 2) push[k] = -h * tissue.mass(i) * gravity;
+        }
+      SoftBody body(std::move(tissue), BackwardEuler{.tolerance = tolerance, .max_iterations = 2000, .halvings = 0});
+      body.set_gravity({0, 0, -gravity});
+      auto const report = body.step(h);
+      REQUIRE(report);
+      CHECK(report.solve.converged);
+      Matrix3X<double> const v = body.velocities();
+      Eigen::VectorXd const change = v.reshaped();
+      Eigen::VectorXd const inverse = A.diagonal()(moves).cwiseInverse(), right = push(moves);
+      auto const size = [&](Eigen::VectorXd const& r) { return std::sqrt(r.cwiseProduct(r).dot(inverse)); };
+      double const left = size((push - A * change)(moves)) / size(right);
+      INFO(young << " Pa, " << h << " s, " << tolerance);
+      CHECK(left <= 1.02 * tolerance);
+      CHECK(std::abs(left - report.solve.residual) <= 0.02 * left);
+    }
+}
