@@ -6,11 +6,23 @@
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 namespace palpate::detail {
+
+/// Whether rows of these numbers are kept in float besides.
+template <RealScalar Scalar>
+inline constexpr bool has_float_rows = std::same_as<Scalar, double> && simd::lanes<float> > 1;
+
+/// The columns of a row of 3 × 3 blocks and their numbers, nine each, column after column.
+template <RealScalar Scalar>
+struct RowOfBlocks {
+  std::span<int const> columns;
+  Scalar const* values;
+};
 
 /// Rows of 3 × 3 blocks, rounded to float, as many beside each other as a register holds columns of four: each product of a register with another then
 /// multiplies one column of all of them. The fourth number of a column is nothing, and a row ends with blocks of zeros.
@@ -20,32 +32,38 @@ class FloatRows {
   static constexpr int beside = std::max(1, simd::lanes<float> / 4);
   using Group = simd::Pack<float, 4 * beside>;
 
-  bool empty() const noexcept { return first_.empty(); }
   void clear() noexcept { first_.clear(), starts_.clear(), columns_.clear(); }
-  /// Blocks first[i] … first[i + 1] − 1 are of row i, and in these columns.
-  void build(std::span<int const> first, std::span<int const> column) {
+  void reserve(std::size_t rows, std::size_t blocks) {
+    std::size_t const most = blocks + rows * (std::size_t{beside} - 1);
+    first_.reserve(rows + 1), starts_.reserve(most), columns_.reserve(most / beside);
+  }
+  /// As many rows: blocks_of(i) is a RowOfBlocks.
+  template <class BlocksOf>
+  void build(int rows, BlocksOf const& blocks_of) {
     clear();
     first_.push_back(0);
-    for (std::size_t i = 0; i + 1 < first.size(); ++i) {
-      int const begin = first[i], end = first[i + 1];
-      for (int k = begin; k < end; k += beside)
-        for (int n = k; n < k + beside; ++n) starts_.push_back(4 * column[at(std::min(n, end - 1))]);
+    for (int i = 0; i < rows; ++i) {
+      auto const columns = blocks_of(i).columns;
+      for (std::size_t k = 0; k < columns.size(); k += beside)
+        for (std::size_t n = k; n < k + beside; ++n) starts_.push_back(4 * columns[std::min(n, columns.size() - 1)]);
       first_.push_back(static_cast<int>(starts_.size()) / beside);
     }
-    columns_.resize(starts_.size() / at(beside));
+    columns_.resize(starts_.size() / beside);
   }
-  /// Their numbers: column after column, nine for each block.
-  template <RealScalar Scalar>
-  void round(std::span<int const> first, Scalar const* values) noexcept {
-    auto group = columns_.begin();
-    for (std::size_t i = 0; i + 1 < first.size(); ++i)
-      for (int k = first[i]; k < first[i + 1]; k += beside, ++group)
+  /// The numbers of the rows that it was built of.
+  template <class BlocksOf>
+  void round(BlocksOf const& blocks_of) noexcept {
+    for (std::size_t i = 0; i + 1 < first_.size(); ++i) {
+      auto const& [columns, values] = blocks_of(static_cast<int>(i));
+      auto group = columns_.begin() + first_[i];
+      for (std::size_t k = 0; k < columns.size(); k += beside, ++group)
         for (std::size_t c = 0; c < 3; ++c) {
           std::array<float, std::size_t{4} * beside> rounded{};
-          for (int n = 0, end = std::min(beside, first[i + 1] - k); n < end; ++n)
-            for (std::size_t r = 0; r < 3; ++r) rounded[4 * at(n) + r] = static_cast<float>(values[9 * at(k + n) + 3 * c + r]);
+          for (std::size_t n = 0, end = std::min(std::size_t{beside}, columns.size() - k); n < end; ++n)
+            for (std::size_t r = 0; r < 3; ++r) rounded[4 * n + r] = static_cast<float>(values[9 * (k + n) + 3 * c + r]);
           simd::load((*group)[c], rounded.data());
         }
+    }
   }
   /// out += factor · K d, of columns of four floats.
   void add_product(float factor, float const* d, float* out) const noexcept {

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <concepts>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -54,7 +53,7 @@ class StiffnessRows {
       for (int k = first_[at(i)]; k < diagonal_[at(i)]; ++k) mirror_[at(k)] = place(column_[at(k)], i);
     }
     values_.assign(9 * column_.size() + 1, Scalar(0));   // the last column of a block is read four numbers wide
-    if constexpr (std::same_as<Scalar, double>) floats_.build(first_, column_);
+    if constexpr (has_float_rows<Scalar>) floats_.build(particles, blocks_of());
   }
   /// Of the block of particles i and j, or −1 where one is outside.
   int place(int i, int j) const noexcept {
@@ -73,7 +72,7 @@ class StiffnessRows {
       for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r) to[3 * c + r] = from[3 * r + c];
     }
-    if constexpr (std::same_as<Scalar, double>) floats_.round(first_, values_.data());
+    if constexpr (has_float_rows<Scalar>) floats_.round(blocks_of());
   }
 
   /// out += factor · K d, of columns of four numbers.
@@ -97,7 +96,7 @@ class StiffnessRows {
   }
   /// The same in float.
   void add_product(float factor, float const* d, float* out) const noexcept
-    requires std::same_as<Scalar, double>
+    requires has_float_rows<Scalar>
   {
     floats_.add_product(factor, d, out);
   }
@@ -108,6 +107,12 @@ class StiffnessRows {
   }
 
  private:
+  auto blocks_of() const noexcept {
+    return [this](int i) {
+      std::size_t const first = at(first_[at(i)]);
+      return RowOfBlocks<Scalar>{std::span(column_).subspan(first, at(first_[at(i) + 1]) - first), values_.data() + 9 * first};
+    };
+  }
   static constexpr std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
 
   std::vector<int> first_, column_, diagonal_;

@@ -33,9 +33,10 @@ class TurnedTensorAssembly : public FiniteElements<Scalar, Corotational<Scalar>>
 
   /// Turns the tensors of every tetrahedron at x and adds them up, for the two below.
   template <class X>
-  void linearise(X const& x, Scalar const* /*inverse_mass*/) noexcept {
+  void linearise(X const& x, Scalar const* /*inverse_mass*/) {
     for (std::size_t e = 0; e < elements_.size(); ++e) turn(x.data(), elements_[e], turned_.data() + 16 * e);
     for (int i = 0; i < moving(); ++i) add_up(i);
+    rows_.round(true);
   }
   void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, Scalar const* d, Scalar* out) const noexcept {
     this->multiply_mass(mass + damping * damping_.alpha, d, out);
@@ -49,6 +50,17 @@ class TurnedTensorAssembly : public FiniteElements<Scalar, Corotational<Scalar>>
       Column const product = factor * rows_.product(i, moving(), column_of);
       for (int c = 0; c < 3; ++c) out[4 * i + c] += product[c];
     }
+  }
+  void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, float const* d, float* out) const noexcept
+    requires detail::has_float_rows<Scalar>
+  {
+    this->multiply_mass(mass + damping * damping_.alpha, d, out);
+    rows_.add_product(static_cast<float>(stiffness + damping * damping_.beta), d, out);
+  }
+  bool keeps_floats() const noexcept
+    requires detail::has_float_rows<Scalar>
+  {
+    return true;
   }
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
     this->mass_diagonal(mass + damping * damping_.alpha, out);

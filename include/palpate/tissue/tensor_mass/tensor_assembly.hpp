@@ -83,15 +83,28 @@ class TensorAssembly : public AssembledParticles<Scalar> {
       for (int c = 0; c < 3; ++c) out[4 * static_cast<std::ptrdiff_t>(i) + c] = inertia / inverse_mass(i) + factor * rows_.values(i)[4 * c];
   }
 
-  /// Nothing to do: the tangent is the same everywhere.
+  /// The tangent is the same everywhere.
   template <class X>
-  void linearise(X const& /*x*/, Scalar const* /*inverse_mass*/) noexcept {}
+  void linearise(X const& /*x*/, Scalar const* /*inverse_mass*/) {
+    rows_.round(false);
+  }
   /// out = (mass M + damping C + stiffness K) d, and the diagonal of that matrix: 4 × particles().size(), contiguous, the fourth row 0; d is zero in the
   /// border's columns, out's are zero.
   void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, Scalar const* d, Scalar* out) const noexcept {
     this->multiply_mass(mass + damping * damping_.alpha, d, out);
     Scalar const factor = stiffness + damping * damping_.beta;
     for (int i = 0; i < moving(); ++i) add(factor * rows_.product(i, moving(), columns_of(d)), out + 4 * i);
+  }
+  void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, float const* d, float* out) const noexcept
+    requires detail::has_float_rows<Scalar>
+  {
+    this->multiply_mass(mass + damping * damping_.alpha, d, out);
+    rows_.add_product(static_cast<float>(stiffness + damping * damping_.beta), d, out);
+  }
+  bool keeps_floats() const noexcept
+    requires detail::has_float_rows<Scalar>
+  {
+    return true;
   }
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
     this->mass_diagonal(mass + damping * damping_.alpha, out);

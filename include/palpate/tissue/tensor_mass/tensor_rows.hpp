@@ -3,23 +3,28 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/simd.hpp>
+#include <palpate/tissue/float_rows.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace palpate::detail {
 
 /// Rows of 3 × 3 tensors K_ij, each set as a whole: K_ii first, then those of the neighbours. A row that outgrows its place goes to the end; all close up
-/// where half is left empty.
+/// where half is left empty. Where they are doubles they are kept in float too, as they were when round() was called.
 /// Cost       set() is O(its length), amortised; a product is nine multiplications a tensor.
 template <RealScalar Scalar>
 class TensorRows {
  public:
   int size() const noexcept { return static_cast<int>(places_.size()); }
-  void clear() noexcept { places_.clear(), column_.clear(), values_.clear(), empty_ = 0; }
-  void reserve(std::size_t rows, std::size_t tensors) { places_.reserve(rows), column_.reserve(tensors), values_.reserve(9 * tensors + 1); }
+  void clear() noexcept { places_.clear(), column_.clear(), values_.clear(), empty_ = 0, is_built_ = false; }
+  void reserve(std::size_t rows, std::size_t tensors) {
+    places_.reserve(rows), column_.reserve(tensors), values_.reserve(9 * tensors + 1);
+    if constexpr (has_float_rows<Scalar>) floats_.reserve(rows, tensors);
+  }
 
   /// The j of row i.
   std::span<int const> columns(int i) const noexcept { return std::span(column_).subspan(place(i).first, place(i).count); }
@@ -30,6 +35,7 @@ class TensorRows {
 
   /// Row i, one that there is or the next, becomes these.
   void set(int i, std::span<int const> columns, Scalar const* values) {
+    is_built_ = false;
     if (i == size()) places_.push_back({column_.size(), 0, 0});
     Place& own = places_[static_cast<std::size_t>(i)];
     if (columns.size() > own.room) {
@@ -61,6 +67,21 @@ class TensorRows {
     return (x + y) + z;
   }
 
+  /// The tensors in float, anew where `values_changed` or a row was set; and out += factor · K d of columns of four of those, their fourth rows 0.
+  void round([[maybe_unused]] bool values_changed) {
+    if constexpr (has_float_rows<Scalar>) {
+      auto const blocks_of = [this](int i) { return RowOfBlocks<Scalar>{columns(i), values(i)}; };
+      bool const was_built = std::exchange(is_built_, true);
+      if (!was_built) floats_.build(size(), blocks_of);
+      if (!was_built || values_changed) floats_.round(blocks_of);
+    }
+  }
+  void add_product(float factor, float const* d, float* out) const noexcept
+    requires has_float_rows<Scalar>
+  {
+    floats_.add_product(factor, d, out);
+  }
+
  private:
   struct Place {
     std::size_t first, count, room;
@@ -77,6 +98,8 @@ class TensorRows {
   std::vector<int> column_;
   std::vector<Scalar> values_;
   std::size_t empty_ = 0;
+  FloatRows floats_;
+  bool is_built_ = false;   // floats_, of these rows
 };
 
 }  // namespace palpate::detail
