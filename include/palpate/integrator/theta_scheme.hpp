@@ -39,7 +39,7 @@ class MotionForecast;
 ///            error of momentum. It is bounded below by rounding.
 /// Source     \cite baraff1998.
 /// Cost       a step: one evaluation of the forces for each Newton iteration, one tangent, and one product with it for each iteration of
-///            conjugate gradients and two more. Nothing is allocated after the first step.
+///            conjugate gradients and two more, in float one more after each three digits. Nothing is allocated after the first step.
 struct ThetaScheme {
   double theta = 1;
   double tolerance = 1e-6;
