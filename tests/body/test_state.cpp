@@ -11,6 +11,7 @@
 #include "body/random_edits.hpp"
 #include "catch.hpp"
 
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -70,6 +71,30 @@ TEMPLATE_PRODUCT_TEST_CASE("a restored body goes on as if nothing had been", "",
     play(fresh, moment, moment + 60);
     check_same(fresh, straight);
   }
+}
+
+// Lips that are parted and joined again between two steps: what moved in the last step may be gone, what the edits have disturbed has not moved yet.
+TEST_CASE("a body restored between edits and the next step goes on as if nothing had been") {
+  GridScene const scene{.nx = 10, .ny = 8, .prestrain = 0.02, .nails = palpate_test::grid_border(10, 8)};
+  SoftBody body(scene.tissue(), LeapfrogVerlet{}, ZoneOfInfluence{});
+  play(body, 0, 35);
+  auto const part = [&](int p) {
+    return body.split_particle(p, std::span<int const>(palpate_test::ordered_fan(body.tissue().surface(), p)).first(2));
+  };
+  int const copy = part(24);
+  play(body, 35, 36);   // it moves
+  body.hold(copy);
+  body.merge_last_particle(24);
+  int const inserted = body.insert_in_triangle(body.tissue().surface().triangle_count() - 1, {0.3, 0.3, 0.4});   // far from what is touched
+  REQUIRE(inserted == copy);
+  part(44), part(54);
+  body.merge_last_particle(54), body.merge_last_particle(44);
+  SoftBody straight = body;
+  auto const saved = body.save();
+  play(straight, 36, 100);
+  body.restore(saved);
+  play(body, 36, 100);
+  check_same(body, straight);
 }
 
 TEST_CASE("what a restored body says of its stable step is what it would have said") {

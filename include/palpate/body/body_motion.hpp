@@ -233,7 +233,8 @@ class BodyMotion : public BodyShape<TissueType> {
   struct State {
     Tissue tissue;
     ParticleState<Scalar> particles;
-    std::vector<int> held, forced;
+    std::vector<int> held, forced, disturbed;   // the last: by edits that no step has seen yet,
+    std::size_t evened;                         // of which so many were looked at by even_masses()
     typename MovingSet<Tissue, RegionType>::State moving;
     Vector gravity, home_gravity;
     std::size_t home_revision;
@@ -258,7 +259,7 @@ class BodyMotion : public BodyShape<TissueType> {
         return cut.save();
       }
     auto const forced = forces_.forced();
-    return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, moving_.save(),
+    return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, disturbed_, this->evened_, moving_.save(),
             gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, this->numbering_, system_.layout(),
             modal_estimate_.search(), known_modes_, modes_of_, modes_are_known_, this->tree_, tree_is_fitted_};
   }
@@ -274,8 +275,7 @@ class BodyMotion : public BodyShape<TissueType> {
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
     this->solid_edits_ = saved.solid_edits, this->numbering_ = saved.numbering;
-    disturbed_.clear();
-    this->evened_ = 0;
+    disturbed_ = saved.disturbed, this->evened_ = saved.evened;
     temporaries_.clear(), this->kept_.clear();
     this->take_tree(saved.tree, saved.tree_is_fitted);
     this->changes_.forget(0, 0);   // all is new

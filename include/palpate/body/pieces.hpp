@@ -59,7 +59,8 @@ Body part_of(Body const& body, std::span<int const> particles) {
       if (i < body.size() && now[static_cast<std::size_t>(i)] >= 0) kept.push_back(now[static_cast<std::size_t>(i)]);
     list = std::move(kept);
   };
-  follow(state.held), follow(state.forced), follow(state.moving.particles);
+  for (auto* const list : {&state.held, &state.forced, &state.disturbed, &state.moving.particles}) follow(*list);
+  state.evened = state.disturbed.size();
   state.tissue = std::move(tissue);
   state.solid_edits.clear();   // it is made of what it is made of now
   state.layout = {};
