@@ -97,6 +97,22 @@ TEST_CASE("a body restored between edits and the next step goes on as if nothing
   check_same(body, straight);
 }
 
+TEST_CASE("a zone that adapts to its error goes on from a restore as it would have") {
+  GridScene const scene{.nx = 16, .ny = 14, .nails = palpate_test::grid_border(16, 14)};
+  SoftBody body(scene.tissue(), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 1, .tolerance = 1e-4});
+  for (int k = 0; k < 20; ++k) {
+    auto const saved = body.save();
+    SoftBody straight = body, fresh(scene.tissue(), LeapfrogVerlet{}, ZoneOfInfluence{.rings = 1, .tolerance = 1e-4});
+    fresh.restore(saved);
+    CHECK(fresh.truncation_error() == straight.truncation_error());
+    play(straight, k, k + 30);
+    play(fresh, k, k + 30);
+    CAPTURE(k);
+    check_same(fresh, straight);
+    play(body, k, k + 1);
+  }
+}
+
 TEST_CASE("what a restored body says of its stable step is what it would have said") {
   GridScene const scene{.nx = 10, .ny = 8, .prestrain = 0.02, .nails = palpate_test::grid_border(10, 8)};
   SoftBody body(scene.tissue(), LeapfrogVerlet{}, WholeBody{});

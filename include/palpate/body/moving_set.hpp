@@ -31,8 +31,8 @@ class MovingSet {
 
   /// What of it makes the body's future.
   struct State {
-    std::vector<int> particles;
-    bool awake;
+    std::vector<int> particles, border;
+    bool awake, has_left;
     RegionType region;
     int steps_to_look;
   };
@@ -75,11 +75,12 @@ class MovingSet {
     forget();
   }
 
-  State save() const { return {moving_, awake_, region_, steps_to_look_}; }
+  State save() const { return {moving_, {border().begin(), border().end()}, awake_, has_left_, region_, steps_to_look_}; }
   void restore(State const& saved) {
     moving_ = saved.particles;
     border_.clear();
-    awake_ = saved.awake;
+    for (int const i : saved.border) border_.add(i);
+    awake_ = saved.awake, has_left_ = saved.has_left;
     region_ = saved.region;
     steps_to_look_ = saved.steps_to_look;
     forget();

@@ -59,7 +59,7 @@ Body part_of(Body const& body, std::span<int const> particles) {
       if (i < body.size() && now[static_cast<std::size_t>(i)] >= 0) kept.push_back(now[static_cast<std::size_t>(i)]);
     list = std::move(kept);
   };
-  for (auto* const list : {&state.held, &state.forced, &state.disturbed, &state.moving.particles}) follow(*list);
+  for (auto* const list : {&state.held, &state.forced, &state.disturbed, &state.moving.particles, &state.moving.border}) follow(*list);
   state.evened = state.disturbed.size();
   state.tissue = std::move(tissue);
   state.solid_edits.clear();   // it is made of what it is made of now
