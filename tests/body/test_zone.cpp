@@ -10,6 +10,7 @@
 #include <palpate/region/zone_of_influence.hpp>
 
 #include "body/naive_twin.hpp"
+#include "body/random_edits.hpp"
 #include "catch.hpp"
 
 #include <set>
@@ -114,6 +115,16 @@ TEST_CASE("a touch that jumps leaves nothing frozen deformed") {
   CHECK(farthest_from_home(body) > 0.01);
   CHECK(let_go(body, 100.0) > 0);
   CHECK(farthest_from_home(body) < 2e-5);
+}
+
+TEST_CASE("a held copy that is joined again holds no zone, whoever gets its number") {
+  auto body = square(2);
+  int const copy = body.split_particle(at(9, 9), std::span<int const>(palpate_test::ordered_fan(body.tissue().surface(), at(9, 9))).first(2));
+  body.hold(copy);
+  body.merge_last_particle(at(9, 9));
+  REQUIRE(body.insert_in_triangle(0, {0.3, 0.3, 0.4}) == copy);
+  CHECK_FALSE(body.is_held(copy));
+  CHECK(let_go(body, 60.0) >= 0);
 }
 
 TEST_CASE("a stroke leaves a trail that closes behind the tool") {

@@ -385,7 +385,7 @@ class BodyMotion : public BodyShape<TissueType> {
     if (moving_.is_chosen(view())) return;
     if (!disturbed_.empty()) {
       forces_.follow_edits(state_, disturbed_);
-      std::erase_if(held_, [this](int i) { return i >= size(); });
+      std::erase_if(held_, [this](int i) { return i >= size() || !holds(i); });   // a number that is given out again is another particle
       moving_.follow_edits(tissue_, disturbed_);
       disturbed_.clear();
       this->evened_ = 0;
