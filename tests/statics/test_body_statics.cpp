@@ -15,6 +15,7 @@
 #include "catch.hpp"
 #include "statics/solvers.hpp"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -38,6 +39,15 @@ void load(Body& body) {
   body.apply_force(27, {S(0.02), S(0), S(-0.1)});
   body.apply_force(0, {S(1), S(0), S(0)});   // on the nail
 }
+
+/// Looks at what it is told.
+struct Watched {
+  template <TissueModel Tissue>
+  auto solve(StaticProblem<Tissue> const& problem, Matrix3X<typename Tissue::Scalar>& x) const {
+    for (int const i : problem.touched) REQUIRE(i < problem.tissue.size());
+    return LocalRelaxation{}.solve(problem, x);
+  }
+};
 
 }  // namespace
 
@@ -83,6 +93,17 @@ TEST_CASE("a body that was solved goes on in time, in a zone too") {
   for (int k = 0; k < 20000 && body.step(2e-4).moving > 0; ++k) {}
   CHECK(body.step(2e-4).moving == 0);
   CHECK((body.positions() - body.rest_mesh().points).cwiseAbs().maxCoeff() < 1e-5);   // without it, it comes home
+}
+
+// Lips that are held and joined again: a solver that begins where the body is touched reads past its particles, or writes there.
+TEST_CASE("what a solver is told to be touched is there, right after a cut too") {
+  SoftBody body(skin<double>(), LeapfrogVerlet{}, WholeBody{});
+  std::array const part{body.tissue().surface().triangles_at(27).front()};
+  int const copy = body.split_particle(27, part);
+  body.hold(copy), body.hold(20);
+  body.merge_last_particle(27);
+  load(body);
+  CHECK(body.solve_statics(Watched{}, 1e-9).converged);
 }
 
 TEST_CASE("settle takes any solver and makes the balance its home, without the applied forces") {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -24,14 +25,18 @@ Equilibrium<typename Tissue::Scalar> find_balance(Solver const& solver, BodyView
   using Scalar = typename Tissue::Scalar;
   detail::require_non_negative("the tolerance", tolerance, "mean edges");
   bool const is_given = tolerance > 0;
-  std::vector<int> free, touched(body.held.begin(), body.held.end());
+  std::vector<int> free, touched;
+  auto const touch = [&](std::span<int const> particles) {
+    for (int const i : particles)
+      if (i < body.size()) touched.push_back(i);   // an edit since the last step may have taken it away
+  };
+  touch(body.held);
   for (int i = 0; i < body.size(); ++i)
     if (body.is_free(i)) free.push_back(i);
   StaticProblem<Tissue> problem{body.tissue, free, body.gravity, Matrix3X<Scalar>(3, 0), (is_given ? tolerance : Scalar(1e-8)) * mean_edge, {}};
   if (with_forces) {
     problem.applied = body.state.applied.view();
-    for (int const i : body.forced)
-      if (i < body.size()) touched.push_back(i);
+    touch(body.forced);
   }
   problem.touched = touched;
   if (!is_given) {

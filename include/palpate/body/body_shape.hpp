@@ -190,7 +190,7 @@ class BodyShape {
   }
 
   /// Gives `triangles`, all at p, a copy of p as their corner; mass and springs are shared by area. Returns the copy.
-  /// Call make_permanent_at(p) first.
+  /// The list is the caller's own: that of the surface changes meanwhile. Call make_permanent_at(p) first.
   int split_particle(int p, std::span<int const> triangles)
     requires CuttableTissue<Tissue>
   {
