@@ -13,10 +13,13 @@
 #include <palpate/tissue/lowest_frequencies.hpp>
 #include <palpate/tissue/mass_scaling.hpp>
 #include <palpate/tissue/mass_spring.hpp>
+#include <palpate/tissue/supported.hpp>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace palpate;
@@ -200,4 +203,25 @@ TEST_CASE("springs and float can be scaled too", "[tissue][mass_scaling]") {
   auto const in_float = scale_masses(solid, 3e-4f, 3);
   CHECK(in_float.step >= 0.9999f * 3e-4f);
   CHECK(in_float.frequencies[0] == Approx(in_float.frequencies_before[0]).epsilon(0.02));
+}
+
+// Yardstick: the step that was asked for. A support spring's stiffness is in proportion to mass, so it grows with what is lent: a step of 2 ms came out as 1.96.
+TEMPLATE_TEST_CASE("supported tissue is lent mass until it stands the step", "[tissue][mass_scaling]", float, double) {
+  using S = TestType;
+  auto mesh = make_block<S>(9, 4, 4, S(0.01), BlockPattern::alternating);
+  MassSpring<S> springs(mesh, {.mass = {.total = S(0.07)}, .link = {.stiffness = S(20)}});
+  springs.nail(vertices_where(mesh, [](auto const& p) { return p.x() < S(1e-6); }));
+  springs.set_mass(40, S(1e-5));
+  auto const plain = springs;
+  Supported tissue(std::move(springs), LinearSpring<S>{.stiffness = S(20)}, {S(0.0403), S(0.0152), S(0.0151)});
+  double before = 0, after = 0;
+  for (int i = 0; i < tissue.size(); ++i) before += static_cast<double>(tissue.mass(i));
+  auto const scaling = scale_masses(tissue, S(2e-3), 0);
+  for (int i = 0; i < tissue.size(); ++i) after += static_cast<double>(tissue.mass(i));
+  CHECK(scaling.step_before < S(1.2e-3));
+  CHECK(std::abs(scaling.step / S(2e-3) - 1) < 32 * std::numeric_limits<S>::epsilon());
+  CHECK(std::abs(after / before - 1) < 32 * static_cast<double>(std::numeric_limits<S>::epsilon()));
+  int changed = 0;
+  for (int i = 0; i < tissue.size(); ++i) changed += tissue.mass(i) > plain.mass(i);
+  CHECK(scaling.particles == changed);   // each is counted once
 }

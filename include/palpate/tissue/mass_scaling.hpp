@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -54,41 +55,54 @@ MassScaling<typename Tissue::Scalar> scale_masses(Tissue& tissue, typename Tissu
   };
   scaling.step_before = longest_step();
 
-  std::vector<Scalar> spare(at(tissue.size()), Scalar(0));   // above what it needs; below 0 it lacks that
-  for (int i = 0; i < tissue.size(); ++i) {
-    if (tissue.nailed(i)) continue;
-    scaling.total += tissue.mass(i);
-    spare[at(i)] = tissue.mass(i) - tissue.stiffness_bound(i) * step * step / 4;
-  }
+  for (int i = 0; i < tissue.size(); ++i)
+    if (!tissue.nailed(i)) scaling.total += tissue.mass(i);
+  std::vector<Scalar> spare(at(tissue.size()));   // above what it needs; below 0 it lacks that
   auto const given = [&](int i, Scalar mass) {
     spare[at(i)] += mass;
     tissue.set_mass(i, tissue.mass(i) + mass);
   };
-  std::vector<int> seen(at(tissue.size()), -1), ring, next;
-  for (int i = 0; i < tissue.size(); ++i) {
-    if (!(spare[at(i)] < 0)) continue;
-    seen[at(i)] = i;
-    ring.assign(1, i);
-    Scalar got = 0;
-    for (int r = 0; r < most_rings && spare[at(i)] < 0; ++r) {
-      next.clear();
-      Scalar there = 0;
-      for (int const j : ring)
-        tissue.for_each_neighbour(j, [&](int k) {
-          if (seen[at(k)] == i) return;
-          seen[at(k)] = i;
-          next.push_back(k), there += std::max(Scalar(0), spare[at(k)]);
-        });
-      ring = next;
-      Scalar const lacks = -spare[at(i)], lent = std::min(lacks, there);
-      if (!(lent > 0)) continue;
-      for (int const k : ring)
-        if (Scalar const own = spare[at(k)]; own > 0) given(k, -own * (lent / there));
-      given(i, lent);
-      got += lent;
-      if (lent == lacks) spare[at(i)] = 0;   // to the last digit
+  std::vector<char> has_got(at(tissue.size()), 0);
+  std::vector<int> seen, ring, next;
+  auto const lend = [&] {   // what was lent [kg]
+    Scalar all = 0;
+    for (int i = 0; i < tissue.size(); ++i) {
+      Scalar const mass = tissue.nailed(i) ? Scalar(0) : tissue.mass(i), own = mass - (mass > 0 ? tissue.stiffness_bound(i) * step * step / 4 : Scalar(0));
+      spare[at(i)] = std::abs(own) > 8 * std::numeric_limits<Scalar>::epsilon() * mass ? own : Scalar(0);
     }
-    scaling.moved += got, scaling.particles += got > 0 ? 1 : 0;
+    seen.assign(at(tissue.size()), -1);
+    for (int i = 0; i < tissue.size(); ++i) {
+      if (!(spare[at(i)] < 0)) continue;
+      seen[at(i)] = i;
+      ring.assign(1, i);
+      Scalar got = 0;
+      for (int r = 0; r < most_rings && spare[at(i)] < 0; ++r) {
+        next.clear();
+        Scalar there = 0;
+        for (int const j : ring)
+          tissue.for_each_neighbour(j, [&](int k) {
+            if (seen[at(k)] == i) return;
+            seen[at(k)] = i;
+            next.push_back(k), there += std::max(Scalar(0), spare[at(k)]);
+          });
+        ring = next;
+        Scalar const lacks = -spare[at(i)], lent = std::min(lacks, there);
+        if (!(lent > 0)) continue;
+        for (int const k : ring)
+          if (Scalar const own = spare[at(k)]; own > 0) given(k, -own * (lent / there));
+        given(i, lent);
+        got += lent;
+        if (lent == lacks) spare[at(i)] = 0;   // to the last digit
+      }
+      all += got;
+      if (got > 0 && !std::exchange(has_got[at(i)], 1)) ++scaling.particles;
+    }
+    return all;
+  };
+  for (int pass = 0; pass < 16; ++pass) {   // support springs are as stiff as their particle is heavy: what is lent makes it lack a little again
+    Scalar const lent = lend();
+    if (!(lent > 0)) break;
+    scaling.moved += lent;
   }
   scaling.step = longest_step();
   scaling.frequencies = found();
