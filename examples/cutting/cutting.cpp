@@ -6,6 +6,7 @@
 #include "solid_cuts.hpp"
 #include "strokes.hpp"
 
+#include <palpate/core/detail/text.hpp>
 #include <palpate/organs.hpp>
 #include <palpate/palpate.hpp>
 #include <palpate/testing/cut_invariants.hpp>
@@ -13,7 +14,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -154,7 +154,7 @@ constexpr char const* usage = "usage: cutting FOLDER [--cutter progressive|separ
 
 /// Exit codes: 0 done; 2 the arguments can not be used, or no pictures can be drawn; 1 an invariant is broken, or anything else.
 int main(int argc, char** argv) {
-  std::string name = "progressive";
+  std::string name = "progressive", width;
   Canvas canvas;
   for (int k = 1; k < argc; ++k) {
     std::string const argument = argv[k];
@@ -165,7 +165,7 @@ int main(int argc, char** argv) {
     if (argument == "--cutter" && k + 1 < argc)
       name = argv[++k];
     else if (argument == "--width" && k + 1 < argc)
-      canvas.width = std::atoi(argv[++k]);
+      canvas.width = detail::to_number<int>(width = argv[++k]).value_or(0);
     else if (canvas.folder.empty() && !argument.empty() && argument.front() != '-')
       canvas.folder = argument;
     else
@@ -174,7 +174,7 @@ int main(int argc, char** argv) {
   if (canvas.folder.empty()) return std::fprintf(stderr, "cutting: say in which folder the pictures go\n%s\n", usage), 2;
   if (name != "progressive" && name != "separating" && name != "volume")
     return std::fprintf(stderr, "cutting: no cutter is called \"%s\"\n%s\n", name.c_str(), usage), 2;
-  if (canvas.width < 160 || canvas.width > 7680) return std::fprintf(stderr, "cutting: a picture is 160 to 7680 pixels wide\n%s\n", usage), 2;
+  if (canvas.width < 160 || canvas.width > 7680) return std::fprintf(stderr, "cutting: --width is \"%s\"; a picture is 160 to 7680 pixels wide\n%s\n", width.c_str(), usage), 2;
   return exit_code_of("cutting", [&]() -> int {
     prepare(canvas.folder);
     VirtualDisplay const display;

@@ -28,7 +28,9 @@ refused "no cutter is called \"blunt\"" pictures --cutter blunt
 refused "what is \"--color\"" pictures --color
 refused "what is \"--cutter\"" pictures --cutter
 refused "what is \"more\"" pictures more
-refused "160 to 7680 pixels" pictures --width 12
+for width in 12 800px 4294968096 -800 nan ""; do
+  refused "width is \"$width\"; a picture is 160 to 7680 pixels" pictures --width "$width"
+done
 : >file
 refused "choose another" file
 [ "$("$program" --help | head -n 1)" = "usage: cutting FOLDER [--cutter progressive|separating|volume] [--width PIXELS]" ] || fail "--help: $("$program" --help)"
