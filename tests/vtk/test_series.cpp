@@ -7,6 +7,7 @@
 #include <palpate/vtk/series.hpp>
 
 #include <filesystem>
+#include <limits>
 #include <string>
 
 using namespace palpate;
@@ -49,6 +50,7 @@ TEST_CASE("a series refuses what ParaView could not show", "[vtk][series][error]
   // A folder below a regular file can not be made, whoever asks.
   CHECK_THROWS_AS(SeriesWriter(folder.write("file", "x") / "tissue.pvd"), FileError);
   SeriesWriter series(folder.path() / "tissue.pvd");
+  CHECK_THROWS_WITH(series.add(std::numeric_limits<double>::quiet_NaN(), mesh), says("frame 0 is at nan s; give a finite time"));
   series.add(0.1, mesh);
   CHECK_THROWS_AS(series.add(0.1, mesh), InvalidArgument);
   Matrix3X<double> const three = Matrix3X<double>::Zero(3, 3);

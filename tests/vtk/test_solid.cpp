@@ -206,6 +206,12 @@ TEST_CASE("a series of a solid has its shape, displacement, stress and energy", 
   CHECK(reader->GetOutput()->GetPointData()->GetArray("displacement")->GetComponent(13, 0) == Approx(0.001).epsilon(1e-5));
   CHECK_THROWS_AS(series.add(0.1, make_block<double>(2, 2, 2, 0.01), displacement, fields), InvalidArgument);
   CHECK_THROWS_AS(series.add(0.1, TetrahedralMesh<double>{x, mesh.tetrahedra}, Matrix3X<double>(3, 2), fields), InvalidArgument);
+  auto short_of_one = fields;
+  short_of_one.stress.conservativeResize(Eigen::NoChange, 2);   // a file that no reader takes
+  CHECK_THROWS_WITH(series.add(0.1, mesh, displacement, short_of_one), says("tetrahedra and fields of 2"));
+  auto torn = mesh;
+  torn.tetrahedra(0, 5) = 999;
+  CHECK_THROWS_WITH(series.add(0.1, torn, displacement, fields), says("tetrahedron 5 names vertex 999"));
   CHECK(series.frames() == 1);
 }
 

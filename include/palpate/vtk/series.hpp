@@ -4,6 +4,7 @@
 #include <palpate/core/detail/whole_file.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/mesh/detail/simplices.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/tissue/solid_fields.hpp>
@@ -35,8 +36,8 @@ namespace palpate {
 ///   series.add(0.1, TetrahedralMesh<double>{body.positions(), tetrahedra}, body.displacements(), solid_fields(body.tissue(), body.positions()));
 /// Every file is there as a whole or not at all, and the .pvd names only frames that are: a run that is stopped leaves a
 /// series that opens. The number of vertices may change from frame to frame, as it does in a cut.
-/// Errors     `FileError`: a folder or file that can not be written. `InvalidArgument`: a time that does not grow, a
-///            displacement that is not 3 × the number of vertices, fields that are not those of as many tetrahedra.
+/// Errors     `FileError`: a folder or file that can not be written. `InvalidArgument`: a time that is not finite or does not grow, a
+///            displacement that is not 3 × the number of vertices, fields that are not those of as many tetrahedra. `InvalidMesh`: a vertex that is not there.
 /// Cost       `add` writes one frame and the list of all frames.
 class SeriesWriter {
  public:
@@ -70,8 +71,10 @@ class SeriesWriter {
   /// "volume ratio".
   template <RealScalar Scalar>
   void add(double time, TetrahedralMesh<Scalar> const& mesh, Matrix<Scalar, 3, Dynamic> const& displacement, SolidFields<Scalar> const& fields) {
-    if (fields.von_mises.size() != mesh.tetrahedra.cols())
-      throw InvalidArgument(detail::message("frame ", frames_, " has ", mesh.tetrahedra.cols(), " tetrahedra and fields of ", fields.von_mises.size()));
+    for (Eigen::Index const size : {fields.stress.cols(), fields.von_mises.size(), fields.energy_density.size(), fields.determinant.size()})
+      if (size != mesh.tetrahedra.cols())
+        throw InvalidArgument(detail::message("frame ", frames_, " has ", mesh.tetrahedra.cols(), " tetrahedra and fields of ", size));
+    detail::check_corners(mesh);
     auto const solid = detail::to_unstructured_grid(mesh);
     add_displacement(*solid, displacement);
     auto* const cells = solid->GetCellData();
@@ -94,7 +97,8 @@ class SeriesWriter {
   }
   template <class Writer>
   void add_frame(double time, char const* extension, vtkDataSet& shape) {
-    if (!std::isfinite(time) || (frames_ > 0 && !(time > last_time_)))
+    if (!std::isfinite(time)) throw InvalidArgument(detail::message("frame ", frames_, " is at ", time, " s; give a finite time"));
+    if (frames_ > 0 && !(time > last_time_))
       throw InvalidArgument(detail::message("frame ", frames_, " is at ", time, " s, the one before at ", last_time_,
                                             " s; times must grow"));
     char name[32];
