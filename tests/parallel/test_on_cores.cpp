@@ -4,6 +4,7 @@
 
 #include <palpate/body/soft_body.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
+#include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
@@ -18,6 +19,7 @@
 #include "tissue/user_elements.hpp"
 
 #include <cmath>
+#include <utility>
 
 using namespace palpate;
 
@@ -73,6 +75,27 @@ TEST_CASE("so does tissue with support springs, and tissue of a user's elements"
   same_on_two(cut.tissue());
   same_on_two(FiniteElements<double, StableNeoHookean<double>>(
       block, {.density = 1000.0, .material = {.young = 3000.0, .poisson = 0.45}, .damping = {.alpha = 1.0, .beta = 1e-4}, .pressure = Pressure::nodal}));
+}
+
+TEST_CASE("implicit steps of solids on several cores are those on one, to the bit") {
+  auto const block = make_block<double>(17, 17, 15, 0.01, BlockPattern::alternating);   // 4,335 particles, two blocks
+  for (auto const& [pressure, stiffness] : {std::pair{Pressure::element, Stiffness::matrix_free}, {Pressure::nodal, Stiffness::matrix_free}, {Pressure::element, Stiffness::assembled}}) {
+    FiniteElements<double, StableNeoHookean<double>> tissue(
+        block, {.density = 1000.0, .material = {.young = 3000.0, .poisson = 0.45}, .damping = {.beta = 1e-3}, .pressure = pressure, .stiffness = stiffness});
+    tissue.nail(0);
+    SoftBody alone(tissue, BackwardEuler{.tolerance = 1e-6, .max_iterations = 60}, WholeBody{});
+    SoftBody together(tissue, BackwardEuler{.tolerance = 1e-6, .max_iterations = 60}, WholeBody{}, OnCores(2));
+    for (int step = 0; step < 3; ++step) {
+      for (int i = 5; i < alone.size(); i += 53) alone.apply_force(i, {0.01, 0.0, 0.03}), together.apply_force(i, {0.01, 0.0, 0.03});
+      auto const one = alone.step(5e-3), two = together.step(5e-3);
+      REQUIRE(one);
+      REQUIRE(two);
+      CHECK(one.solve.iterations == two.solve.iterations);
+      CHECK(one.solve.iterations > 3);
+      CHECK(together.positions() == alone.positions());
+      CHECK(together.velocities() == alone.velocities());
+    }
+  }
 }
 
 TEST_CASE("no cores are refused") {

@@ -141,7 +141,10 @@ class BodySystem {
     requires HasTangentOperator<Tissue>
   {
     if (std::exchange(foreseen_h_, Scalar(0)) > 0) return;   // a forecast has
-    assembly_.linearise(now(x_, &State::position).padded_view(), inverse_mass_.data());
+    if constexpr (HasTangentOnCores<Tissue>)
+      assembly_.linearise(now(x_, &State::position).padded_view(), inverse_mass_.data(), flushed());
+    else
+      assembly_.linearise(now(x_, &State::position).padded_view(), inverse_mass_.data());
     if (all_ == moving_) return;
     direction_.resize(all_), product_.resize(all_);
     direction_.padded_view().rightCols(all_ - moving_).setZero();   // the border does not move
@@ -162,14 +165,14 @@ class BodySystem {
     if constexpr (is_padded<D> && is_padded<Out>)
       if (all_ == moving_ || (is_scratch(d) && is_scratch(out))) {
         PaddedView<Scalar>(const_cast<Scalar*>(d.data()), 4, all_).rightCols(all_ - moving_).setZero();   // the border does not move
-        return assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
+        return multiply(mass, damping, stiffness, d.data(), out.data());
       }
     if (all_ == moving_) direction_.resize(moving_), product_.resize(moving_);
     if constexpr (int{D::RowsAtCompileTime} == 4)
       direction_.padded_view().leftCols(moving_) = d;
     else
       direction_.view(moving_) = d;
-    assembly_.multiply_tangent(mass, damping, stiffness, direction_.padded_view().data(), product_.padded_view().data());
+    multiply(mass, damping, stiffness, direction_.padded_view().data(), product_.padded_view().data());
     hand_out(out);
   }
   /// Whether the tangent can be multiplied in float: columns of those, and a product.
@@ -189,7 +192,7 @@ class BodySystem {
     requires HasFloatTangent<Tissue>
   {
     PaddedView<float>(const_cast<float*>(d.data()), 4, all_).rightCols(all_ - moving_).setZero();   // the border does not move
-    assembly_.multiply_tangent(mass, damping, stiffness, d.data(), out.data());
+    multiply(mass, damping, stiffness, d.data(), out.data());
   }
   template <class Out>
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Out&& out)
@@ -225,7 +228,11 @@ class BodySystem {
     requires HasAssemblyEnergy<Tissue>
   {
     PaddedView<Scalar> const at = with_border(x.derived(), border_x_);
-    Scalar energy = assembly_.energy(at.data());
+    Scalar energy;
+    if constexpr (HasTangentOnCores<Tissue>)
+      energy = assembly_.energy(at.data(), flushed());
+    else
+      energy = assembly_.energy(at.data());
     for (int i = 0; i < moving_; ++i)
       energy -= (gravity_[0] * at(0, i) + gravity_[1] * at(1, i) + gravity_[2] * at(2, i)) / inverse_mass_[static_cast<std::size_t>(i)];
     for (auto const& push : pushes_)
@@ -430,6 +437,13 @@ class BodySystem {
         walk(k);
       });
     };
+  }
+  template <RealScalar Number>
+  void multiply(Scalar mass, Scalar damping, Scalar stiffness, Number const* d, Number* out) {
+    if constexpr (HasTangentOnCores<Tissue>)
+      assembly_.multiply_tangent(mass, damping, stiffness, d, out, flushed());
+    else
+      assembly_.multiply_tangent(mass, damping, stiffness, d, out);
   }
   template <std::size_t Count, class Before, class AfterOf>
   void accelerate(PaddedView<Scalar> const& x, PaddedView<Scalar> const& v, std::array<Scalar const*, Count> const& columns, Before const& before,

@@ -3,6 +3,7 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/padded_columns.hpp>
+#include <palpate/core/serial.hpp>
 #include <palpate/mesh/surface_topology.hpp>
 #include <palpate/tissue/column_force.hpp>
 
@@ -260,6 +261,15 @@ template <class T>
 concept HasFloatTangent = HasTangentOperator<T> && requires(typename T::Assembly const& assembly, typename T::Scalar factor, float const* in, float* out) {
   { assembly.keeps_floats() } -> std::same_as<bool>;
   assembly.multiply_tangent(factor, factor, factor, in, out);
+};
+
+/// Refinement: its Assembly does linearise() and multiply_tangent() on some cores at once, where an Execution is their last argument, with the same bytes.
+template <class T>
+concept HasTangentOnCores = HasTangentOperator<T> && requires(typename T::Assembly& assembly, PaddedView<typename T::Scalar> const& x, typename T::Scalar const* in,
+                                                              typename T::Scalar* out, typename T::Scalar factor, Serial const& run) {
+  assembly.linearise(x, in, run);
+  assembly.multiply_tangent(factor, factor, factor, in, out, run);
+  { assembly.energy(in, run) } -> std::convertible_to<typename T::Scalar>;
 };
 
 /// Refinement: its Assembly multiplies with the tangent faster than the tissue itself: `static constexpr bool fast_tangent = true` in it.

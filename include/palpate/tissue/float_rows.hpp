@@ -65,9 +65,9 @@ class FloatRows {
         }
     }
   }
-  /// out += factor · K d, of columns of four floats.
-  void add_product(float factor, float const* d, float* out) const noexcept {
-    for (std::size_t i = 0; i + 1 < first_.size(); ++i) {
+  /// out += factor · K d, of columns of four floats, in rows first … end − 1.
+  void add_product(float factor, float const* d, float* out, int first, int end) const noexcept {
+    for (std::size_t i = at(first); i < at(end); ++i) {
       Group x{}, y{}, z{}, of, change;
       for (int k = first_[i]; k < first_[i + 1]; ++k) {
         simd::load_beside(of, d, &starts_[at(k * beside)], 1);

@@ -4,6 +4,7 @@
 #include <palpate/core/growing_lists.hpp>
 #include <palpate/core/huge_page_vector.hpp>
 #include <palpate/core/padded_columns.hpp>
+#include <palpate/core/serial.hpp>
 #include <palpate/tissue/assembled_particles.hpp>
 #include <palpate/tissue/pressure_stars.hpp>
 #include <palpate/tissue/tetrahedron_packs.hpp>
@@ -12,6 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -47,7 +49,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   template <class X, class V, class F>
   void add_forces(X const& x, V const& v, F& f) const noexcept {
     if constexpr (is_padded<X> && is_padded<V> && is_padded<F>) {
-      add_forces(x.data(), v.data(), f.data(), OneAfterTheOther{});
+      add_forces(x.data(), v.data(), f.data(), Serial{});
     } else {
       auto const copied = [](PaddedColumns<Scalar>& to, auto const& from) {
         to.view() = from;
@@ -55,7 +57,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
       };
       Scalar const *const px = copied(x_, x), *const pv = copied(v_, v);
       f_.set_zero();
-      add_forces(px, pv, f_.padded_view().data(), OneAfterTheOther{});
+      add_forces(px, pv, f_.padded_view().data(), Serial{});
       f += f_.view();
     }
   }
@@ -70,35 +72,41 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     this->accelerate_by(Padded(force, 4, this->force_columns()), gravity, pushes, run, after_of);
   }
 
-  /// Takes the tangent of every tetrahedron at x, positive semidefinite, for the two below.
-  template <class X>
-  void linearise(X const& x, Scalar const* /*inverse_mass*/) {
+  /// Takes the tangent of every tetrahedron at x, positive semidefinite, for the two below. What `run` does at once is a block's; blocks add to rows in turn.
+  template <class X, class Run = Serial>
+  void linearise(X const& x, Scalar const* /*inverse_mass*/, Run const& run = {}) {
     static_assert(is_padded<X>);
-    press(OneAfterTheOther{}, pressure_, Scalar(1), [&](Packs& packs) { packs.measure_volumes(x.data()); });
+    press(run, pressure_, Scalar(1), [&](Packs& packs) { packs.measure_volumes(x.data()); });
     if (!rows_.empty()) rows_.set_zero();
-    for (int b = 0; b < blocks(); ++b) packs_[at(b)].linearise(x.data(), pressure_.data(), rows_);
+    auto const block = [&](int b) { packs_[at(b)].linearise(x.data(), pressure_.data(), rows_); };
+    rows_.empty() ? run(blocks(), block) : Serial{}(blocks(), block);
     if (has_halo()) packs_[halo].linearise(x.data(), pressure_.data(), rows_);
     if (!rows_.empty()) rows_.mirror();
   }
   /// out = (mass M + damping C + stiffness K) d, and the diagonal of that matrix, with stars nearly: 4 × particles().size(), contiguous, the fourth row 0;
   /// d is zero in the border's columns, out's border columns are overwritten with partial sums.
-  void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, Scalar const* d, Scalar* out) const noexcept {
+  template <class Run = Serial>
+  void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, Scalar const* d, Scalar* out, Run const& run = {}) const {
     this->multiply_mass(mass + damping * damping_.alpha, d, out);
     Scalar const factor = stiffness + damping * damping_.beta;
     if (factor == 0) return;
-    press(OneAfterTheOther{}, rate_, Scalar(0), [&](Packs& packs) { packs.measure_changes(d); });
-    for (int b = 0; b < blocks(); ++b) packs_[at(b)].add_product(factor, d, rate_.data(), out);
-    if (!rows_.empty()) rows_.add_product(factor, d, out);
+    press(run, rate_, Scalar(0), [&](Packs& packs) { packs.measure_changes(d); });
+    run(blocks(), [&](int b) {
+      packs_[at(b)].add_product(factor, d, rate_.data(), out);
+      if (!rows_.empty()) rows_.add_product(factor, d, out, first_of(b), first_of(b + 1));
+    });
   }
   /// That with numbers half as wide and twice as many at once; where keeps_floats().
-  void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, float const* d, float* out) const noexcept
+  template <class Run = Serial>
     requires Packs::has_floats
-  {
+  void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, float const* d, float* out, Run const& run = {}) const {
     this->multiply_mass(mass + damping * damping_.alpha, d, out);
     float const factor = static_cast<float>(stiffness + damping * damping_.beta);
     if (factor == 0) return;
-    for (int b = 0; b < blocks(); ++b) packs_[at(b)].add_product(factor, d, out);
-    if (!rows_.empty()) rows_.add_product(factor, d, out);
+    run(blocks(), [&](int b) {
+      packs_[at(b)].add_product(factor, d, out);
+      if (!rows_.empty()) rows_.add_product(factor, d, out, first_of(b), first_of(b + 1));
+    });
   }
   bool keeps_floats() const noexcept
     requires Packs::has_floats
@@ -112,10 +120,12 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   }
 
   /// The energy of the tetrahedra and stars that act on the chosen particles, at x: 4 × particles().size() [J].
-  Scalar energy(Scalar const* x) const noexcept {
-    Scalar sum = 0;
-    for (int b = 0; b < blocks(); ++b) sum += packs_[at(b)].energy(x);
-    press(OneAfterTheOther{}, pressure_, Scalar(1), [&](Packs& packs) { packs.measure_volumes(x); });
+  template <class Run = Serial>
+  Scalar energy(Scalar const* x, Run const& run = {}) const {
+    std::array<Scalar, std::size_t{Base::max_blocks}> of_block{};
+    run(blocks(), [&](int b) { of_block[at(b)] = packs_[at(b)].energy(x); });
+    Scalar sum = std::accumulate(of_block.begin(), of_block.end(), Scalar(0));
+    press(run, pressure_, Scalar(1), [&](Packs& packs) { packs.measure_volumes(x); });
     for (std::size_t s = 0; s < pressure_.size(); ++s) sum += 2 * pressure_[s] * pressure_[s] / bulk_[s] * volume_[s];   // p = κ (J̄ − 1), of which a quarter is kept
     return sum;
   }
@@ -267,12 +277,6 @@ class SolidAssembly : public AssembledParticles<Scalar> {
  private:
   static constexpr std::size_t halo = Base::max_blocks;   // of tetrahedra that are only measured
 
-  struct OneAfterTheOther {
-    template <class Walk>
-    void operator()(int n, Walk const& walk) const {
-      for (int k = 0; k < n; ++k) walk(k);
-    }
-  };
   /// The stars whose volume a block sums up: where each of their tetrahedra is measured.
   struct Sums {
     std::vector<int> star;

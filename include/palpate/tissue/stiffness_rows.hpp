@@ -75,11 +75,11 @@ class StiffnessRows {
     if constexpr (has_float_rows<Scalar>) floats_.round(blocks_of());
   }
 
-  /// out += factor · K d, of columns of four numbers.
-  void add_product(Scalar factor, Scalar const* d, Scalar* out) const noexcept {
+  /// out += factor · K d, of columns of four numbers, in rows first … end − 1.
+  void add_product(Scalar factor, Scalar const* d, Scalar* out, int first, int end) const noexcept {
     using Column = simd::Pack<Scalar, 4>;
-    Scalar const* values = values_.data();
-    for (std::size_t i = 0; i < diagonal_.size(); ++i) {
+    Scalar const* values = values_.data() + 9 * static_cast<std::ptrdiff_t>(first_[at(first)]);
+    for (std::size_t i = at(first); i < at(end); ++i) {
       Column x{}, y{}, z{}, of, sum;
       for (int k = first_[i]; k < first_[i + 1]; ++k, values += 9) {
         Scalar const* const change = d + 4 * static_cast<std::ptrdiff_t>(column_[at(k)]);
@@ -95,10 +95,10 @@ class StiffnessRows {
     }
   }
   /// The same in float.
-  void add_product(float factor, float const* d, float* out) const noexcept
+  void add_product(float factor, float const* d, float* out, int first, int end) const noexcept
     requires has_float_rows<Scalar>
   {
-    floats_.add_product(factor, d, out);
+    floats_.add_product(factor, d, out, first, end);
   }
   /// out += factor · its diagonal.
   void add_diagonal(Scalar factor, Scalar* out) const noexcept {

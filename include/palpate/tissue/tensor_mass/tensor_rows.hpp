@@ -79,7 +79,7 @@ class TensorRows {
   void add_product(float factor, float const* d, float* out) const noexcept
     requires has_float_rows<Scalar>
   {
-    floats_.add_product(factor, d, out);
+    floats_.add_product(factor, d, out, 0, size());
   }
 
  private:
