@@ -134,6 +134,7 @@ constexpr char const* usage = "usage: training FOLDER";
 
 /// Exit codes: 0 done; 2 the arguments can not be used, or no pictures can be drawn; 1 the replay differs, or anything else.
 int main(int argc, char** argv) {
+  if (argc > 2) return std::fprintf(stderr, "training: takes one folder; \"%s\" is one argument more\n%s\n", argv[2], usage), 2;
   std::string const folder = argc == 2 ? argv[1] : "";
   if (folder == "--help") return std::printf("%s\n", usage), 0;
   if (folder.empty() || folder.front() == '-') return std::fprintf(stderr, "training: say in which folder the files go\n%s\n", usage), 2;

@@ -17,6 +17,8 @@ less() {
 
 "$program" >refused.out 2>refused.err
 [ $? -eq 2 ] && grep -q "usage:" refused.err || fail "without a folder: $(cat refused.err)"
+"$program" one two >refused.out 2>refused.err
+[ $? -eq 2 ] && grep -q '"two" is one argument more' refused.err && [ ! -e one ] || fail "with two folders: $(cat refused.err)"
 : >file
 "$program" file >refused.out 2>refused.err
 [ $? -eq 2 ] && grep -q "choose another" refused.err || fail "a file as folder: $(cat refused.err)"
