@@ -7,6 +7,7 @@
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/vertices_where.hpp>
 #include <palpate/tissue/finite_elements.hpp>
+#include <palpate/tissue/supported.hpp>
 #include <palpate/tissue/tensor_mass/corotated_tensor_mass.hpp>
 #include <palpate/tissue/tensor_mass/tensor_mass.hpp>
 
@@ -23,6 +24,12 @@ using namespace palpate;
 namespace {
 
 using Solid = FiniteElements<double, StableNeoHookean<double>>;
+
+constexpr bool has_registers = simd::register_size > 0;
+static_assert(HasFloatTangent<Solid> == has_registers && HasFloatTangent<TensorMass<double>> == has_registers && HasFloatTangent<CorotatedTensorMass<double>> == has_registers);
+static_assert(!HasFloatTangent<FiniteElements<float, StableNeoHookean<float>>>, "is in float");
+static_assert(!HasFloatTangent<Supported<Solid>>, "its springs would be left out");
+static_assert(HasTangentOnCores<Solid> && !HasTangentOnCores<Supported<Solid>> && !HasTangentOnCores<CorotatedTensorMass<double>>, "whose own parts would be left out");
 
 template <class Tissue>
 Eigen::MatrixXd dense_stiffness(Tissue const& tissue, Matrix3X<double> const& x) {

@@ -36,7 +36,7 @@ template <class T>
 }
 
 /// Eigenvalues of symmetric tensors, in their diagonals, and their eigenvectors, in the columns of V, by Jacobi's rotations: until nothing but rounding is
-/// beside the diagonals, at most as many sweeps as double needs. A rotation waits for the one before it: those of two tensors take little longer than of one.
+/// beside the diagonals, at most as many sweeps as double needs. A rotation waits for the one before it: those of two tensors run beside each other.
 template <class T, std::size_t Count>
 void diagonalise(std::array<Tensor3<T>, Count>& symmetric, std::array<Tensor3<T>, Count>& V) noexcept {
   constexpr auto epsilon = std::numeric_limits<NumberOf<T>>::epsilon();
