@@ -9,15 +9,16 @@
 
 namespace palpate {
 
-/// Lists of whole numbers, one after the other in memory, each set as a whole. One that outgrows its place goes to the end; all close up where half is left empty.
-/// Cost       set() is O(its length), amortised. For lists that gain and lose single numbers see IndexLists.
+/// Lists of items, one after the other in memory, each set as a whole. One that outgrows its place goes to the end; all close up where half is left empty.
+/// Cost       set() is O(its length), amortised. For lists of indices that gain and lose single ones see IndexLists.
+template <class Item>
 class GrowingLists {
  public:
   void clear() noexcept { places_.clear(), items_.clear(), empty_ = 0; }
   int size() const noexcept { return static_cast<int>(places_.size()); }
-  std::span<int const> operator[](int i) const noexcept { return std::span(items_).subspan(places_[index(i)].first, index(places_[index(i)].count)); }
+  std::span<Item const> operator[](int i) const noexcept { return std::span(items_).subspan(places_[index(i)].first, index(places_[index(i)].count)); }
   /// List i, one that there is or the next, becomes these.
-  void set(int i, std::span<int const> values) {
+  void set(int i, std::span<Item const> values) {
     if (i == size()) places_.push_back({items_.size(), 0, 0});
     Place& place = places_[index(i)];
     int const count = static_cast<int>(values.size());
@@ -39,7 +40,7 @@ class GrowingLists {
     int count, room;
   };
   void close_up() {
-    std::vector<int> closed;
+    std::vector<Item> closed;
     closed.reserve(items_.size());
     for (Place& place : places_) {
       std::size_t const first = closed.size();
@@ -49,7 +50,7 @@ class GrowingLists {
     items_ = std::move(closed), empty_ = 0;
   }
   std::vector<Place> places_;
-  std::vector<int> items_;
+  std::vector<Item> items_;
   std::size_t empty_ = 0;
 };
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
-#include <palpate/core/growing_lists.hpp>
 #include <palpate/material/concept.hpp>
 #include <palpate/material/viscoelastic.hpp>
 #include <palpate/material/with_pressure.hpp>
@@ -13,12 +12,12 @@
 #include <palpate/tissue/linear_tetrahedron.hpp>
 #include <palpate/tissue/mass_exchange.hpp>
 #include <palpate/tissue/pressure_stars.hpp>
+#include <palpate/tissue/star_neighbours.hpp>
 #include <palpate/tissue/solid_assembly.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -150,8 +149,6 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     made.solid_ = solid_.part(pieces);
     made.exchange_ = exchange_.part(pieces.particles, pieces.now());
     made.find_stars();
-    if (!stars_.empty())   // those at rest, whatever is remembered by now
-      for (std::size_t k = 0; k < particles.size(); ++k) made.bound_at_rest_[k] = bound_at_rest_[at(particles[k])];
     return made;
   }
 
@@ -252,13 +249,13 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   void finish_edits() {
     if (edited_.empty()) return;
     keep_once(edited_);
-    for (int const i : edited_) this->take_bounds_of(i);
-    edited_.clear();
-    if (stars_.empty()) return;
-    if (log_.knows(starred_))
+    if (stars_.empty())
+      for (int const i : edited_) this->take_bounds_of(i);
+    else if (log_.knows(starred_))
       follow_stars();
     else
       find_stars();
+    edited_.clear();
   }
 
   /// Lets a particle that a cut has left with little mass for how stiff it is held have some of those it lies between, and of its copies; see MassSpring::even_mass.
@@ -344,7 +341,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   template <class Visit>
   void for_each_neighbour(int i, Visit visit) const {
     if (stars_.empty()) return Base::for_each_neighbour(i, visit);
-    for (int const other : star_neighbours_[i]) visit(other);
+    for (int const other : star_neighbours_.of(i)) visit(other);
   }
   template <class X, class V>
   Vector3<Scalar> internal_force(int i, X const& x, V const& v) const noexcept {
@@ -398,10 +395,10 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
       Gradient const gradient(*this, s, x);
       for (int a = 0; a < gradient.count; ++a)
         for (int b = 0; b < gradient.count; ++b)
-          visit(gradient.node[at(a)], gradient.node[at(b)], Matrix<Scalar, 3, 3>(weight(s) * gradient.of[at(a)] * gradient.of[at(b)].transpose()));
+          visit(gradient.node[at(a)], gradient.node[at(b)], Matrix<Scalar, 3, 3>(stars_.stiffness(s) * gradient.of[at(a)] * gradient.of[at(b)].transpose()));
     }
   }
-  Scalar stiffness_bound(int i) const noexcept { return stars_.empty() ? Base::stiffness_bound(i) : bound_at_rest_[at(i)]; }
+  Scalar stiffness_bound(int i) const noexcept { return stars_.empty() ? Base::stiffness_bound(i) : star_neighbours_.stiffness_bound(i); }
   /// Allocates with nodal pressure.
   template <class X>
   Scalar stiffness_bound(int i, X const& x) const {
@@ -508,7 +505,6 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     }
     return stars_.bulk_modulus(s) / stars_.volume(s) * sum;
   }
-  Scalar weight(int s) const noexcept { return stars_.bulk_modulus(s) / (4 * stars_.volume(s)); }
   /// Of the stars at the corners of a tetrahedron.
   template <class Find>
   Scalar mean(int e, Known& known, Find const& find) const noexcept {
@@ -558,7 +554,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
       all += size;
       if (gradient.node[at(k)] == i) own = size;
     }
-    return weight(s) * own * all;
+    return stars_.stiffness(s) * own * all;
   }
 
   Scalar lumped_mass(int i) const noexcept {
@@ -593,89 +589,31 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     find_stars();
   }
   void find_stars() {
-    if constexpr (can_average) {
-      if (!averages_) return;
-      stars_ = {}, star_neighbours_ = {}, starred_ = log_.end();
-      with_elements([&](auto const&... of) { stars_ = PressureStars<Scalar>(list().nodes, of...); });
-      found_.resize(at(this->size()));
-      std::iota(found_.begin(), found_.end(), 0);
-      follow_stars_at(found_);
-    }
+    stars_ = {}, star_neighbours_ = {}, starred_ = log_.end();
+    follow_stars();
   }
-  /// Stars of what was edited since, and what hangs on them.
+  /// Stars of what was edited since they followed last, or is new, and what hangs on them.
   void follow_stars() {
     if constexpr (can_average) {
+      if (!averages_) return;
       auto const edits = log_.since(starred_);
       std::vector<int>& some = found_;
       some.assign(edits.begin(), edits.end());
       for (int e = stars_.elements_known(); e < tetrahedra(); ++e) some.push_back(e);
       keep_once(some);
       starred_ = log_.end();
-      std::span<int const> changed;
-      with_elements([&](auto const&... of) { changed = stars_.follow(some, list().nodes, of...); });
-      some.clear();
-      for (int const s : changed) add_nodes(s, some);
-      for (int i = star_neighbours_.size(); i < this->size(); ++i) some.push_back(i);
-      keep_once(some);
-      follow_stars_at(some);
-    }
-  }
-  template <class Use>
-  void with_elements(Use const& use) const {
-    auto const& all = list().elements;
-    use([this](int i) { return elements_at(i); }, [&](int e) { return all[at(e)].volume(); }, [this](int e) { return group_[at(e)]; },
-        [&](int e) { return all[at(e)].law().bulk_modulus(); });
-  }
-  void add_nodes(int star, std::vector<int>& to) const {
-    for (int const e : stars_.elements(star)) to.insert(to.end(), list().nodes[at(e)].begin(), list().nodes[at(e)].end());
-  }
-  /// Neighbours and row bounds of these particles, in order: those that are in a star that has changed.
-  void follow_stars_at(std::vector<int> const& some) {
-    bool const is_all = static_cast<int>(some.size()) == this->size();
-    std::vector<int>&all = star_list_, &elements = element_list_, of, near;
-    all.clear(), elements.clear(), last_look_.resize(at(this->size()), 0);
-    for (int const i : some) {
-      ++look_;
-      of.clear(), near.clear();
-      for (int const e : elements_at(i)) of.insert(of.end(), stars_.at_corners(e).begin(), stars_.at_corners(e).end());
-      keep_once(of);
-      last_look_[at(i)] = look_;
-      for (int const s : of)
-        for (int const e : stars_.elements(s))
-          for (int const j : list().nodes[at(e)])
-            if (std::exchange(last_look_[at(j)], look_) != look_) near.push_back(j);
-      std::sort(near.begin(), near.end());
-      star_neighbours_.set(i, near);
-      if (is_all) continue;
-      all.insert(all.end(), of.begin(), of.end());
-      elements.insert(elements.end(), elements_at(i).begin(), elements_at(i).end());
-    }
-    if (is_all) {
-      all.resize(at(stars_.size())), elements.resize(at(tetrahedra()));
-      std::iota(all.begin(), all.end(), 0), std::iota(elements.begin(), elements.end(), 0);
-    }
-    keep_once(all), keep_once(elements);
-    bound_at_rest_.resize(at(this->size()));
-    for (int const i : some) bound_at_rest_[at(i)] = 0;
-    auto const add = [&](int i, Scalar bound) {
-      if (is_all || std::binary_search(some.begin(), some.end(), i)) bound_at_rest_[at(i)] += bound;
-    };
-    auto const rest = this->rest_positions();
-    std::vector<Scalar> pressures;
-    for (int const s : all) {
-      pressures.push_back(pressure(s, rest));
-      Gradient const gradient(*this, s, rest);
-      Scalar sum = 0;
-      for (int k = 0; k < gradient.count; ++k) sum += gradient.of[at(k)].norm();
-      for (int k = 0; k < gradient.count; ++k) add(gradient.node[at(k)], weight(s) * gradient.of[at(k)].norm() * sum);
-    }
-    for (int const e : elements) {
-      Scalar sum = 0;
-      for (int const s : stars_.at_corners(e)) sum += pressures[static_cast<std::size_t>(std::lower_bound(all.begin(), all.end(), s) - all.begin())];
-      with_pressure(e, sum / 4, [&](auto const& element) {
-        auto const stiffness = element.stiffness(gather(list().nodes[at(e)], rest));
-        for (int k = 0; k < 4; ++k) add(list().nodes[at(e)][at(k)], detail::row_norm<Scalar, 12>(stiffness, k));
-      });
+      auto const& all = list().elements;
+      auto const at_particle = [this](int i) { return elements_at(i); };
+      auto const changed = stars_.follow(
+          some, list().nodes, at_particle, [&](int e) { return all[at(e)].volume(); }, [this](int e) { return group_[at(e)]; }, [&](int e) { return all[at(e)].law().bulk_modulus(); });
+      auto const rest = this->rest_positions();
+      Scalar const stretch = 1 / (1 - prestrain_), growth = stretch * stretch * stretch - 1;   // J − 1 at rest
+      auto const block_norms = [&](int e) {
+        auto const law = all[at(e)].law();
+        return detail::block_norms_at_rest(all[at(e)].with_law(WithPressure<Scalar, typename Law::type>{law, law.bulk_modulus(), growth * law.bulk_modulus()}), gather(list().nodes[at(e)], rest));
+      };
+      star_neighbours_.follow(some, changed, stars_, list().nodes, this->size(), at_particle, block_norms,
+                              [&](int e) { return all[at(e)].volume_gradient(gather(list().nodes[at(e)], rest)); });
     }
   }
 
@@ -694,11 +632,8 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   EditLog log_;
   PressureStars<Scalar> stars_;
   std::size_t starred_ = 0;   // of the edits: the stars have followed so far
-  std::vector<int> found_, star_list_, element_list_;   // while they follow
-  std::vector<unsigned> last_look_;   // at which each particle was found last
-  unsigned look_ = 0;
-  GrowingLists star_neighbours_;
-  std::vector<Scalar> bound_at_rest_;   // row bounds, with nodal pressure
+  std::vector<int> found_;   // while they follow
+  StarNeighbours<Scalar> star_neighbours_;
 };
 
 /// Of what is no material: what is wrong, in a sentence for each member, and nothing that could fail besides.

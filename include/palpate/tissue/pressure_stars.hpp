@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <numeric>
 #include <span>
 #include <vector>
 
@@ -19,17 +18,8 @@ namespace palpate {
 template <RealScalar Scalar>
 class PressureStars {
  public:
-  PressureStars() = default;
-
-  /// volume(e) [m³]; group(e) ≥ 0, the same for tetrahedra that share pressure; bulk_modulus(e) [Pa]. at(i): the tetrahedra at particle i.
-  template <class At, class Volume, class Group, class Bulk>
-  PressureStars(std::span<std::array<int, 4> const> nodes, At const& at, Volume const& volume, Group const& group, Bulk const& bulk_modulus) {
-    std::vector<int> all(nodes.size());
-    std::iota(all.begin(), all.end(), 0);
-    follow(all, nodes, at, volume, group, bulk_modulus);
-  }
-
-  /// These tetrahedra, in order, have other nodes or another volume than before, or are new; no other is new. Returns the stars that have changed, in order.
+  /// These tetrahedra, in order, have other nodes or another volume than before, or are new; no other is new. at(i): the tetrahedra at particle i;
+  /// volume(e) [m³]; group(e) ≥ 0, the same for tetrahedra that share pressure; bulk_modulus(e) [Pa]. Returns the stars that have changed, in order.
   template <class At, class Volume, class Group, class Bulk>
   std::span<int const> follow(std::span<int const> edited, std::span<std::array<int, 4> const> nodes, At const& at, Volume const& volume, Group const& group,
                               Bulk const& bulk_modulus) {
@@ -74,6 +64,8 @@ class PressureStars {
   int node(int star) const noexcept { return node_[static_cast<std::size_t>(star)]; }
   Scalar volume(int star) const noexcept { return volume_[static_cast<std::size_t>(star)]; }         ///< V [m³]
   Scalar bulk_modulus(int star) const noexcept { return bulk_[static_cast<std::size_t>(star)]; }   ///< κ [Pa]
+  /// κ/4V [N/m⁵]: what its Hessian is of the square of V ∂J̄/∂x.
+  Scalar stiffness(int star) const noexcept { return bulk_modulus(star) / (4 * volume(star)); }
   /// None, of one that a cut has left empty.
   std::span<int const> elements(int star) const noexcept { return elements_[star]; }
   /// The star at each corner of a tetrahedron.

@@ -280,7 +280,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   /// The stars whose volume a block sums up: where each of their tetrahedra is measured.
   struct Sums {
     std::vector<int> star;
-    GrowingLists slots;
+    GrowingLists<int> slots;
   };
 
   void size_columns() {

@@ -197,7 +197,7 @@ class TurnedTensorAssembly : public FiniteElements<Scalar, Corotational<Scalar>>
   std::vector<Element> elements_;   // by their numbers in the tissue
   std::vector<Scalar> turned_;      // four gradients each, with a zero behind each
   detail::TensorRows<Scalar> rows_;
-  GrowingLists entries_of_;
+  GrowingLists<int> entries_of_;
   RayleighDamping<Scalar> damping_;
   std::size_t seen_ = 0;   // of the tissue's edits
   std::vector<int> changed_, columns_, entries_;   // while rows are taken
