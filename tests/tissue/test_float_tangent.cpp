@@ -76,12 +76,13 @@ double error_of_product(Tissue const& tissue, Matrix3X<double> const& x, int cou
 // Yardstick: the dense sum of the tetrahedra's blocks, one by one, in double.
 TEST_CASE("a solid's tangent in float is its tangent to some rounding errors, for a body, for a part of it and after cuts", "[tissue][float_tangent]") {
   std::srand(11);
-  for (Stiffness const stiffness : {Stiffness::matrix_free, Stiffness::assembled})
+  for (auto const& [stiffness, pressure] : {std::pair{Stiffness::matrix_free, Pressure::element}, std::pair{Stiffness::assembled, Pressure::element},
+                                            std::pair{Stiffness::matrix_free, Pressure::nodal}})
     for (int const cells : {1, 2, 3}) {   // 5, 40, 135 tetrahedra: packs that are not full, and an odd number of them
       auto mesh = make_block<double>(cells + 1, cells + 1, cells + 1, 0.01, BlockPattern::alternating);
       for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) mesh.points.col(i) += 0.0015 * Vector3<double>::Random();
       int const n = static_cast<int>(mesh.points.cols());
-      Solid tissue(mesh, {.density = 1000, .material = {.young = 3000, .poisson = 0.45}, .stiffness = stiffness});
+      Solid tissue(mesh, {.density = 1000, .material = {.young = 3000, .poisson = 0.45}, .pressure = pressure, .stiffness = stiffness});
       Matrix3X<double> const x = mesh.points + 1e-3 * Matrix3X<double>::Random(3, n);
       CHECK(error_of_product(tissue, x, n) < 2e-6);
       CHECK(error_of_product(tissue, x, n / 2) < 2e-6);
@@ -132,9 +133,10 @@ TEST_CASE("the residual that an implicit step reports is the one that it has, ho
   double const gravity = 9.81;
   auto const mesh = make_block<double>(6, 6, 6, 0.005, BlockPattern::alternating);
   auto const stiffness = GENERATE(Stiffness::matrix_free, Stiffness::assembled);
+  auto const pressure = GENERATE(Pressure::element, Pressure::nodal);
   for (auto const& [young, h] : {std::pair{1e3, 1e-3}, std::pair{1e5, 1e-2}, std::pair{1e7, 0.1}})
     for (double const tolerance : {1e-2, 1e-4, 1e-6, 1e-8}) {
-      Solid tissue(mesh, {.density = 1000, .material = {.young = young, .poisson = 0.45}, .stiffness = stiffness});
+      Solid tissue(mesh, {.density = 1000, .material = {.young = young, .poisson = 0.45}, .pressure = pressure, .stiffness = stiffness});
       tissue.nail(vertices_where(mesh, [](auto const& p) { return p.z() < 1e-9; }));
       Eigen::MatrixXd const K = dense_stiffness(tissue, mesh.points);
       std::vector<Eigen::Index> moves;
@@ -158,7 +160,7 @@ TEST_CASE("the residual that an implicit step reports is the one that it has, ho
       double const left = size((push - A * change)(moves)) / size(right);
       INFO(young << " Pa, " << h << " s, " << tolerance);
       CHECK(left <= 1.02 * tolerance);
-      CHECK(std::abs(left - report.solve.residual) <= 0.02 * left);
+      CHECK(std::abs(left - report.solve.residual) <= (pressure == Pressure::nodal ? 0.05 : 0.02) * left);   // its scale leaves out some of the diagonal
     }
 }
 
@@ -169,8 +171,9 @@ TEST_CASE("a stiff solid that nothing holds moves in a long step as its mass has
   auto mesh = make_block<double>(4, 4, 4, 0.006, BlockPattern::alternating);
   for (Eigen::Index i = 0; i < mesh.points.cols(); ++i) mesh.points.col(i) += 6e-4 * Vector3<double>::Random();
   auto const stiffness = GENERATE(Stiffness::matrix_free, Stiffness::assembled);
+  auto const pressure = GENERATE(Pressure::element, Pressure::nodal);
   for (double const young : {1e8, 1e9, 1e10}) {
-    Solid tissue(mesh, {.density = 1000, .material = {.young = young, .poisson = 0.45}, .stiffness = stiffness});
+    Solid tissue(mesh, {.density = 1000, .material = {.young = young, .poisson = 0.45}, .pressure = pressure, .stiffness = stiffness});
     Matrix3X<double> push = Matrix3X<double>::Random(3, tissue.size());
     Eigen::MatrixXd A = h * h * dense_stiffness(tissue, mesh.points);
     for (int i = 0; i < tissue.size(); ++i) push.col(i) *= tissue.mass(i), A.diagonal().segment<3>(3 * i).array() += tissue.mass(i);

@@ -12,13 +12,14 @@
 #include <palpate/tissue/linear_tetrahedron.hpp>
 #include <palpate/tissue/mass_exchange.hpp>
 #include <palpate/tissue/pressure_stars.hpp>
-#include <palpate/tissue/star_neighbours.hpp>
 #include <palpate/tissue/solid_assembly.hpp>
+#include <palpate/tissue/star_neighbours.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -588,6 +589,13 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     if (!is_edited_) fastest_ = 0;
     find_stars();
   }
+  /// Whatever is remembered by now.
+  static auto law_at_rest(typename Law::type const& law) noexcept {
+    if constexpr (remembers)
+      return law.tangent_law();
+    else
+      return law;
+  }
   void find_stars() {
     stars_ = {}, star_neighbours_ = {}, starred_ = log_.end();
     follow_stars();
@@ -609,8 +617,9 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
       auto const rest = this->rest_positions();
       Scalar const stretch = 1 / (1 - prestrain_), growth = stretch * stretch * stretch - 1;   // J − 1 at rest
       auto const block_norms = [&](int e) {
-        auto const law = all[at(e)].law();
-        return detail::block_norms_at_rest(all[at(e)].with_law(WithPressure<Scalar, typename Law::type>{law, law.bulk_modulus(), growth * law.bulk_modulus()}), gather(list().nodes[at(e)], rest));
+        auto const law = law_at_rest(all[at(e)].law());
+        WithPressure<Scalar, std::remove_const_t<decltype(law)>> const pressed{law, law.bulk_modulus(), growth * law.bulk_modulus()};
+        return detail::block_norms_at_rest(all[at(e)].with_law(pressed), gather(list().nodes[at(e)], rest));
       };
       star_neighbours_.follow(some, changed, stars_, list().nodes, this->size(), at_particle, block_norms,
                               [&](int e) { return all[at(e)].volume_gradient(gather(list().nodes[at(e)], rest)); });

@@ -103,15 +103,16 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     this->multiply_mass(mass + damping * damping_.alpha, d, out);
     float const factor = static_cast<float>(stiffness + damping * damping_.beta);
     if (factor == 0) return;
+    press(run, float_rate_, Scalar(0), [&](Packs& packs) { packs.measure_changes(d); });
     run(blocks(), [&](int b) {
-      packs_[at(b)].add_product(factor, d, out);
+      packs_[at(b)].add_product(factor, d, float_rate_.data(), out);
       if (!rows_.empty()) rows_.add_product(factor, d, out, first_of(b), first_of(b + 1));
     });
   }
   bool keeps_floats() const noexcept
     requires Packs::has_floats
   {
-    return chosen_stars_.empty();
+    return chosen_stars_.empty() || rows_.empty();
   }
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
     this->mass_diagonal(mass + damping * damping_.alpha, out);
@@ -272,6 +273,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     if (tissue.assembles_stiffness()) rows_.build(tissue.size(), tissue.list().nodes), rows_.clear();
     if (stars > 0) packs_[halo].reserve(at(count), elements, tissue.assembles_stiffness()), star_place_.reserve(stars), chosen_stars_.reserve(stars);
     for (auto* values : {&pressure_, &rate_, &bulk_, &volume_, &weight_}) values->reserve(stars);
+    float_rate_.reserve(stars);
   }
 
  private:
@@ -328,20 +330,23 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     });
   }
 
-  /// quarter[s] = κ/4 (Σ measured/V − rest) of all stars, after measure(packs).
-  template <class Run, class Measure>
-  void press(Run const& run, std::vector<Scalar>& quarter, Scalar rest, Measure const& measure) const noexcept {
+  /// quarter[s] = κ/4V (Σ measured − rest V) of all stars, after measure(packs).
+  template <class Run, RealScalar N, class Measure>
+  void press(Run const& run, std::vector<N>& quarter, Scalar rest, Measure const& measure) const noexcept {
     if (chosen_stars_.empty()) return;
     int const sets = blocks() + (has_halo() ? 1 : 0);
     auto const set = [this](int b) { return b < blocks() ? at(b) : halo; };
     run(sets, [&](int b) { measure(packs_[set(b)]); });
     run(sets, [&](int b) {
       Sums const& sums = sums_[set(b)];
+      N const* const measured = packs_[set(b)].template measured<N>();
       for (std::size_t s = 0; s < sums.star.size(); ++s) {
-        Scalar volume = 0;
-        for (int const slot : sums.slots[static_cast<int>(s)]) volume += packs_[set(b)].measured(slot);
+        N volume = 0, other = 0;   // two sums, as one would wait for itself
+        auto const slots = sums.slots[static_cast<int>(s)];
+        for (std::size_t k = 0; k + 1 < slots.size(); k += 2) volume += measured[slots[k]], other += measured[slots[k + 1]];
+        if (slots.size() % 2 == 1) volume += measured[slots.back()];
         std::size_t const star = at(sums.star[s]);
-        quarter[star] = volume_[star] > 0 ? Scalar(0.25) * bulk_[star] * (volume / volume_[star] - rest) : Scalar(0);   // 0: a cut has left none of it
+        quarter[star] = static_cast<N>(weight_[star] * (volume + other - rest * volume_[star]));
       }
     });
   }
@@ -351,12 +356,13 @@ class SolidAssembly : public AssembledParticles<Scalar> {
       if (at(s) < star_place_.size()) star_place_[at(s)] = -1;
     chosen_stars_.clear(), of_halo_.clear(), sum_of_.clear();
     for (auto* values : {&pressure_, &rate_, &bulk_, &volume_, &weight_}) values->clear();
+    float_rate_.clear();
     for (Sums& sums : sums_) sums.star.clear(), sums.slots.clear();
   }
   /// What a chosen one is here, behind those that are known.
   void add_star(PressureStars<Scalar> const& stars, int s) {
     star_place_[at(s)] = static_cast<int>(sum_of_.size());
-    bulk_.push_back(stars.bulk_modulus(s)), volume_.push_back(0), weight_.push_back(0), pressure_.push_back(0), rate_.push_back(0);
+    bulk_.push_back(stars.bulk_modulus(s)), volume_.push_back(0), weight_.push_back(0), pressure_.push_back(0), rate_.push_back(0), float_rate_.push_back(0);
     Sums& sums = sums_[set_of(stars, s)];
     sum_of_.push_back(static_cast<int>(sums.star.size()));
     sums.star.push_back(star_place_[at(s)]);
@@ -368,7 +374,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   /// What it weighs, and where its tetrahedra are measured.
   void sum_star(PressureStars<Scalar> const& stars, std::size_t place) {
     int const s = chosen_stars_[place];
-    volume_[place] = stars.volume(s), weight_[place] = stars.bulk_modulus(s) / (4 * stars.volume(s));
+    volume_[place] = stars.volume(s), weight_[place] = stars.elements(s).empty() ? Scalar(0) : stars.stiffness(s);   // none, where a cut has left none of it
     std::size_t const set = set_of(stars, s);
     slot_.clear();
     for (int const e : stars.elements(s)) slot_.push_back(packs_[set].slot(e));
@@ -465,6 +471,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   detail::StiffnessRows<Scalar> rows_;   // empty where it is not assembled
   mutable std::array<Packs, Base::max_blocks + 1> packs_;   // what is measured is kept in them
   mutable std::vector<Scalar> pressure_, rate_;
+  mutable std::vector<float> float_rate_;
   mutable PaddedColumns<Scalar> x_, v_, f_;   // of columns that have no fourth row
 };
 

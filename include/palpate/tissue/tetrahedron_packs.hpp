@@ -156,7 +156,7 @@ class TetrahedronPacks {
       Names& names = names_.emplace_back();
       std::fill_n(names.name, lanes, -1), std::fill_n(names.counts, lanes, false);
       packs_.emplace_back(), inside_.push_back(false);
-      if (has_stars) stars_.emplace_back(), measured_.emplace_back();
+      if (has_stars) stars_.emplace_back(), measured_.resize(measured_.size() + lanes);
       lane = 0;
     }
     names_[k].name[lane] = name;
@@ -170,7 +170,7 @@ class TetrahedronPacks {
     clear();
     names_ = names;
     packs_.resize(names.size()), inside_.resize(names.size());
-    if (has_stars) stars_.resize(names.size()), measured_.resize(names.size());
+    if (has_stars) stars_.resize(names.size()), measured_.resize(names.size() * lanes);
     for (std::size_t k = 0; k < names.size(); ++k)
       for (int lane = 0; lane < lanes; ++lane) {
         int const e = names[k].name[lane];
@@ -189,7 +189,7 @@ class TetrahedronPacks {
   /// Their stars: at_corners(name).
   template <class AtCorners>
   void set_stars(AtCorners const& at_corners) {
-    measured_.resize(packs_.size()), stars_.resize(packs_.size());
+    measured_.resize(packs_.size() * lanes), stars_.resize(packs_.size());
     for (Names const& names : names_)
       for (int const e : names.name)
         if (e >= 0) set_stars_of(e, at_corners(e));
@@ -207,25 +207,36 @@ class TetrahedronPacks {
     int const lane = slot(name) % lanes;
     return {corners.star[0][lane], corners.star[1][lane], corners.star[2][lane], corners.star[3][lane]};
   }
-  /// Where measured() answers for one that is held.
+  /// Where the measure of one that is held is among the measured().
   int slot(int name) const noexcept { return slot_of_[static_cast<std::size_t>(name)]; }
-  Scalar measured(int slot) const noexcept { return lane_of(measured_[static_cast<std::size_t>(slot / lanes)], slot % lanes); }
+  template <RealScalar N>
+  N const* measured() const noexcept {
+    if constexpr (std::same_as<N, Scalar>)
+      return measured_.data();
+    else
+      return float_measured_.data();
+  }
 
   /// V J of each at x.
   void measure_volumes(Scalar const* x) noexcept {
     for (std::size_t k = 0; k < packs_.size(); ++k) {
       Tensor3<T> const F = gradient(packs_[k], x);
-      measured_[k] = packs_[k].volume * determinant(F, cofactor(F));
+      keep_measured(k, T(packs_[k].volume * determinant(F, cofactor(F))));
     }
   }
   /// V cof F(x) : dF(v) of each: how fast it grows.
   void measure_growth(Scalar const* x, Scalar const* v) noexcept {
     for (std::size_t k = 0; k < packs_.size(); ++k)
-      measured_[k] = packs_[k].volume * double_contraction(cofactor(gradient(packs_[k], x)), gradient(packs_[k], v));
+      keep_measured(k, T(packs_[k].volume * double_contraction(cofactor(gradient(packs_[k], x)), gradient(packs_[k], v))));
   }
   /// The same for a change d of the places that linearise() was at.
   void measure_changes(Scalar const* d) noexcept {
-    for (std::size_t k = 0; k < growths_.size(); ++k) measured_[k] = double_contraction(growths_[k], edges(packs_[k], d));
+    for (std::size_t k = 0; k < growths_.size(); ++k) keep_measured(k, T(double_contraction(growths_[k], edges(packs_[k], d))));
+  }
+  void measure_changes(float const* d) noexcept
+    requires has_floats
+  {
+    for (std::size_t k = 0; k < float_growths_.size(); ++k) simd::store(float_measured_.data() + 2 * lanes * k, Floats(double_contraction(float_growths_[k], edges(floats_[k], d))));
   }
 
   /// f += the forces at x, in its own columns, with a quarter of the pressure of each star; and with a share `damping` [s] of the tangent's
@@ -256,8 +267,9 @@ class TetrahedronPacks {
   }
   void linearise(Scalar const* x, Scalar const* pressure, StiffnessRows<Scalar>& rows) {
     tangents_.resize(places_.empty() ? packs_.size() : 0);
-    if constexpr (has_floats) floats_.resize(stars_.empty() ? (tangents_.size() + 1) / 2 : 0);
-    if (!stars_.empty()) growths_.resize(packs_.size());
+    std::size_t const halves = has_floats ? (tangents_.size() + 1) / 2 : 0;
+    floats_.resize(halves);
+    if (!stars_.empty()) growths_.resize(packs_.size()), float_growths_.resize(halves), float_measured_.resize(2 * lanes * halves);
     auto const keep = [&](std::size_t k, auto const& tangent) {
       if (!places_.empty()) {
         Tangent assembled;
@@ -265,8 +277,7 @@ class TetrahedronPacks {
         add(assembled, places_[k], rows);
       } else {
         set(tangents_[k], packs_[k], tangent);
-        if constexpr (has_floats)
-          if (stars_.empty()) put_half(floats_[k / 2], static_cast<int>(k % 2), tangents_[k]);
+        if constexpr (has_floats) put_half(floats_[k / 2], static_cast<int>(k % 2), tangents_[k]);
       }
     };
     for (std::size_t k = 0; k < packs_.size(); k += 2) {
@@ -278,11 +289,16 @@ class TetrahedronPacks {
         tangents_of<FullTangent>(F, count, [&](std::size_t n) { return tangent_law(k + n, pressure); }, [&](std::size_t n, auto const& tangent) {
           keep(k + n, tangent);
           growths_[k + n] = packs_[k + n].volume * (packs_[k + n].gradients * transpose(cofactor(F[n])));
+          if constexpr (has_floats)
+            if (places_.empty()) put_half(float_growths_[k / 2], static_cast<int>(n), growths_[k + n]);
         });
       }
     }
     if constexpr (has_floats)
-      if (!floats_.empty() && tangents_.size() % 2 == 1) put_half(floats_.back(), 1, nothing_at(packs_.back()));
+      if (tangents_.size() % 2 == 1) {
+        put_half(floats_.back(), 1, nothing_at(packs_.back()));
+        if (!stars_.empty()) put_half(float_growths_.back(), 1, Tensor3<T>{});
+      }
   }
   /// out += factor · K d, in its own columns, with a quarter of the change of pressure of each star; without what is in rows.
   void add_product(Scalar factor, Scalar const* d, Scalar const* pressure_change, Scalar* out) const noexcept {
@@ -292,19 +308,23 @@ class TetrahedronPacks {
       Tensor3<T> pull = tangent * edges(tangent, d);
       if constexpr (can_average)
         if (!stars_.empty()) [[unlikely]]
-          pull = pull + of_corners(k, pressure_change) * growths_[k];
+          pull = pull + of_corners<T>(k, pressure_change) * growths_[k];
       scatter(k, size * pull, tangent, out);
     }
     if (places_.empty() || stars_.empty()) return;
-    for (std::size_t k = 0; k < packs_.size(); ++k) scatter(k, (size * of_corners(k, pressure_change)) * growths_[k], packs_[k], out);
+    for (std::size_t k = 0; k < packs_.size(); ++k) scatter(k, (size * of_corners<T>(k, pressure_change)) * growths_[k], packs_[k], out);
   }
-  /// The same without pressure, in numbers half as wide.
-  void add_product(float factor, float const* d, float* out) const noexcept
+  /// The same in numbers half as wide, where it is not in rows.
+  void add_product(float factor, float const* d, float const* pressure_change, float* out) const noexcept
     requires has_floats
   {
     Floats const size = Floats{} + factor;
     for (std::size_t k = 0; k < floats_.size(); ++k) {
-      Tensor3<Floats> const pull = size * (floats_[k] * edges(floats_[k], d));
+      Tensor3<Floats> pull = floats_[k] * edges(floats_[k], d);
+      if constexpr (can_average)
+        if (!stars_.empty()) [[unlikely]]
+          pull = pull + of_corners<Floats>(k, pressure_change) * float_growths_[k];
+      pull = size * pull;
       if (inside_[2 * k] && inside_[std::min(2 * k + 1, inside_.size() - 1)])
         add_to_nodes(pull, floats_[k], out, [](int) { return true; });
       else
@@ -328,7 +348,7 @@ class TetrahedronPacks {
       if constexpr (can_average)
         if (!stars_.empty()) {
           Tensor3<T> const& g = growths_[k];
-          T const each = of_corners(k, weight), x = g.xx + g.yx + g.zx, y = g.xy + g.yy + g.zy, z = g.xz + g.yz + g.zz;
+          T const each = of_corners<T>(k, weight), x = g.xx + g.yx + g.zx, y = g.xy + g.yy + g.zy, z = g.xz + g.yz + g.zz;
           rows = rows + each * Tensor3<T>{g.xx * g.xx, g.xy * g.xy, g.xz * g.xz, g.yx * g.yx, g.yy * g.yy, g.yz * g.yz, g.zx * g.zx, g.zy * g.zy, g.zz * g.zz};
           zero = {zero.x + each * x * x, zero.y + each * y * y, zero.z + each * z * z};
         }
@@ -435,7 +455,7 @@ class TetrahedronPacks {
   }
   [[gnu::always_inline]] Tensor3<T> stress(std::size_t k, Tensor3<T> const& F, Scalar const* pressure) const noexcept {
     if constexpr (can_average)
-      if (!stars_.empty()) return law_of(packs_[k], of_corners(k, pressure)).stress(F);
+      if (!stars_.empty()) return law_of(packs_[k], of_corners<T>(k, pressure)).stress(F);
     return packs_[k].law.stress(F);
   }
   T energy_density(std::size_t k, Tensor3<T> const& F) const noexcept {
@@ -446,19 +466,23 @@ class TetrahedronPacks {
   TangentLaw tangent_law(std::size_t k, Scalar const* pressure) const noexcept {
     if constexpr (can_average) {
       if (stars_.empty()) return {packs_[k].law, T{}, T{}};
-      return law_of(packs_[k], of_corners(k, pressure));
+      return law_of(packs_[k], of_corners<T>(k, pressure));
     } else {
       return packs_[k].law;
     }
   }
-  /// The sum over the corners' stars.
-  T of_corners(std::size_t k, Scalar const* of_star) const noexcept {
-    alignas(T) std::array<Scalar, lanes> sums;
-    for (int lane = 0; lane < lanes; ++lane) {
-      auto const at = [&](int corner) { return of_star[stars_[k].star[corner][lane]]; };
-      sums[static_cast<std::size_t>(lane)] = (at(0) + at(1)) + (at(2) + at(3));
+  void keep_measured(std::size_t k, T const& numbers) noexcept { simd::store(measured_.data() + lanes * k, numbers); }
+  /// The sum over the corners' stars, of so many tetrahedra from k times as many on as N has numbers.
+  template <class N>
+  N of_corners(std::size_t k, NumberOf<N> const* of_star) const noexcept {
+    constexpr std::size_t packs = sizeof(N) / sizeof(NumberOf<N>) / lanes;
+    alignas(N) std::array<NumberOf<N>, packs * lanes> sums;
+    for (std::size_t p = 0; p < packs; ++p) {
+      auto const& corners = stars_[std::min(packs * k + p, stars_.size() - 1)].star;
+      for (std::size_t lane = 0; lane < lanes; ++lane)
+        sums[p * lanes + lane] = (of_star[corners[0][lane]] + of_star[corners[1][lane]]) + (of_star[corners[2][lane]] + of_star[corners[3][lane]]);
     }
-    T all;
+    N all;
     simd::load(all, sums.data());
     return all;
   }
@@ -467,7 +491,7 @@ class TetrahedronPacks {
     if (Tensor3<T> const rate = gradient(packs_[k], v); !simd::all_below(double_contraction(rate, rate), std::numeric_limits<Scalar>::min()))   // not where nothing moves
       P = P + number<T>(static_cast<double>(damping)) * FullTangent(tangent_law(k, pressure), F).stress_change(rate);
     if constexpr (can_average)
-      if (!stars_.empty()) P = P + (number<T>(static_cast<double>(damping)) * of_corners(k, pressure_rate)) * cofactor(F);
+      if (!stars_.empty()) P = P + (number<T>(static_cast<double>(damping)) * of_corners<T>(k, pressure_rate)) * cofactor(F);
   }
 
   /// Lane k of numbers that lie as those of `value` do.
@@ -544,10 +568,12 @@ class TetrahedronPacks {
   HugePageVector<Names> names_;
   HugePageVector<int> slot_of_;      // of each tetrahedron by name, −1 where it is not here
   std::vector<Corners> stars_;      // empty without stars
-  std::vector<T> measured_;
+  std::vector<Scalar> measured_;   // of each slot
   HugePageVector<Tangent> tangents_;   // of each since linearise()
   HugePageVector<std::conditional_t<has_floats, TetrahedronTangent<Floats>, char>> floats_;   // of two each
   std::vector<Tensor3<T>> growths_;   // with stars: V ∂J/∂x of nodes 1, 2, 3
+  std::vector<std::conditional_t<has_floats, Tensor3<Floats>, char>> float_growths_;   // as floats_
+  std::vector<float> float_measured_;
   std::vector<int> last_pack_of_;   // of each particle, while they are filled
 };
 

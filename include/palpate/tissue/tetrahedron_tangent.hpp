@@ -38,21 +38,29 @@ struct TetrahedronTangent {
 template <class T>
 inline constexpr bool has_floats_beside = std::same_as<NumberOf<T>, double> && sizeof(T) > sizeof(double) && sizeof(T) == sizeof(simd::Lanes<float>);
 
-/// The first or second half of `to` becomes these tetrahedra, their numbers rounded to float.
-template <class Floats, class T>
-void put_half(TetrahedronTangent<Floats>& to, int half, TetrahedronTangent<T> const& from) noexcept {
-  constexpr int lanes = TetrahedronTangent<T>::lanes;
-  static_assert(TetrahedronTangent<Floats>::lanes == 2 * lanes);
-  char const* const read = reinterpret_cast<char const*>(&from);
-  char* const write = reinterpret_cast<char*>(&to) + static_cast<std::size_t>(half) * sizeof(Floats) / 2;
-  for (std::size_t n = 0; n < 45; ++n) {
-    double given[lanes];
+/// The first or second half of each number of `to`, a structure of `count` packs of floats, becomes those of `from`, rounded.
+template <std::size_t count, class Floats, class T>
+void put_half(void* to, int half, void const* from) noexcept {
+  constexpr int lanes = static_cast<int>(sizeof(T) / sizeof(NumberOf<T>));
+  static_assert(sizeof(Floats) == 2 * lanes * sizeof(float));
+  char const* const read = static_cast<char const*>(from);
+  char* const write = static_cast<char*>(to) + static_cast<std::size_t>(half) * sizeof(Floats) / 2;
+  for (std::size_t n = 0; n < count; ++n) {
+    NumberOf<T> given[lanes];
     float rounded[lanes];
     std::memcpy(given, read + n * sizeof(T), sizeof(given));
     for (int lane = 0; lane < lanes; ++lane) rounded[lane] = static_cast<float>(given[lane]);
     std::memcpy(write + n * sizeof(Floats), rounded, sizeof(rounded));
   }
-  for (int node = 0; node < 4; ++node) std::memcpy(&to.starts[node][half * lanes], from.starts[node], sizeof(from.starts[node]));
+}
+template <class Floats, class T>
+void put_half(TetrahedronTangent<Floats>& to, int half, TetrahedronTangent<T> const& from) noexcept {
+  put_half<45, Floats, T>(&to, half, &from);
+  for (int node = 0; node < 4; ++node) std::memcpy(&to.starts[node][half * TetrahedronTangent<T>::lanes], from.starts[node], sizeof(from.starts[node]));
+}
+template <class Floats, class T>
+void put_half(Tensor3<Floats>& to, int half, Tensor3<T> const& from) noexcept {
+  put_half<9, Floats, T>(&to, half, &from);
 }
 
 }  // namespace palpate::detail
