@@ -5,6 +5,7 @@
 #include "tool/tool_bodies.hpp"
 
 #include <palpate/cutting/concept.hpp>
+#include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/velocity_verlet.hpp>
 #include <palpate/mesh/box.hpp>
 #include <palpate/tissue/cubes/cubes.hpp>
@@ -266,6 +267,53 @@ TEST_CASE("A copy of what is held is held too, and a cut through the tissue betw
   CHECK(!forceps.grasp().holds_any());
   CHECK(forceps.grasp().particles().empty());
   CHECK(force.allFinite());
+}
+
+// Yardstick: how the tissue between the jaws hangs together. Drawn with more than a newton it leaves the place between the jaws by some millimetres.
+TEST_CASE("A cut that parts nothing between the jaws ends no grasp, however hard the tissue is drawn", "[tool][forceps]") {
+  auto body = block<double>();
+  Forceps<double> forceps({.shape = {.opening = 0.024}, .grasp = {.clamp_force = 50, .width = 0.014}});
+  Vector3<double> const tip(0.03, 0.024, 0.0185), up(0, 0.002, 0.014);
+  grasp(forceps, body, tip, 2e-3, 0.4);
+  REQUIRE(forceps.grasp().particles().size() == 9);
+  REQUIRE(lift<double>(forceps, body, tip, up, 0.1, 2e-3, 0.4).norm() > 1);
+  auto const pose = at<double>(tip + up, 0.4);
+  auto const on_surface = [&](double x, double y) {
+    int nearest = 0;
+    auto const distance = [&](int i) { return (body.reference_position(i) - Vector3<double>(x, y, 0.018)).norm(); };
+    for (int i = 0; i < body.size(); ++i)
+      if (distance(i) < distance(nearest)) nearest = i;
+    return nearest;
+  };
+  auto const& surface = body.tissue().surface();
+  SECTION("edges are divided") {
+    std::vector<std::pair<int, int>> edges;
+    for (auto const& a : forceps.grasp().particles())
+      for (auto const& b : forceps.grasp().particles())
+        if (a.particle < b.particle && surface.triangle_with_edge(a.particle, b.particle) >= 0) edges.emplace_back(a.particle, b.particle);
+    REQUIRE(edges.size() == 16);
+    for (auto const& [a, b] : edges) body.insert_on_edge(a, b, 0.5);
+    body.finish_edits();
+    tick(forceps, body, pose, 2e-3);
+    CHECK(forceps.grasp().particles().size() == 9);
+  }
+  SECTION("a blade goes in halfway, and then through") {
+    VolumeCutter<double> knife;
+    // The plane of x = 0.033 at rest, as it is now, seen from the side.
+    auto const sweep = [&](double from, double to) {
+      for (int k = 0; k <= 40; ++k) {
+        double const y = from + (to - from) * k / 40;
+        Vector3<double> const place = (body.positions().col(on_surface(0.03, 0.024)) + body.positions().col(on_surface(0.036, 0.024))) / 2;
+        knife.advance(body, {{place.x(), y, -0.002}, {place.x(), y, 0.06}});
+        tick(forceps, body, pose, 2e-3);
+      }
+    };
+    sweep(-0.01, 0.022);
+    REQUIRE(knife.report().lip_area > 0);
+    CHECK(forceps.grasp().particles().size() >= 9);
+    sweep(0.022, 0.06);
+    CHECK(!forceps.grasp().holds_any());
+  }
 }
 
 TEST_CASE("A copy that has slipped out does not come back where something else is cut", "[tool][forceps]") {

@@ -49,15 +49,17 @@ struct GraspedParticle {
 
 /// Tissue between two jaws. Each particle of the surface there hangs on a spring whose other end goes with the tool, and closes with the jaws:
 ///   f = −k (x⁺ − a⁺) − c (v⁺ − v_a),   v⁺ = v + h (a_t + f/m),   x⁺ = x + h v⁺     on a particle; k and c are the total over the number grasped
-/// and where the body forecasts its steps, as implicit ones do, x⁺ and v⁺ are those of a step of the whole body with all springs in it.
+/// and where the body forecasts its steps, as implicit ones of a whole body do, x⁺ and v⁺ are those of a step of the whole body with all springs in it.
 /// So it is the force of the end of the step, and at rest k (a − x) at any step. A particle is let go when its spring leaves the friction cone of its pads,
 ///   |f − f_n| ≤ friction · max(2 N, |f_n|)   with f_n the part across the pads and N its share of the clamp force: the sum of what two pads press with
 /// The others then have its share. All are let go when a cut has gone through the tissue between the jaws: when what is grasped, with what cuts have added
-/// between the jaws, falls into more pieces than before.
+/// to what was between the jaws, however far its load has drawn it out, falls into more pieces than before.
 /// Cuts       a copy of a grasped particle is grasped too; one that is gone, or that nothing holds any more, is not.
 /// Frame      the jaws close along x, the pads lie in y and z; the joint is at z > 0.
 /// Units      m, N, s.
 /// Source     \cite bielser2002 for what forceps do; the springs' law is the step's end, \cite baraff1998.
+/// Limits     of a body that takes implicit steps in a zone of influence each particle counts as if it gave way alone: in steps that are long for its mass and
+///            stiffness what hangs from the jaws swings.
 /// Cost       press: O(particles), and of a body that forecasts its steps the solution of one; no allocation. advance: O(1), and after a cut O(new particles · grasped ones).
 template <RealScalar Scalar>
 class Grasp {
@@ -80,7 +82,7 @@ class Grasp {
   template <class Body>
   void take(Body& body, Pose const& pose, std::array<Capsule<Scalar>, 2> const& jaws) {
     release();
-    jaws_ = jaws, taken_at_ = std::max(pose.opening, Scalar(0.01)), squeeze_ = 1, slipped_ = false;
+    jaws_ = jaws, turned_ = pose.orientation, taken_at_ = std::max(pose.opening, Scalar(0.01)), squeeze_ = 1, slipped_ = false;
     auto const& surface = body.tissue().surface();
     Scalar const reach = jaws[1].from.norm() + (jaws[1].to - jaws[1].from).norm() + options_.width;
     Vector const centre = pose.position;
@@ -102,7 +104,7 @@ class Grasp {
     first_new_ = static_cast<int>(body.positions().cols());
     revision_ = body.topology_revision(), restorations_ = body.restorations();
     if constexpr (RenumbersParticles<Body>) renumberings_ = body.renumberings();
-    pieces_ = count_pieces(body, pose);
+    pieces_ = count_pieces(body);
   }
 
   /// Once a tick: follows cuts, and the jaws.
@@ -125,7 +127,7 @@ class Grasp {
     if (!is_cut && !slipped_) return;
     revision_ = body.topology_revision();
     if (is_cut) follow(body);
-    int const pieces = count_pieces(body, pose);
+    int const pieces = count_pieces(body);
     if (pieces > pieces_ && !slipped_) release();   // what has slipped may have been what joined them
     pieces_ = pieces, slipped_ = false;
   }
@@ -205,6 +207,20 @@ class Grasp {
     return p.z() >= -2 * jaws_[1].radius && p.z() <= height && std::abs(p.y()) <= options_.width / 2 && std::abs(p.x()) <= open;
   }
 
+  /// About where a point of the undisturbed body was in the tool's frame when the jaws took hold: beside what is held, the more the nearer that is.
+  Vector place_then(Vector const& home) const noexcept {
+    Vector sum = Vector::Zero();
+    Scalar weights = 0;
+    for (auto const& each : held_) {
+      Vector const off = home - each.home;
+      Scalar const distance = off.squaredNorm() / (jaws_[1].radius * jaws_[1].radius);
+      if (!(distance > 0)) return each.place;
+      Scalar const weight = 1 / (distance * distance);
+      sum += weight * (each.place + turned_.conjugate() * off), weights += weight;
+    }
+    return sum / weights;
+  }
+
   template <class Body>
   void hold(Body const& body, Pose const& pose, int p) {
     held_.push_back({.particle = p, .place = in_tool(pose, body.positions().col(p)), .home = body.reference_position(p)});
@@ -246,12 +262,13 @@ class Grasp {
 
   /// How many pieces the surface between the jaws is in: what is held, joined by triangles, and by particles there that cuts have added.
   template <class Body>
-  int count_pieces(Body const& body, Pose const& pose) {
+  int count_pieces(Body const& body) {
+    if (held_.empty()) return 0;
     auto const& surface = body.tissue().surface();
     nodes_.clear();
     for (auto const& each : held_) nodes_.push_back(each.particle);
     for (int n = first_new_; n < static_cast<int>(body.positions().cols()); ++n)
-      if (!holds(n) && is_between(in_tool(pose, body.positions().col(n)))) nodes_.push_back(n);
+      if (!holds(n) && is_between(place_then(body.reference_position(n)))) nodes_.push_back(n);
     std::sort(nodes_.begin(), nodes_.end());
     auto const place = [&](int p) {
       auto const found = std::lower_bound(nodes_.begin(), nodes_.end(), p);
@@ -275,7 +292,8 @@ class Grasp {
   }
 
   GraspOptions<Scalar> options_;
-  std::array<Capsule<Scalar>, 2> jaws_{};   // in the tool's frame, when they took hold
+  std::array<Capsule<Scalar>, 2> jaws_{};   // in the tool's frame, when they took hold,
+  Eigen::Quaternion<Scalar> turned_ = Eigen::Quaternion<Scalar>::Identity();   // which was turned so
   Scalar taken_at_ = 1, squeeze_ = 1;       // the opening then; of the distance from the middle now
   std::vector<GraspedParticle<Scalar>> held_;
   std::vector<Vector> pulls_;                         // N, of each that is held
