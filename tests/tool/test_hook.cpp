@@ -3,6 +3,7 @@
 #include "catch.hpp"
 #include "tool/tool_bodies.hpp"
 
+#include <palpate/cutting/aspirator.hpp>
 #include <palpate/mesh/box.hpp>
 #include <palpate/tissue/cubes/cubes.hpp>
 #include <palpate/tool/hook.hpp>
@@ -269,6 +270,48 @@ TEST_CASE("A hook that is pressed harder than the tissue holds does not hook in 
   }
   CHECK(let_go == 0);
   CHECK(hook.force().z() > 0.1);
+}
+
+// Yardstick: between a hook and tissue millimetres away there is nothing to draw at.
+TEST_CASE("A hook whose tissue is taken away lets go, and does not draw at what is left farther in", "[tool][hook]") {
+  auto body = block<double>();
+  Hook<double> hook({.friction = 0.5});
+  Aspirator<double> aspirator({.tip_radius = 0.003, .reach = 0.009});
+  Vector3<double> const start(0.027, 0.025, 0.018);
+  auto const tick = [&](Vector3<double> const& at) {
+    hook.advance(body, pose(at, 0));
+    Vector3<double> const force = hook.press(body, 1.0, 2e-3);
+    REQUIRE(body.step(2e-3));
+    return force;
+  };
+  for (int k = 0; k <= 200; ++k) tick(start + Vector3<double>(0.004 * std::clamp(k / 100.0 - 1, 0.0, 1.0), 0, 0.005 - 0.008 * std::min(1.0, k / 100.0)));
+  Vector3<double> const at = start + Vector3<double>(0.004, 0, -0.003);
+  REQUIRE(hook.hooked());
+  REQUIRE(tick(at).norm() > 0.1);
+  Vector3<double> const held = RodContact<double>::point_at(body, hook.held().triangle, hook.held().barycentric);
+  SECTION("all of it") {
+    double farthest = 0;   // m, of what is held from where it would be
+    Vector3<double> force = Vector3<double>::Zero();
+    for (int k = 0; k <= 60; ++k) {
+      aspirator.advance(body, {Vector3<double>(at + Vector3<double>(0, 0, 0.02 - 0.0004 * k))});
+      force = tick(at);
+      if (hook.hooked())
+        farthest = std::max(farthest, (RodContact<double>::point_at(body, hook.held().triangle, hook.held().barycentric) - at - hook.held().offset).norm());
+    }
+    REQUIRE(aspirator.report().tetrahedra > 30);
+    REQUIRE(body.nearest_point(at).distance > 0.003);
+    CHECK(farthest < 0.002);
+    CHECK(!hook.hooked());
+    CHECK(force == Vector3<double>::Zero());
+  }
+  SECTION("some beside it") {
+    for (int k = 0; k <= 20; ++k) aspirator.advance(body, {Vector3<double>(held + Vector3<double>(0, 0.013, 0.02 - 0.001 * k))});
+    REQUIRE(aspirator.report().tetrahedra > 5);
+    for (int k = 0; k < 5; ++k) {
+      CHECK(tick(at).norm() > 0.05);
+      CHECK(hook.hooked());
+    }
+  }
 }
 
 TEST_CASE("A hook refuses options that make no sense", "[tool][hook]") {

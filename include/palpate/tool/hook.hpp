@@ -29,6 +29,7 @@ struct HookOptions {
 ///   Simulator simulator(device, std::move(body), hook, TissueReaction{});
 /// Its point and its shaft push like a blunt tool's. Where the point is turned into the tissue, within `angle` of it, and presses with `hooking_force`, the
 /// tissue at the tip is held: drawn to any side it comes along. So is the tissue that it has gone through. It lets go
+///   when the tissue there has been taken away;
 ///   when the point is turned away, by `angle` and ten degrees;
 ///   when it is pulled out: the pull along the point is above friction · side load + hooking_force;
 ///   when the load is above `tear_force`.
@@ -120,7 +121,8 @@ class Hook {
   }
 
   /// After a cut the point that is held may be in another triangle: the one nearest to where its particles have gone, which keep their numbers; where one of them
-  /// is no more, nearest to where it was. Where particles have other numbers now, that which has its place at rest.
+  /// is no more, nearest to where it was. Where they are there and the surface is not within the point's radius, the tissue was taken away. Where particles have
+  /// other numbers now, that which has its place at rest.
   template <class Body>
   void follow(Body& body) {
     bool is_renumbered = false;
@@ -128,12 +130,14 @@ class Hook {
     if (is_renumbered) {
       if (!find_home(body)) return void(hooked_ = false);
     } else if (revision_ != body.topology_revision()) {
-      if (std::ranges::all_of(held_by_, [&](int p) { return p < body.positions().cols(); })) {
+      bool const is_known = std::ranges::all_of(held_by_, [&](int p) { return p < body.positions().cols(); });
+      if (is_known) {
         held_at_.setZero();
         for (std::size_t k = 0; k < 3; ++k) held_at_ += pin_.barycentric[static_cast<int>(k)] * body.positions().col(held_by_[k]);
       }
       auto const nearest = body.nearest_point(held_at_);
-      if (!nearest.found()) return void(hooked_ = false);
+      Scalar const radius = static_cast<Scalar>(options_.shape.radius);
+      if (!nearest.found() || (is_known && !(nearest.distance < radius))) return void(hooked_ = false);
       pin_.triangle = nearest.triangle, pin_.barycentric = nearest.barycentric / nearest.barycentric.sum();
     }
     know(body);
