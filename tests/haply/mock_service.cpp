@@ -113,7 +113,7 @@ struct MockService::Inside {
       for (int ms = plan.late(n); ms > 0 && !stopping.load(); --ms) std::this_thread::sleep_for(std::chrono::milliseconds(1));
       std::string const answer = plan.answer(n);
       early = web.next_layer().available(error) > 0;
-      say(web, answer, error);
+      for (int times = plan.times(n); times > 0; --times) say(web, answer, error);
     }
   }
 

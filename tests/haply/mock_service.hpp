@@ -71,6 +71,7 @@ struct MockPlan {
   std::string inventory = InventoryText{}.text();
   std::function<std::string(int)> answer = [](int) { return StateText{}.text(); };   // to the n-th message of a connection, from 1
   std::function<int(int)> late = [](int) { return 0; };      // ms by which the n-th answer is late
+  std::function<int(int)> times = [](int) { return 1; };      // that the n-th answer is sent
   std::function<bool(int)> cut = [](int) { return false; };   // is the connection cut instead of the n-th answer?
   bool refuses = false;   // no WebSocket here
   bool mute = false;   // takes connections and says nothing

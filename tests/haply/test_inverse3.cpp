@@ -15,6 +15,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <string>
@@ -214,6 +215,7 @@ TEST_CASE("each fault ends the session, the next message is zero and the last", 
       {"missing", StateText{.position = R"({"x":0,"y":0})"}.text(), protocol, fault_status, "cursor_position without z"},
       {"vanished", StateText{.device = "04BA"}.text(), HaplyProblem::vanished, lost, "no longer has 049D"},
       {"moved", StateText{.transform = R"({"position":{"x":1,"y":0,"z":0}})"}.text(), HaplyProblem::frame_changed, fault_status, "workspace of 049D"},
+      {"too long", std::string(2 << 20, ' '), protocol, fault_status, "no WebSocket message, or is longer than 1048576 bytes"},
       {"gone", "", HaplyProblem::gone, lost, "ended the connection"},
       {"silent", "", HaplyProblem::silent, fault_status, "silent"},
   };
@@ -262,12 +264,13 @@ TEST_CASE("each fault ends the session, the next message is zero and the last", 
     CHECK_FALSE(device.pop_fault());
     CHECK(unsaid(message_of([&] { device.arm(); }), "no force", row.words, "open it again") == "");
 
-    auto const expected = static_cast<std::size_t>(gone ? bad.load() : bad + 1);   // zero after the bad answer, if anybody is there
+    bool const over = gone || row.answer.size() > (1u << 20);   // nothing can be sent any more
+    auto const expected = static_cast<std::size_t>(over ? bad.load() : bad + 1);   // zero after the bad answer, if anybody is there
     REQUIRE(comes_true([&] { return service.messages().size() >= expected; }));
     device.close();
     auto const messages = service.messages();
     REQUIRE(messages.size() == expected);
-    if (!gone) CHECK(messages.back().force.isZero(0.0));
+    if (!over) CHECK(messages.back().force.isZero(0.0));
     for (std::size_t k = 0; k < messages.size(); ++k) REQUIRE(messages[k].early == (silent && k + 1 == messages.size()));
     CHECK(service.violations().empty());
 
@@ -303,6 +306,33 @@ TEST_CASE("a service that is late for a moment is waited for, and nobody takes a
     if (ms < 20) continue;
     CHECK(oldest > 0.02);
     CHECK(device.counts().gaps > 0);   // longer than .held: the force began at zero again
+  }
+}
+
+TEST_CASE("a state that nobody asked for is no answer: what is read stays as new as it says", "[haply]") {
+  // Yardstick: the stand-in's own count of messages, which it writes into the position.
+  struct Row {
+    char const* name;
+    std::function<int(int)> times;
+  };
+  for (Row const& row : {Row{"each answer three times", [](int) { return 3; }}, Row{"thirty at once", [](int n) { return n == 20 ? 30 : 1; }}}) {
+    INFO(row.name);
+    MockPlan plan;
+    plan.answer = [](int n) { return StateText{.position = R"({"x":)" + std::to_string(n) + R"(e-6,"y":0,"z":0})"}.text(); };
+    plan.times = row.times;
+    MockService service(plan);
+    Inverse3Device device(at(service));
+    device.open();
+    DeviceState<double> state;
+    for (std::uint64_t const end : {100u, 200u, 300u}) {
+      REQUIRE(comes_true([&] { return device.counts().exchanges >= end; }));
+      REQUIRE(is_usable(device.read(state)));
+      CHECK(1e6 * state.position.x() > static_cast<double>(end) - 5.0);   // a copy that comes after the next request is that one's answer
+    }
+    device.close();
+    CHECK(is_zero_last(service));
+    CHECK(comes_true([&] { return service.goodbyes() == 1; }));
+    CHECK(service.violations().empty());
   }
 }
 
@@ -355,6 +385,7 @@ TEST_CASE("what keeps an Inverse3 from opening is said with where and what to ch
   auto const [problem, text] = error({.host = "127.0.0.1", .port = free_port});
   CHECK(problem == HaplyProblem::not_reachable);
   CHECK(unsaid(text, "127.0.0.1:" + std::to_string(free_port), "Inverse Service running") == "");
+  CHECK(unsaid(error({.host = "::1", .port = free_port}).second, "[::1]:" + std::to_string(free_port)) == "");   // as RFC 3986 writes it
 
   refused_with({.refuses = true}, HaplyProblem::handshake_refused, "takes no WebSocket");
   refused_with({.mute = true}, HaplyProblem::silent, "did not answer in time", {.dialect = HaplyDialect::vector, .timeout = 0.1});

@@ -19,7 +19,7 @@ enum class HaplyProblem {
   no_device,          ///< no Inverse3 there, not the one that was asked for, or several and none was named
   frame,              ///< the service scales lengths, or names axes that are none
   no_power,           ///< the motors have no supply
-  protocol,           ///< an answer that is no JSON, or lacks what it must have
+  protocol,           ///< an answer that is no WebSocket message, too long or no JSON, or lacks what it must have
   gone,               ///< the connection ended
   silent,             ///< no answer within `Inverse3Options::stall`, or `timeout` while the device was opened
   vanished,           ///< the device is no longer among the service's

@@ -41,7 +41,7 @@ class Connection {
 
   /// Connects; no request is on its way.
   explicit Connection(Inverse3Options const& options)
-      : address_(message(options.host, ":", options.port)), timeout_(options.timeout), resolver_(io_), socket_(io_) {
+      : address_(address_of(options)), timeout_(options.timeout), resolver_(io_), socket_(io_) {
     auto const deadline = after(Clock::now(), timeout_);
     require(step(deadline,
                  [&](Step& done) {
@@ -79,7 +79,7 @@ class Connection {
   }
 
   void upgrade() {
-    socket_.read_message_max(1 << 20);
+    socket_.read_message_max(longest_message);
     require(step(after(Clock::now(), timeout_),
                  [&](Step& done) { socket_.async_handshake(address_, "/", [&done](ErrorCode error) { done.end(error); }); }),
             HaplyProblem::handshake_refused,
@@ -96,10 +96,23 @@ class Connection {
   }
   /// The next message, whole, also if it comes in pieces.
   std::string receive(Clock::time_point deadline) {
-    buffer_.clear();
-    require(step(deadline, read_, [&](Step& done) { socket_.async_read(buffer_, [&done](ErrorCode error, std::size_t) { done.end(error); }); }),
-            HaplyProblem::gone, "the service ended the connection");
+    if (!read_.begun) begin_reading();   // else it may have come while the request was on its way out
+    require(ran(deadline, read_), HaplyProblem::gone, "the service ended the connection");
+    read_ = Step{};
     return boost::beast::buffers_to_string(buffer_.data());
+  }
+  /// Forgets what has come already: sent unasked, it would be taken for the answer to the next request, and every later answer be one message late.
+  void forget_unasked(Clock::time_point deadline) {
+    for (;;) {
+      if (!read_.begun) begin_reading();
+      io_.restart();
+      while (!read_.done && io_.poll_one() > 0) {}
+      if (!read_.done) return;
+      require(outcome_of(read_), HaplyProblem::gone, "the service ended the connection");
+      read_ = Step{};
+      if (Clock::now() >= deadline)
+        throw HaplyError(HaplyProblem::protocol, message(address_, " sends more than it is asked for, faster than it can be read; is that Haply's Inverse Service?"));
+    }
   }
   /// Is an answer still to come?
   bool is_reading() const noexcept { return read_.begun && !read_.done; }
@@ -135,27 +148,50 @@ class Connection {
   Outcome step(Clock::time_point deadline, Step& one, Begin begin) {
     one = Step{.begun = true};
     begin(one);
-    io_.restart();
-    while (!one.done && io_.run_one_until(deadline) > 0) {}
-    if (!one.done) return Outcome::late;
-    last_error_ = one.error;
-    return one.error ? Outcome::failed : Outcome::good;
+    return ran(deadline, one);
   }
   template <class Begin>
   Outcome step(Clock::time_point deadline, Begin begin) {
     return step(deadline, other_, begin);
   }
 
+  Outcome ran(Clock::time_point deadline, Step& one) {
+    io_.restart();
+    while (!one.done && io_.run_one_until(deadline) > 0) {}
+    return one.done ? outcome_of(one) : Outcome::late;
+  }
+  Outcome outcome_of(Step const& one) {
+    last_error_ = one.error;
+    return one.error ? Outcome::failed : Outcome::good;
+  }
+  void begin_reading() {
+    buffer_.clear();
+    read_ = Step{.begun = true};
+    socket_.async_read(buffer_, [this](ErrorCode error, std::size_t) { read_.end(error); });
+  }
+
   void require(Outcome outcome, HaplyProblem problem, char const* text) {
+    namespace websocket = boost::beast::websocket;
     if (outcome == Outcome::good) return;
     if (outcome == Outcome::late)
       throw HaplyError(HaplyProblem::silent, message(address_, " did not answer in time; is the service busy or stopped?"));
+    bool const in_websocket = last_error_.category() == make_error_code(websocket::error::closed).category();
+    if (problem == HaplyProblem::gone && in_websocket && last_error_ != websocket::error::closed)
+      throw HaplyError(HaplyProblem::protocol, message(address_, " sent what is no WebSocket message, or is longer than ", longest_message, " bytes (",
+                                                       last_error_.message(), "); is another program on that port?"));
     throw HaplyError(problem, message(address_, ": ", text, " (", last_error_.message(), ")"));
+  }
+  /// An address of IPv6 is in brackets before a port.
+  static std::string address_of(Inverse3Options const& options) {
+    bool const is_ipv6 = options.host.find(':') != std::string::npos;
+    return is_ipv6 ? message("[", options.host, "]:", options.port) : message(options.host, ":", options.port);
   }
   void close() noexcept {
     ErrorCode ignored;
     socket_.next_layer().close(ignored);
   }
+
+  static constexpr std::size_t longest_message = std::size_t(1) << 20;   // bytes; a state has some 2000
 
   std::string const address_;
   double const timeout_;

@@ -108,6 +108,7 @@ class Link {
   void exchange(Vector3<double> const& force) {
     auto const asked = Clock::now();
     auto const deadline = after(asked, options_.stall);
+    connection_->forget_unasked(deadline);
     if (!force.isZero(0.0)) quiet.store(false);
     connection_->send(command_.text(force), deadline);
     if (force.isZero(0.0)) quiet.store(true);
