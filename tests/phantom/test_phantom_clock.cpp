@@ -43,6 +43,8 @@ struct PhantomLoop {
 };
 
 fake_libhd::Seen* watched_phantom = nullptr;
+std::atomic<bool> is_left{false};       // nobody writes any more
+std::atomic<int> ticks_of_force{0};     // since then
 std::atomic<double> lowest_of_phantom{25.0};
 
 }  // namespace
@@ -170,6 +172,34 @@ TEST_CASE("from the host's own thread the newest state and force are exchanged w
     return fresh > 50 && felt;
   }));
   CHECK(device.capabilities().moves_a_hand);
+  CHECK(fake.violations == 0);
+}
+
+TEST_CASE("a force that nobody renews ends by the clock, also when the driver's ticks come late", "[phantom][threads]") {
+  // Yardstick: the clock. Ticks are at least 10 ms apart, so 20 ms have passed by the third after the last write.
+  auto& fake = fresh_fake();
+  fake.plan.real_clock = true;
+  fake.plan.hand_is_held = true;
+  watched_phantom = &fake.seen[0];
+  is_left = false, ticks_of_force = 0;
+  fake.plan.around_callback = [](bool before) {
+    if (!before) return;
+    if (is_left && watched_phantom->force[1] > 0.0) ++ticks_of_force;   // of the tick before
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  };
+  PhantomDevice device({.ramp = 0.0, .held = 0.02});
+  DeviceSession const session(device);
+  REQUIRE(soon([&] {
+    device.write({.force = {0.0, 0.5, 0.0}});
+    return palpate_test::force_on(fake).y() > 0.4;
+  }));
+  std::uint64_t const last = fake.ticks;
+  is_left = true;
+  REQUIRE(soon([&] { return fake.ticks > last + 30; }));
+  CHECK(ticks_of_force <= 4);
+  CHECK(palpate_test::force_on(fake).norm() == 0.0);
+  CHECK(device.counts().unattended > 20);
+  CHECK(device.counts().gaps == 0);
   CHECK(fake.violations == 0);
 }
 

@@ -205,11 +205,13 @@ class Runtime {
     runtime.inside_.store(true);
     runtime.servo_thread_.store(std::this_thread::get_id(), std::memory_order_relaxed);
     auto const now = Clock::now();
-    bool const gap = !runtime.has_virtual_clock() && runtime.last_ != Clock::time_point{} && now - runtime.last_ > longest_gap;
+    bool const by_the_wall = !runtime.has_virtual_clock() && runtime.last_ != Clock::time_point{};
+    bool const gap = by_the_wall && now - runtime.last_ > longest_gap;
+    double const passed = by_the_wall ? std::chrono::duration<double>(now - runtime.last_).count() * runtime.rate_ : 1.0;   // periods
     runtime.last_ = now;
     for (auto const& servo : runtime.servos_) {
       if (!servo) continue;
-      servo->tick(hd, gap);
+      servo->tick(hd, gap, passed);
       runtime.distribute(hd, *servo);
       servo->publish(hd);
     }

@@ -94,7 +94,7 @@ class Servo {
 
   Servo(PhantomOptions const& options, Handle handle, Capabilities const& capabilities, Number styles, Calibration at_first)
       : calibrated(at_first), options_(options), handle_(handle), has_torque_(capabilities.max_torque > 0.0),
-        ramp_(options.ramp, options.rate, capabilities), held_ticks_(std::max(1.0, std::ceil(options.held * options.rate))),
+        ramp_(options.ramp, options.rate, capabilities), held_(std::max(1.0, std::ceil(options.held * options.rate))),
         checked_every_(std::max(1u, static_cast<unsigned>(options.rate))),
         style_((styles & calibration::automatic) != 0 ? calibration::automatic : (styles & calibration::inkwell) != 0 ? calibration::inkwell : 0) {}
 
@@ -136,7 +136,8 @@ class Servo {
     known_ = false;
   }
 
-  void tick(Functions const& hd, bool gap) noexcept {
+  /// `passed`: how many periods of the driver's clock since the tick before; not 1 where the driver is late.
+  void tick(Functions const& hd, bool gap, double passed) noexcept {
     ticks.fetch_add(1, std::memory_order_relaxed);
     bool const alive = is_usable(status.load(std::memory_order_relaxed));
     if (alive) {
@@ -145,7 +146,7 @@ class Servo {
       if (gap) begin_again(gaps);
       care(hd);
     }
-    obtain_command();
+    obtain_command(passed);
     if (alive) {
       send(hd);
       hd.end_frame(handle_);
@@ -199,7 +200,7 @@ class Servo {
  private:
   static constexpr unsigned max_bad_ticks = 10;
   static constexpr unsigned max_attempts = 5;   // of the driver to calibrate, before the user has to help
-  static constexpr double long_ago = 1e9;   // ticks
+  static constexpr double long_ago = 1e9;   // periods
 
   void begin_again(std::atomic<std::uint64_t>& counter) noexcept {
     counter.fetch_add(1, std::memory_order_relaxed);
@@ -294,8 +295,8 @@ class Servo {
     force_on.store(on);
   }
 
-  void obtain_command() noexcept {
-    age_ = std::min(age_ + 1.0, long_ago);
+  void obtain_command(double passed) noexcept {
+    age_ = std::min(age_ + passed, long_ago);
     inside.store(true);   // sequentially consistent, as in `stop`: either it sees us inside or we see that there is no tick
     Tick const hosts = self_clocked.load();
     if (std::exchange(was_self_clocked_, hosts != nullptr) && hosts == nullptr) {   // the tick's last force ends with it
@@ -315,7 +316,7 @@ class Servo {
 
   void send(Functions const& hd) noexcept {
     Wrench<double> out;
-    if (age_ > held_ticks_) {
+    if (age_ > held_ + 0.5) {   // no tick comes to the very moment
       unattended.fetch_add(1, std::memory_order_relaxed);
       ramp_.begin_again();
     } else if (force_on.load(std::memory_order_relaxed) && fresh_) {
@@ -329,7 +330,7 @@ class Servo {
   Handle const handle_;
   bool const has_torque_;
   ForceRamp ramp_;
-  double const held_ticks_;
+  double const held_;              // periods of the clock
   unsigned const checked_every_;   // ticks
   Number const style_;        // of the calibration that is possible while the scheduler runs; 0: none
 
@@ -338,7 +339,7 @@ class Servo {
   std::array<NativeError, 2> early_{};   // of transform and angular velocity
   std::size_t early_count_ = 0;
   Wrench<double> wanted_;
-  double age_ = long_ago;          // ticks since a force was written
+  double age_ = long_ago;          // periods since a force was written
   unsigned until_check_ = 0, until_attempt_ = 0;   // ticks
   unsigned attempts_ = 0;     // to calibrate, since the host asked for it or the driver was content
   unsigned bad_ticks_ = 0;
