@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <type_traits>
 
 /// What the programs share that have options.
 namespace command_line {
@@ -32,6 +33,22 @@ inline CLI::Validator whole_number() {
             return error == std::errc() && end == text.data() + text.size() && !is_octal ? std::string() : "must be a whole number from 0 to 18446744073709551615: " + text;
           },
           "", ""};
+}
+
+/// From `low` to `high`, both included. CLI11 says of 2.5 and of 5kPa, too, that they are not in range: here that the one is no whole number, and the
+/// other no number.
+template <class Number>
+CLI::Validator range(Number low, Number high) {
+  CLI::Range const within(low, high);
+  return {[within](std::string& text) {
+            Number number{};
+            bool is_one = CLI::detail::lexical_cast(text, number);
+            if constexpr (std::is_integral_v<Number>)   // one that is too large for it is one all the same
+              is_one = is_one || (!text.empty() && text.find_first_not_of("0123456789", text.front() == '-' ? 1 : 0) == std::string::npos);
+            if (is_one) return within(text);
+            return text + (std::is_integral_v<Number> ? " is no whole number" : " is no number; give it alone, without a unit");
+          },
+          within.get_description(), ""};
 }
 
 /// Reads the options, then calls `finish`, which may throw CLI::ValidationError. Returns nothing, or the exit code where there is nothing more to do: 0

@@ -36,37 +36,37 @@ Parsed parse_options(int argc, char** argv) {
   app.add_option("--unit", o.unit, "unit of the mesh file: m, cm or mm")->check(CLI::IsMember({"m", "cm", "mm"}))->capture_default_str()->group(organ);
   app.add_option("--up", o.up, "where the upper side looks: x, -x, y, -y, z, -z or auto (across the flattest extent)")
       ->check(CLI::IsMember({"auto", "x", "-x", "y", "-y", "z", "-z"}))->capture_default_str()->group(organ);
-  app.add_option("--resolution", o.resolution, "vertices of the library's own liver")->check(CLI::Range(500, 100000))->capture_default_str()->group(organ);
+  app.add_option("--resolution", o.resolution, "vertices of the library's own liver")->check(command_line::range(500, 100000))->capture_default_str()->group(organ);
   auto* const tool = app.add_option("--tool", o.tool, "path of the tool tip, CSV with columns time_s,x_m,y_m,z_m; default: a stroke on the upper side");
   tool->group(organ);
   app.add_option("--device", o.device,
                  "script: the scripted hand; hd: or hd:<name>: a PHANToM or Touch through the vendor's libHD, dhd: or dhd:<index>: a device of Force Dimension through "
                  "libdhd, both found at run time; or null:, script:FILE.csv, sim:hand, sim:touch, replay:FILE, with their options: sim:touch?hand=light")
       ->capture_default_str()->excludes(tool)->group(organ);
-  app.add_option("--seconds", o.seconds, "simulated time; default: the path and 2.2 s more, 10 s with a device")->check(CLI::Range(0.01, longest_run))->group(organ);
+  app.add_option("--seconds", o.seconds, "simulated time; default: the path and 2.2 s more, 10 s with a device")->check(command_line::range(0.01, longest_run))->group(organ);
 
   auto const tissue = "Tissue";
-  CLI::Range const not_negative(0.0, 1e9);
+  auto const not_negative = command_line::range(0.0, 1e9);
   app.add_option("--tissue", tissue_name, "springs: a skin of springs; fem: a solid of finite elements")->check(CLI::IsMember(tissues))->capture_default_str()->group(tissue);
-  app.add_option("--young", o.young, "Young's modulus of the solid [Pa]; default: 5000")->check(CLI::Range(10.0, 1e9))->group(tissue);
-  app.add_option("--poisson", o.poisson, "Poisson's ratio of the solid; default: 0.45")->check(CLI::Range(0.0, 0.499))->group(tissue);
-  app.add_option("--toughness", o.toughness, "what a new area costs the hand in a solid [J/m2]; default: 60")->check(CLI::Range(0.0, 1e6))->group(tissue);
-  app.add_option("--lip-friction", o.lip_friction, "of the lips of a cut in a solid, per length of blade in it [N/m]; default: 10")->check(CLI::Range(0.0, 1e6))->group(tissue);
-  app.add_option("--edge", o.edge, "edge of the solid's lattice [m]; default: a 28th of the organ's diagonal")->check(CLI::Range(1e-6, 1.0))->group(tissue);
-  app.add_option("--mass", o.mass, "total mass [kg]; default: 1060 kg/m3 times the enclosed volume")->check(CLI::Range(1e-6, 1e6))->group(tissue);
-  app.add_option("--link-stiffness", o.link_stiffness, "spring along an edge [N/m]; default: 62500/s2 times the mean mass of a particle")->check(CLI::Range(1e-9, 1e9))->group(tissue);
+  app.add_option("--young", o.young, "Young's modulus of the solid [Pa]; default: 5000")->check(command_line::range(10.0, 1e9))->group(tissue);
+  app.add_option("--poisson", o.poisson, "Poisson's ratio of the solid; default: 0.45")->check(command_line::range(0.0, 0.499))->group(tissue);
+  app.add_option("--toughness", o.toughness, "what a new area costs the hand in a solid [J/m2]; default: 60")->check(command_line::range(0.0, 1e6))->group(tissue);
+  app.add_option("--lip-friction", o.lip_friction, "of the lips of a cut in a solid, per length of blade in it [N/m]; default: 10")->check(command_line::range(0.0, 1e6))->group(tissue);
+  app.add_option("--edge", o.edge, "edge of the solid's lattice [m]; default: a 28th of the organ's diagonal")->check(command_line::range(1e-6, 1.0))->group(tissue);
+  app.add_option("--mass", o.mass, "total mass [kg]; default: 1060 kg/m3 times the enclosed volume")->check(command_line::range(1e-6, 1e6))->group(tissue);
+  app.add_option("--link-stiffness", o.link_stiffness, "spring along an edge [N/m]; default: 62500/s2 times the mean mass of a particle")->check(command_line::range(1e-9, 1e9))->group(tissue);
   app.add_option("--link-damping", o.link_damping, "its damper [N s/m]; default: 6/s times that mass")->check(not_negative)->group(tissue);
-  app.add_option("--home-stiffness", o.home_stiffness, "spring that holds a particle at its rest position [N/m]; default: 25000/s2 times that mass")->check(CLI::Range(1e-9, 1e9))->group(tissue);
+  app.add_option("--home-stiffness", o.home_stiffness, "spring that holds a particle at its rest position [N/m]; default: 25000/s2 times that mass")->check(command_line::range(1e-9, 1e9))->group(tissue);
   app.add_option("--home-damping", o.home_damping, "its damper [N s/m]; default: 310/s times that mass")->check(not_negative)->group(tissue);
-  app.add_option("--prestrain", o.prestrain, "pre-tension: springs, or a solid, would be this share shorter, so a wound gapes; default: 0.25, of a solid 0.08")->check(CLI::Range(0.0, 0.9))->group(tissue);
-  app.add_option("--zone", o.zone, "compute only so many rings around the tool; 0: the whole body")->check(CLI::Range(0, 1000))->capture_default_str()->group(tissue);
+  app.add_option("--prestrain", o.prestrain, "pre-tension: springs, or a solid, would be this share shorter, so a wound gapes; default: 0.25, of a solid 0.08")->check(command_line::range(0.0, 0.9))->group(tissue);
+  app.add_option("--zone", o.zone, "compute only so many rings around the tool; 0: the whole body")->check(command_line::range(0, 1000))->capture_default_str()->group(tissue);
   app.add_option("--integrator", integrator, "leapfrog, velocity-verlet, symplectic-euler, explicit-euler or rk4; of a solid backward-euler or leapfrog; default: leapfrog, of a solid backward-euler")->check(CLI::IsMember(integrators))->group(tissue);
 
   auto const force = "Cut and force";
-  app.add_option("--puncture-depth", o.puncture_depth, "[m]; default: a twentieth of the organ's diagonal, at most 0.018; of a solid half an edge, and at most 0.7; at most the organ's thickness")->check(CLI::Range(1e-6, 1e6))->group(force);
-  app.add_option("--curve-factor", o.curve_factor, "the published liver curve, of a 4 mm probe, times this for a blade that cuts")->check(CLI::Range(0.0, 1000.0))->capture_default_str()->group(force);
+  app.add_option("--puncture-depth", o.puncture_depth, "[m]; default: a twentieth of the organ's diagonal, at most 0.018; of a solid half an edge, and at most 0.7; at most the organ's thickness")->check(command_line::range(1e-6, 1e6))->group(force);
+  app.add_option("--curve-factor", o.curve_factor, "the published liver curve, of a 4 mm probe, times this for a blade that cuts")->check(command_line::range(0.0, 1000.0))->capture_default_str()->group(force);
   app.add_option("--organ-coefficient", o.organ_coefficient, "drag of the organ on the blade, per depth [N s/m2]")->check(not_negative)->capture_default_str()->group(force);
-  app.add_option("--snr", o.snr_db, "signal-to-noise ratio of the force [dB]")->check(CLI::Range(0.0, 300.0))->capture_default_str()->group(force);
+  app.add_option("--snr", o.snr_db, "signal-to-noise ratio of the force [dB]")->check(command_line::range(0.0, 300.0))->capture_default_str()->group(force);
   app.add_option("--seed", o.seed, "of the noise in the force")->check(command_line::whole_number())->capture_default_str()->group(force);
   app.add_option("--coupling", coupling, "loose: the measured force curves; tight: the tissue's own reaction, while it is cut that of a solid alone; default: loose, of a solid tight")->check(CLI::IsMember(couplings))->group(force);
 

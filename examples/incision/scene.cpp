@@ -171,7 +171,7 @@ Hand prepare_hand(Options const& options, Organ const& organ, TriangleMesh<doubl
   if (!(hand->seconds <= longest_run))
     throw palpate::InvalidArgument(message(options.tool.string(), ": the path takes ", hand->path.duration(), " s; a run is at most ", longest_run,
                                            " s, ", afterwards, " s of it for the wound to open; make it shorter, or say with --seconds how much of it to run"));
-  check_path(hand->path, settled, hand->seconds, options.tool.empty() ? organ.name : options.tool.string());
+  if (options.device == "script") check_path(hand->path, settled, hand->seconds, options.tool.empty() ? organ.name : options.tool.string());
 
   if (!options.tool.empty()) {   // seen from above the touched part
     palpate::SurfaceTree<double> const tree(settled);

@@ -34,11 +34,11 @@ std::optional<int> parse(Options& o, int argc, char** argv) {
   app.footer("Devices:\npress\n    goes into the middle of the tissue by 4 mm, holds for 1.5 s, goes out: every 3 s\n" + built_in_devices().help() +
              "\nExit codes: 0 done; 2 no server, or an option is wrong, said in one line; 1 anything else.");
   app.add_option("--server", o.client.server, "name or address")->capture_default_str();
-  app.add_option("--port", o.client.port, "that the server says it listens on")->required();
-  app.add_option("--seconds", o.seconds, "of the session [s]")->check(CLI::Range(0.01, 2e4))->capture_default_str();
+  app.add_option("--port", o.client.port, "that the server says it listens on")->check(command_line::range(1, 65535))->required();
+  app.add_option("--seconds", o.seconds, "of the session [s]")->check(command_line::range(0.01, 2e4))->capture_default_str();
   app.add_option("--device", o.device, "press, or one of those below")->capture_default_str();
   app.add_option("--deadband", o.client.deadband.fraction, "of the force, that a sample must change to be sent; 0: all are")
-      ->check(CLI::Range(0.0, 0.9))->capture_default_str();
+      ->check(command_line::range(0.0, 0.9))->capture_default_str();
   app.add_option("--out", o.out, "file for the session, tick by tick (CSV)");
   app.add_flag("--status", o.status, "a line a second, also where this is no terminal");
   return command_line::parse(app, "palpate-client", argc, argv, [] {});
@@ -61,6 +61,7 @@ std::string status_of(HapticClientStatistics const& s) {
 int run(Options const& options) {
   std::filesystem::path const folder = std::filesystem::path(options.out).parent_path();
   if (!folder.empty() && !is_directory(folder)) throw FileError(detail::message(folder.string(), " is no folder; make it before the session, or give another --out"));
+  if (is_directory(std::filesystem::path(options.out))) throw FileError(options.out + " is a folder; give --out a file");
   HapticClient client(device_of(options), options.client);
   network_pair::end_on_signals();
   Recording session;

@@ -4,6 +4,7 @@
 #include "../exit_code.hpp"
 #include "on_signal.hpp"
 
+#include <palpate/core/error.hpp>
 #include <palpate/core/version.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
@@ -41,10 +42,10 @@ std::optional<int> parse(Options& o, int argc, char** argv) {
   app.get_formatter()->column_width(30);
   app.footer("Exit codes: 0 done; 1 no picture came, or anything else; 2 an option or the file can not be used, said in one line.");
   app.add_option("--server", o.onlooker.server, "name or address")->capture_default_str();
-  app.add_option("--port", o.onlooker.port, "that the server says it listens on")->required();
-  app.add_option("--seconds", o.seconds, "to look on [s]")->check(CLI::Range(0.01, 1e5))->capture_default_str();
+  app.add_option("--port", o.onlooker.port, "that the server says it listens on")->check(command_line::range(1, 65535))->required();
+  app.add_option("--seconds", o.seconds, "to look on [s]")->check(command_line::range(0.01, 1e5))->capture_default_str();
   app.add_option("--out", o.out, "PNG file for the newest picture; the last with a tool in the tissue is kept beside it as NAME-touched.png");
-  app.add_option("--every", o.every, "between two pictures in the file [s]")->check(CLI::Range(0.05, 1e4))->capture_default_str();
+  app.add_option("--every", o.every, "between two pictures in the file [s]")->check(command_line::range(0.05, 1e4))->capture_default_str();
   app.add_flag("--status", o.status, "a line a second, also where this is no terminal");
   return command_line::parse(app, "palpate-onlooker", argc, argv, [] {});
 }
@@ -70,6 +71,10 @@ std::string status_of(OnlookerStatistics const& s) {
 }
 
 int run(Options const& options) {
+  std::filesystem::path const folder = std::filesystem::path(options.out).parent_path();
+  if (!folder.empty() && !is_directory(folder))
+    throw FileError(palpate::detail::message(folder.string(), " is no folder; make it before, or give another --out"));
+  if (is_directory(std::filesystem::path(options.out))) throw FileError(options.out + " is a folder; give --out a file");
 #ifdef PALPATE_EXAMPLES_DRAW
   VirtualDisplay const display;
 #else
@@ -104,7 +109,10 @@ int run(Options const& options) {
   std::printf("palpate-onlooker: %llu pictures of %d points and %d triangles, %zu into a file; %llu connections\n",
               static_cast<unsigned long long>(all.pictures), static_cast<int>(last.points.cols()), static_cast<int>(last.triangles.cols()), files,
               static_cast<unsigned long long>(all.connections));
-  return all.pictures > 0 ? 0 : 1;
+  if (all.pictures > 0) return 0;
+  std::fprintf(stderr, "palpate-onlooker: no picture came from %s:%d in %g s%s; start the server there, and give the port that it says it listens on\n",
+               options.onlooker.server.c_str(), int(options.onlooker.port), options.seconds, all.connections == 0 ? ": there was no connection" : "");
+  return 1;
 }
 
 }  // namespace

@@ -28,10 +28,10 @@ std::optional<int> parse(Options& o, int argc, char** argv) {
   app.set_version_flag("--version", std::string("palpate-server (palpate ") + PALPATE_VERSION_STRING + ")");
   app.get_formatter()->column_width(30);
   app.footer("Exit codes: 0 ended; 2 it can not listen, or an option is wrong, said in one line; 1 anything else.");
-  app.add_option("--port", o.server.port, "0: any that is free")->capture_default_str();
+  app.add_option("--port", o.server.port, "0: any that is free")->check(command_line::range(0, 65535))->capture_default_str();
   app.add_option("--address", o.server.address, "to listen on; 0.0.0.0: all networks of this machine")->capture_default_str();
-  app.add_option("--rate", o.server.rate, "of the body [Hz]")->check(CLI::Range(1.0, 1e4))->capture_default_str();
-  app.add_option("--surface-rate", o.server.surface_rate, "of the surface that the hand is told [Hz]")->check(CLI::Range(50.0, 1e4))->capture_default_str();
+  app.add_option("--rate", o.server.rate, "of the body [Hz]")->check(command_line::range(1.0, 1e4))->capture_default_str();
+  app.add_option("--surface-rate", o.server.surface_rate, "of the surface that the hand is told [Hz]")->check(command_line::range(50.0, 1e4))->capture_default_str();
   app.add_flag("--solid", o.solid, "a block of finite elements instead of a sheet of springs");
   app.add_flag("--status", o.status, "a line a second, also where this is no terminal");
   return command_line::parse(app, "palpate-server", argc, argv, [] {});

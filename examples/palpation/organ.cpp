@@ -4,6 +4,7 @@
 #include "../organ_file.hpp"
 
 #include <palpate/core/error.hpp>
+#include <palpate/core/units.hpp>
 #include <palpate/mesh/boundary.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/normals.hpp>
@@ -36,12 +37,22 @@ std::optional<Place> top_at(palpate::TriangleMesh<double> const& skin, double x,
   return best;
 }
 
+/// What is deeper or wider than the organ is thick presses it flat, and no equilibrium is found.
+void check_length(char const* option, double metres, double thickness) {
+  palpate::LengthRange const within{.low = 1e-6, .high = thickness};
+  if (within.contains(metres)) return;
+  throw palpate::InvalidArgument(message(option, " is ", palpate::unlikely_length(metres, "m", within), "; give it in metres, no more than the organ is thick"));
+}
+
 }  // namespace
 
 Organ prepare_organ(Options const& options) {
   Organ organ;
   organ.name = options.mesh.empty() ? "the library's liver" : options.mesh.string();
   organ.skin = options.mesh.empty() ? palpate::make_organ<double>() : organ_file::read_organ("palpation", options.mesh, options.unit);
+  auto const box = palpate::bounding_box(organ.skin);
+  check_length("--depth", options.depth, box.sizes().z());
+  check_length("--pad", options.pad, box.sizes().z());
   auto const filling = palpate::fill(organ.skin, {.edge = options.edge});
   if (filling.pieces > 1)
     throw palpate::InvalidMesh(message(organ.name, ": filled with an edge of ", options.edge, " m the organ falls into ", filling.pieces, " pieces; give a smaller --edge"));
@@ -54,7 +65,6 @@ Organ prepare_organ(Options const& options) {
     if (normals.col(i).norm() > 0.5 && normals.col(i).z() < -0.2) organ.held.push_back(i);
 
   // Along x through the middle, over the half of the length that the organ is roundest in.
-  auto const box = palpate::bounding_box(organ.skin);
   Vector const middle = palpate::centroid(organ.solid);
   double const half = box.sizes().x() / 6;
   for (int k = 0; k < options.places; ++k) {

@@ -32,7 +32,8 @@ struct Organ {
   std::vector<int> hard;      // tetrahedra of the nodule
 };
 
-/// Throws palpate::Error for a mesh that can not be used, a nodule that no tetrahedron lies in, a line without room.
+/// Throws palpate::Error for a mesh that can not be used, a press deeper or wider than it is thick, a nodule that no tetrahedron lies in, a line without
+/// room.
 Organ prepare_organ(Options const& options);
 
 }  // namespace palpation

@@ -33,7 +33,7 @@ Parsed parse_options(int argc, char** argv) {
   app.add_option("--unit", o.setup.unit, "unit of the mesh file: m, cm or mm")->check(CLI::IsMember({"m", "cm", "mm"}))->needs(mesh)->capture_default_str()->group(start);
   app.add_option("--up", o.setup.up, "where its upper side looks: x, -x, y, -y, z, -z or auto (across the flattest extent)")
       ->check(CLI::IsMember({"auto", "x", "-x", "y", "-y", "z", "-z"}))->needs(mesh)->capture_default_str()->group(start);
-  app.add_option("--resolution", o.setup.vertices, "vertices of the library's own liver")->check(CLI::Range(500, 20000))->capture_default_str()->group(start);
+  app.add_option("--resolution", o.setup.vertices, "vertices of the library's own liver")->check(command_line::range(500, 20000))->capture_default_str()->group(start);
   app.add_option("--tissue", tissue, "soft or firm: a skin of springs; solid: finite elements")->check(CLI::IsMember(tissues))->capture_default_str()->group(start);
   app.add_option("--integrator", integrator, "leapfrog or backward-euler")->check(CLI::IsMember(integrators))->capture_default_str()->group(start);
   app.add_option("--coupling", coupling, "loose: force curves; tight: the tissue's own reaction; proxy: a spring to the surface, with friction")
@@ -44,12 +44,12 @@ Parsed parse_options(int argc, char** argv) {
   auto* const real = app.add_flag("--realtime", realtime, "two threads by the clock; the default without --script")->group(running);
   app.add_flag("--lock-step", lock_step, "a virtual clock, the same bytes each time; the default with --script")->excludes(real)->group(running);
   app.add_option("--seconds", o.seconds, "ends by itself after so many simulated seconds; 0: when the window is closed")
-      ->check(CLI::Range(0.0, 36000.0))->group(running);
+      ->check(command_line::range(0.0, 36000.0))->group(running);
   app.add_option("--replay", o.replay, "plays a recording first, on an organ set up as it says; a file of text if its name ends in .csv")->group(running);
   app.add_option("--script", o.script, "plays a mouse from a file, writes its pictures and report.txt, and ends; see the README")->group(running);
   app.add_option("--out", o.out, "folder for recordings, pictures and the report")->capture_default_str()->group(running);
-  app.add_option("--width", o.width, "of the window, pixels")->check(CLI::Range(960, 3840))->capture_default_str()->group(running);
-  app.add_option("--height", o.height, "of the window, pixels")->check(CLI::Range(680, 2160))->capture_default_str()->group(running);
+  app.add_option("--width", o.width, "of the window, pixels")->check(command_line::range(960, 3840))->capture_default_str()->group(running);
+  app.add_option("--height", o.height, "of the window, pixels")->check(command_line::range(680, 2160))->capture_default_str()->group(running);
 
   parsed.exit_code = command_line::parse(app, "viewer", argc, argv, [&] {
     o.setup.tissue = tissues.at(tissue);

@@ -189,6 +189,8 @@ refused path_mm "at 0 s the distance .* is 60 m, .*in mm it would be 0.06 m; wri
 path "" >nothing.csv
 refused nothing "rows" --tool nothing.csv
 refused no_tool "no_tool.csv" --tool no_tool.csv
+run device 0 --resolution 600 --device null: --seconds 0.05 --out device --no-pictures   # no path of the script's
+[ "$(wc -l <device/session.csv)" -eq 51 ] || fail "device: $(wc -l <device/session.csv) lines of 50 ticks"
 path "0,0,0,0.06
 1e9,0,0,0.02" >ages.csv
 refused ages "at most 3600 s" --mesh good.obj --unit cm --tool ages.csv
@@ -233,6 +235,9 @@ for wrong in "--unit inch" "--integrator magic" "--resolution 3" "--prestrain 2"
   run option 2 $wrong
   [ "$(wc -l <option.err)" -eq 1 ] || fail "option $wrong: not one line: $(cat option.err)"
 done
+refused a_unit "young: 5kPa is no number; give it alone, without a unit" --tissue fem --young 5kPa
+refused a_fraction "zone: 2.5 is no whole number" --zone 2.5
+refused a_crowd "resolution: Value 99999999999 not in range 500 to 100000" --resolution 99999999999
 refused words "not expected: --bogus one two (see" --bogus one two
 refused words_between "not expected: one --bogus two (see" one --seed 3 --bogus two
 

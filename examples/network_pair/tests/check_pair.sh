@@ -1,9 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Both programs over loopback: the server is killed under the tool, comes back on its port, and ends when it is asked to.
-#   sh check_pair.sh path/to/palpate-server path/to/palpate-client
+# The programs over loopback: the server is killed under the tool, comes back on its port, and ends when it is asked to.
+#   sh check_pair.sh path/to/palpate-server path/to/palpate-client path/to/palpate-onlooker
 server=$1
 client=$2
+onlooker=$3
 . "${0%/*}/../../check.sh"
 server_id=
 trap 'if [ -n "$server_id" ]; then kill -9 "$server_id" 2>/dev/null; fi; rm -rf "$folder"' EXIT
@@ -60,6 +61,17 @@ run nobody 2 --port "$port"
 grep -q "^palpate-client: HapticClient: no connection with localhost:$port (.*); start the server there" nobody.err || fail "nobody: $(cat nobody.err)"
 run nothing 2
 run device 2 --port "$port" --device what:
+run folder 2 --port "$port" --out .   # before the session, not after it
+grep -q ': \. is a folder; give --out a file' folder.err || fail "folder: $(cat folder.err)"
+run port 2 --port 99999
+grep -q 'port: Value 99999 not in range 1 to 65535' port.err || fail "port: $(cat port.err)"
+run unit 2 --port "$port" --seconds 6s
+grep -q 'seconds: 6s is no number; give it alone, without a unit' unit.err || fail "unit: $(cat unit.err)"
+program=$onlooker
+run unseen 1 --port "$port" --seconds 0.2
+grep -q "^palpate-onlooker: no picture came from localhost:$port in 0.2 s: there was no connection; start the server there" unseen.err || fail "unseen: $(cat unseen.err)"
+run unseen_folder 2 --port "$port" --seconds 0.2 --out nowhere/tissue.png
+grep -q 'nowhere is no folder' unseen_folder.err || fail "unseen_folder: $(cat unseen_folder.err)"
 program=$server
 run server_help 0 --help
 run rate 2 --rate 0

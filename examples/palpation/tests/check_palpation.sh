@@ -38,6 +38,9 @@ refused four 'nodule' --nodule=0,0,0,0.008
 refused flat 'fourth number' --nodule=0,0,0,0,1e5
 refused pascal 'fifth number' --nodule=0,0,0,0.01,1
 refused pad 'give a larger --pad' --edge 0.013 --pad 0.0005 --places 3
+refused depth_mm 'depth is 1 m, outside 1e-06 … 0.073[0-9]* m; in cm it would be 0.01 m, in mm it would be 0.001 m; give it in metres' --depth 1
+refused pad_m 'pad is 1 m, outside' --pad 1
+refused unit 'edge: 8mm is no number; give it alone, without a unit' --edge 8mm
 refused nowhere 'does not exist' --mesh nowhere.stl
 [ "$failed" -eq 0 ] && echo "palpation: all checks passed"
 finish
