@@ -21,6 +21,7 @@
 
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstdlib>
 #include <limits>
 #include <type_traits>
@@ -45,6 +46,10 @@ template <class S, class M>
 FiniteElements<S, M> solid(TetrahedralMesh<S> const& mesh, M const& material, Pressure pressure = Pressure::element) {
   return {mesh, {.density = 1000, .material = material, .pressure = pressure}};
 }
+
+// Without a scalar of its own a material that fades has that of the material inside.
+static_assert(std::same_as<Viscoelastic<StableNeoHookean<float>>, Viscoelastic<StableNeoHookean<float>, float>>);
+static_assert(Material<Viscoelastic<StableNeoHookean<float>>, float> && Material<Viscoelastic<StableNeoHookean<double>>, double>);
 
 }  // namespace
 

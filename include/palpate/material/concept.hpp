@@ -61,9 +61,11 @@ template <class M, class Scalar>
 struct MaterialSentences {
   using L = typename LawOf<M>::type;
   static_assert(std::copyable<L>, "palpate: a material's law is copied into each element; give it a copy constructor and a copy assignment.");
-  static_assert(HasEnergyDensity<L, Scalar>, "palpate: the material has no energy(F); declare: Scalar energy(Tensor3<Scalar> const& F) const, in J/m3 of the undeformed tissue, 0 at F = 1.");
-  static_assert(HasStress<L, Scalar>, "palpate: the material has no stress(F); declare: Tensor3<Scalar> stress(Tensor3<Scalar> const& F) const, the first Piola-Kirchhoff stress in Pa.");
-  static_assert(HasStressChange<L, Scalar>,
+  static constexpr bool is_other = !HasEnergyDensity<L, Scalar> && HasEnergyDensity<L, std::conditional_t<std::same_as<Scalar, float>, double, float>>;
+  static_assert(!is_other, "palpate: the material computes in another scalar than the tissue; write both for double or both for float: FiniteElements<float, StableNeoHookean<float>>.");
+  static_assert(is_other || HasEnergyDensity<L, Scalar>, "palpate: the material has no energy(F); declare: Scalar energy(Tensor3<Scalar> const& F) const, in J/m3 of the undeformed tissue, 0 at F = 1.");
+  static_assert(is_other || HasStress<L, Scalar>, "palpate: the material has no stress(F); declare: Tensor3<Scalar> stress(Tensor3<Scalar> const& F) const, the first Piola-Kirchhoff stress in Pa.");
+  static_assert(is_other || HasStressChange<L, Scalar>,
                 "palpate: the material has no stress_change(F, dF); declare: Tensor3<Scalar> stress_change(Tensor3<Scalar> const& F, Tensor3<Scalar> const& dF) const, in Pa.");
 };
 

@@ -128,7 +128,7 @@ struct ScalarOfMaterial<IsotropicMaterial<Law, Scalar>> {
 /// A material whose deviatoric stress fades by a Prony series; its volume is elastic. The moduli are those at once, of a fast pull.
 ///   Viscoelastic{StableNeoHookean<double>{.young = 5e3, .poisson = 0.45}, {{0.3, 0.1}, {0.2, 2.0}}}    5 kPa at once, about half of it after some seconds
 /// Errors     InvalidArgument, as the law is made: a share outside 0 … 1, shares of 1 and more together, a time that is not positive.
-template <class M, RealScalar Scalar = double>
+template <class M, RealScalar Scalar = typename detail::ScalarOfMaterial<M>::type>
 struct Viscoelastic {
   M material{};
   PronyTerm<Scalar> terms[ViscoelasticLaw<M, Scalar>::most_terms]{};
