@@ -91,7 +91,7 @@ class SeparatingCutter {
   /// outside again.
   template <class Body>
   void reset(Body& body) {
-    blade_.reset(detail::shape_of(body));
+    if constexpr (SeparableTissue<typename Body::Tissue>) blade_.reset(detail::shape_of(body));   // of another body advance() speaks
   }
 
   /// Turns the blade's edge in the tool: its direction in the tool's frame, of any length. A point gets an edge by that.
