@@ -226,6 +226,15 @@ TEMPLATE_TEST_CASE("a tool that is pulled back at once after the puncture gets n
       CHECK(contact_work(CuttingForce(PolynomialContact<S>{.cubic = S(1e6)}, CurveJoin<S>{.puncture_time = S(0.1)}), punctured, speed) > -1e-5);
       CHECK(contact_work(CuttingForce(HuntCrossleyContact<S>{.stiffness = S(900), .damping = S(3)}), punctured, speed) > -1e-5);
     }
+  // A curve f that is above F_p g(d) = k d near the surface: the hand gets back at most the larger of the two, f²/(2k) more than k d takes.
+  auto const flat = [](S) noexcept { return S(0.45); };
+  double least = 0;
+  for (S const speed : {S(0.05), S(0.1), S(0.2), S(0.5)}) {
+    double const work = contact_work(CuttingForce(IndentationSpring<S>{.stiffness = S(100)}, flat, CurveJoin<S>{.puncture_time = S(0.1)}), S(0.01), speed);
+    CHECK(work > -0.45 * 0.45 / (2 * 100));
+    least = std::min(least, work);
+  }
+  CHECK(least < -1e-4);   // although from 10 mm on f alone gives back less than k d has taken
 }
 
 // Yardstick: Σ ΔF·v Δt, the noise taken as the difference to the same force without it.
