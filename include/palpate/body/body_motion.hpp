@@ -326,9 +326,22 @@ class BodyMotion : public BodyShape<TissueType> {
   /// What comes before and after an integrator's step, see SoftBody::take_step. False where nothing moves.
   bool begin_step(Scalar h, bool fused_step) {
     choose_moving();
-    if (moving_.is_empty() || !(h > 0)) return false;
-    system_.begin(state_, forces_.forced(), gravity_, remembers_, bound_ + offset_, fused_step);
-    return true;
+    return begin_chosen(h, fused_step);
+  }
+  /// The same for a look ahead. A region that follows the touch chooses when all forces of the tick are there: until then those move that did, and
+  /// after an edit nothing is foreseen.
+  bool begin_forecast(Scalar h) {
+    if constexpr (!RegionType::follows_touch) {
+      return begin_step(h, false);
+    } else {
+      if (!disturbed_.empty()) return false;
+      if (!moving_.is_of(view())) {
+        auto const particles = moving_.particles();
+        if (!std::ranges::all_of(particles, [this](int i) { return is_free(i); })) return false;
+        system_.choose(tissue_, particles);
+      }
+      return begin_chosen(h, false);
+    }
   }
   void undo_step() {
     if (!system_.roll_back(state_)) remembers_ = false;
@@ -381,6 +394,11 @@ class BodyMotion : public BodyShape<TissueType> {
     return {tissue_, state_, forces_.forced(), held_, gravity_, last_step_, revision()};
   }
 
+  bool begin_chosen(Scalar h, bool fused_step) {
+    if (moving_.is_empty() || !(h > 0)) return false;
+    system_.begin(state_, forces_.forced(), gravity_, remembers_, bound_ + offset_, fused_step);
+    return true;
+  }
   void choose_moving() {
     if (moving_.is_chosen(view())) return;
     if (!disturbed_.empty()) {

@@ -172,6 +172,12 @@ typename B::Scalar own_mobility(B const& body, int i, typename B::Scalar h) {
   }
 }
 
+/// Whether a forecast for steps of h seconds knows of a particle how it gives way: not of one that can move, and that it holds fast.
+template <ForecastsSteps B>
+bool knows(auto const& forecast, B const& body, int i, typename B::Scalar h) {
+  return forecast.moves(i) || !(own_mobility(body, i, h) > 0);
+}
+
 }  // namespace detail
 
 /// Refinement: a body whose forces in a step are those of the time force_time · h after its begin; of others it is the begin.

@@ -98,8 +98,10 @@ class MovingSet {
     }
   }
 
+  /// Whether it was chosen for the body as it is: not where it was restored, and where other particles can move since.
+  bool is_of(View const& body) const noexcept { return choice(body) == chosen_for_; }
   /// Whether there is nothing to choose anew.
-  bool is_chosen(View const& body) const noexcept { return !RegionType::follows_touch && choice(body) == chosen_for_; }
+  bool is_chosen(View const& body) const noexcept { return !RegionType::follows_touch && is_of(body); }
 
   /// Finds the particles to compute; true where they are others than before. What stops loses its velocity in `state`, which is the
   /// body's own. `fresh`: no time has passed yet.

@@ -102,13 +102,14 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
     return this->acceleration_after(i, static_cast<Scalar>(force_time) * h);
   }
 
-  /// What the next step of h seconds will do, and how the body gives way in it; nothing where nothing moves. Of a whole body whose integrator states its end_weight().
+  /// What the next step of h seconds will do, and how the body gives way in it; nothing where nothing moves. Of a body whose integrator states its end_weight().
+  /// In a zone of influence the particles move that moved in the step before; see MotionForecast::moves. Right after an edit nothing is foreseen there.
   auto forecast(Scalar h)
-    requires(StatesEndWeight<IntegratorType, Scalar> && !RegionType::follows_touch)
+    requires StatesEndWeight<IntegratorType, Scalar>
   {
     using Forecast = MotionForecast<BodySystem<Tissue, ExecutionType>>;
     FlushDenormals const flush;
-    return this->begin_step(h, false) ? std::optional(Forecast(this->system_, h, static_cast<Scalar>(integrator_.end_weight()))) : std::optional<Forecast>();
+    return this->begin_forecast(h) ? std::optional(Forecast(this->system_, h, static_cast<Scalar>(integrator_.end_weight()))) : std::optional<Forecast>();
   }
 
   // --- how it moves -------------------------------------------------------------------------------------------------

@@ -128,6 +128,9 @@ struct ContactCoupling {
         for_each([&](int i, Scalar) { is_stiff = is_stiff || detail::is_stiff_in_step(body, i, h); });
         auto forecast = is_stiff && mobility > 0 ? body.forecast(h) : std::nullopt;
         if (!forecast) return;
+        bool is_known = true;
+        for_each([&](int i, Scalar) { is_known = is_known && detail::knows(*forecast, body, i, h); });
+        if (!is_known) return;
         forecast->respond([&](auto const& add) { for_each([&](int i, Scalar b) { add(i, b * along); }); });
         Scalar give = 0;
         Vector change = Vector::Zero();   // m/s

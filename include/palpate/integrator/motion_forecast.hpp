@@ -70,6 +70,8 @@ class MotionForecast {
     find(springs, Scalar(1e-3));
   }
 
+  /// Whether a particle moves in the step that is foreseen. In a zone of influence one that was touched last does not yet.
+  bool moves(int particle) const noexcept { return system_->column_of(particle) >= 0; }
   Scalar end_weight() const noexcept { return theta_; }
   Vector response(int particle) { return of(columns(ThetaScheme::change_at), particle); }
   /// b of a particle [N s]: what its velocity would change by, times its mass, if the others left it alone.

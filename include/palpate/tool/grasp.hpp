@@ -49,7 +49,7 @@ struct GraspedParticle {
 
 /// Tissue between two jaws. Each particle of the surface there hangs on a spring whose other end goes with the tool, and closes with the jaws:
 ///   f = −k (x⁺ − a⁺) − c (v⁺ − v_a),   v⁺ = v + h (a_t + f/m),   x⁺ = x + h v⁺     on a particle; k and c are the total over the number grasped
-/// and where the body forecasts its steps, as implicit ones of a whole body do, x⁺ and v⁺ are those of a step of the whole body with all springs in it.
+/// and where the body forecasts its steps, as implicit ones do, x⁺ and v⁺ are those of a step of the body with all springs in it.
 /// So it is the force of the end of the step, and at rest k (a − x) at any step. A particle is let go when its spring leaves the friction cone of its pads,
 ///   |f − f_n| ≤ friction · max(2 N, |f_n|)   with f_n the part across the pads and N its share of the clamp force: the sum of what two pads press with
 /// The others then have its share. All are let go when a cut has gone through the tissue between the jaws: when what is grasped, with what cuts have added
@@ -58,8 +58,6 @@ struct GraspedParticle {
 /// Frame      the jaws close along x, the pads lie in y and z; the joint is at z > 0.
 /// Units      m, N, s.
 /// Source     \cite bielser2002 for what forceps do; the springs' law is the step's end, \cite baraff1998.
-/// Limits     of a body that takes implicit steps in a zone of influence each particle counts as if it gave way alone: in steps that are long for its mass and
-///            stiffness what hangs from the jaws swings.
 /// Cost       press: O(particles), and of a body that forecasts its steps the solution of one; no allocation. advance: O(1), and after a cut O(new particles · grasped ones).
 template <RealScalar Scalar>
 class Grasp {
@@ -174,7 +172,9 @@ class Grasp {
       pulls_.push_back(-(k * (RodContact<Scalar>::moved(body, i, poses.lead * h) + h * velocity - anchor) + c * (velocity - way / h)));
     }
     if constexpr (ForecastsSteps<Body>)
-      if (auto forecast = body.forecast(h)) {
+      if (auto forecast = body.forecast(h); forecast && std::ranges::all_of(held_, [&](auto const& each) {
+            return is_gone(body, each.particle) || detail::knows(*forecast, body, each.particle, h);
+          })) {
         Scalar const resists = c + h * forecast->end_weight() * k;
         springs_.clear();
         for (std::size_t n = 0; n < held_.size(); ++n)
