@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -15,7 +14,10 @@ template <class Item>
 class GrowingLists {
  public:
   void clear() noexcept { places_.clear(), items_.clear(), empty_ = 0; }
+  /// Room for so many lists with this many items in all.
+  void reserve(std::size_t lists, std::size_t items) { places_.reserve(lists), items_.reserve(items), closed_.reserve(items); }
   int size() const noexcept { return static_cast<int>(places_.size()); }
+  std::size_t items() const noexcept { return items_.size(); }   ///< in all, with what is left empty
   std::span<Item const> operator[](int i) const noexcept { return std::span(items_).subspan(places_[index(i)].first, index(places_[index(i)].count)); }
   /// List i, one that there is or the next, becomes these.
   void set(int i, std::span<Item const> values) {
@@ -40,17 +42,16 @@ class GrowingLists {
     int count, room;
   };
   void close_up() {
-    std::vector<Item> closed;
-    closed.reserve(items_.size());
+    closed_.clear();
     for (Place& place : places_) {
-      std::size_t const first = closed.size();
-      closed.insert(closed.end(), items_.begin() + static_cast<std::ptrdiff_t>(place.first), items_.begin() + static_cast<std::ptrdiff_t>(place.first) + place.count);
+      std::size_t const first = closed_.size();
+      closed_.insert(closed_.end(), items_.begin() + static_cast<std::ptrdiff_t>(place.first), items_.begin() + static_cast<std::ptrdiff_t>(place.first) + place.count);
       place = {first, place.count, place.count};
     }
-    items_ = std::move(closed), empty_ = 0;
+    items_.swap(closed_), empty_ = 0;
   }
   std::vector<Place> places_;
-  std::vector<Item> items_;
+  std::vector<Item> items_, closed_;   // the other, while they close up
   std::size_t empty_ = 0;
 };
 

@@ -281,6 +281,8 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     solid_.reserve(particles, elements, triangles), exchange_.reserve(particles), log_.reserve(2 * at(elements) + 20 * at(more)), reserve_and_prefault(group_, at(elements));
     this->template reserve_edits<Element>(particles, elements);
     if constexpr (remembers) history_.reserve(at(elements));
+    if (stars_.empty()) return;
+    stars_.reserve(at(elements), at(more)), star_neighbours_.reserve(at(particles), at(elements)), found_.reserve(at(elements));
   }
 
   /// A step of h seconds has ended at x: what the tetrahedra remember is moved on, of all of them.

@@ -57,6 +57,12 @@ class PressureStars {
     return changed_;
   }
 
+  /// Memory for so many tetrahedra, and for so many more stars than there are.
+  void reserve(std::size_t elements, std::size_t more) {
+    std::size_t const stars = node_.size() + more;
+    corners_.reserve(elements), node_.reserve(stars), volume_.reserve(stars), bulk_.reserve(stars), changed_.reserve(stars);
+    elements_.reserve_for_growth(static_cast<int>(stars));
+  }
   bool empty() const noexcept { return node_.empty(); }
   /// Of so many tetrahedra.
   int elements_known() const noexcept { return static_cast<int>(corners_.size()); }

@@ -262,16 +262,21 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   template <class Tissue>
   void reserve(Tissue const& tissue, int count, int /*triangles*/) {
     std::size_t const more = 6 * at(std::max(0, count - tissue.size()));   // that cuts may make
-    std::size_t const elements = tissue.list().elements.size() + more, stars = static_cast<std::size_t>(tissue.stars().size());
+    std::size_t const elements = tissue.list().elements.size() + more, stars = tissue.stars().empty() ? 0 : static_cast<std::size_t>(tissue.stars().size()) + more / 6;
     Base::reserve(count);
     for (auto* columns : {&x_, &v_, &f_}) columns->reserve(count);
     for (auto* some : {&place_, &names_, &first_, &of_block_, &of_halo_, &at_border_}) some->reserve(elements);
     edited_.reserve(2 * more);
     nodes_.reserve(elements);
     for (auto& packs : packs_)
-      if (&packs == packs_.data() || count >= 2 * Base::min_block_size) packs.reserve(at(count), elements, tissue.assembles_stiffness());
+      if (&packs == packs_.data() || count >= 2 * Base::min_block_size) packs.reserve(at(count), elements, tissue.assembles_stiffness(), stars > 0);
     if (tissue.assembles_stiffness()) rows_.build(tissue.size(), tissue.list().nodes), rows_.clear();
-    if (stars > 0) packs_[halo].reserve(at(count), elements, tissue.assembles_stiffness()), star_place_.reserve(stars), chosen_stars_.reserve(stars);
+    if (stars > 0) {
+      packs_[halo].reserve(at(count), elements, tissue.assembles_stiffness(), true);
+      for (auto* some : {&star_place_, &chosen_stars_, &sum_of_}) some->reserve(stars);
+      for (Sums* sums : {&sums_[0], &sums_[halo]}) sums->star.reserve(stars), sums->slots.reserve(stars, sums->slots.items() + 4 * elements + 128 * more / 6);
+      slot_.reserve(256);
+    }
     for (auto* values : {&pressure_, &rate_, &bulk_, &volume_, &weight_}) values->reserve(stars);
     float_rate_.reserve(stars);
   }

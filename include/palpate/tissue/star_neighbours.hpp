@@ -20,6 +20,14 @@ namespace palpate {
 template <RealScalar Scalar>
 class StarNeighbours {
  public:
+  /// Memory for so many particles and tetrahedra, more than there are.
+  void reserve(std::size_t particles, std::size_t elements) {
+    std::size_t const more = particles - bounds_.size();   // stars too; with each the lists of those beside it outgrow their places
+    near_.reserve(particles, near_.items() + 256 * more), parts_of_.reserve(star_seen_.size() + more, parts_of_.items() + 128 * more);
+    rows_.reserve(elements), bounds_.reserve(particles), seen_.reserve(particles), place_.reserve(particles), star_seen_.reserve(star_seen_.size() + more);
+    for (auto* some : {&moved_, &found_, &kept_, &merged_}) some->reserve(particles);
+    parts_.reserve(particles), gradients_.reserve(particles);
+  }
   /// In order, without i.
   std::span<int const> of(int i) const noexcept { return near_[i]; }
   Scalar stiffness_bound(int i) const noexcept { return bounds_[index(i)]; }   ///< N/m

@@ -72,10 +72,12 @@ class TetrahedronPacks {
     bool counts[lanes];
   };
 
-  void reserve(std::size_t particles, std::size_t elements, bool assembles) {
+  void reserve(std::size_t particles, std::size_t elements, bool assembles, bool has_stars) {
     slot_of_.reserve(elements);
     packs_.reserve((elements + lanes - 1) / lanes), tangents_.reserve(packs_.capacity()), floats_.reserve(has_floats ? packs_.capacity() / 2 + 1 : 0), names_.reserve(packs_.capacity()), inside_.reserve(packs_.capacity()), last_pack_of_.reserve(particles);
     if (assembles) places_.reserve(packs_.capacity());
+    if (has_stars) stars_.reserve(packs_.capacity()), growths_.reserve(packs_.capacity()), measured_.reserve(lanes * packs_.capacity());
+    if (has_stars && has_floats && !assembles) float_growths_.reserve(floats_.capacity()), float_measured_.reserve(2 * lanes * floats_.capacity());
   }
 
   /// Holds elements[name(which(k))], k < count, with nodes[which(k)], all below `particles`. Where it can, no two of a pack share a node: the sum at a node
