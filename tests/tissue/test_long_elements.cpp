@@ -367,6 +367,9 @@ TEST_CASE("long elements: what they refuse", "[tissue][long_elements]") {
   CHECK(unsaid(refused({.spacing = 0.01, .young = 5000.0, .surface_tension = -1.0}), "surface_tension is -1 N/m") == "");
   CHECK(unsaid(refused({.spacing = 0.01, .young = 5000.0, .return_time = -1.0}), "return_time is -1 s") == "");
   CHECK(unsaid(refused({.spacing = 0.01, .young = 5000.0, .iterations = 0}), "iterations is 0") == "");
+  CHECK(unsaid(refused({.spacing = 10.0, .young = 5000.0}), "a spacing of 10 m is wider than the surface") == "");   // mm for m
+  CHECK(unsaid(refused({.spacing = 1e-5, .young = 5000.0}), "a spacing of 1e-05 m makes more than 1000000 columns") == "");
+  CHECK(unsaid(refused({.spacing = 1e-300, .young = 5000.0}), "a spacing of 1e-300 m makes more than 1000000 columns") == "");
   TriangleMesh<double> open = sphere;
   open.triangles.conservativeResize(3, open.triangles.cols() - 1);
   CHECK_THROWS_AS((LongElements<double>(open, {.spacing = 0.01, .young = 5000.0})), InvalidMesh);

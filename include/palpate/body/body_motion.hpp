@@ -194,6 +194,11 @@ class BodyMotion : public BodyShape<TissueType> {
     this->set_normals();
     return found;
   }
+  template <class Other>
+    requires(!EquilibriumSolver<Other, Tissue> && !std::convertible_to<Other, Scalar>)
+  Equilibrium<Scalar> settle(Other const&, Scalar = 0) {
+    return (void(detail::SolverSentences<Other, Tissue>{}), Equilibrium<Scalar>{});
+  }
 
   /// Moves the body to where it would come to rest if the forces applied so far stayed: at rest, and the forces are consumed as by a step.
   /// The home shape stays, so a later step without the forces begins the way back to it. Tolerance and errors as for settle().
@@ -204,6 +209,11 @@ class BodyMotion : public BodyShape<TissueType> {
     take_as_stepped();
     return found;
   }
+  template <class Other>
+    requires(!EquilibriumSolver<Other, Tissue>)
+  Equilibrium<Scalar> solve_statics(Other const&, Scalar = 0) {
+    return (void(detail::SolverSentences<Other, Tissue>{}), Equilibrium<Scalar>{});
+  }
 
   /// The same, with what the solver reached in its budget, in balance or not: a static step of a simulation that shows every one.
   /// A solver that leaves the finite numbers leaves the body where it was.
@@ -212,6 +222,11 @@ class BodyMotion : public BodyShape<TissueType> {
     auto const found = find_balance(solver, tolerance, true, false);
     take_as_stepped();
     return found;
+  }
+  template <class Other>
+    requires(!EquilibriumSolver<Other, Tissue>)
+  Equilibrium<Scalar> relax(Other const&, Scalar = 0) {
+    return (void(detail::SolverSentences<Other, Tissue>{}), Equilibrium<Scalar>{});
   }
 
   /// Back to the home shape at rest: no forces, nothing held, time 0. Cuts and nails stay; restore(save()) undoes those as well.

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <palpate/collision/surface_tree.hpp>
+#include <palpate/core/policy.hpp>
 #include <palpate/tissue/concept.hpp>
 
 #include <concepts>
 #include <cstddef>
+#include <type_traits>
 
 namespace palpate {
 
@@ -78,28 +80,51 @@ concept SimulatedBody = TouchableBody<B> && detail::TakesSteps<B> && detail::Sta
 
 namespace detail {
 
+template <class B>
+concept NamesTissue = requires { typename B::Tissue; };
+/// The tissue of a body; of what is none, void.
+template <class B>
+struct TissueOf {
+  using type = void;
+};
+template <NamesTissue B>
+struct TissueOf<B> {
+  using type = typename B::Tissue;
+};
+
+/// Whether a tool can act on B. Where it is instantiated it says what keeps it from that: it is no body, or const.
+template <class B>
+consteval bool can_act_on() {
+  constexpr bool is_body = HasRealScalar<B> && HasBodySurface<B>, is_const = std::is_const_v<B>;
+  static_assert(is_body || IsRefused<B>, "palpate: a tool acts on a body, and this is none; of a tissue make one: SoftBody body(std::move(tissue)).");
+  static_assert(!is_body || !is_const, "palpate: a tool changes the body that it acts on, and this one is const; give the body itself.");
+  return is_body && !is_const;
+}
+
 /// Says, where it is instantiated, what keeps B from being a SimulatedBody.
 template <class B>
 struct BodySentences {
-  static_assert(HasBodyScalars<B>, "palpate: the body has no types Scalar, float or double, and Vector, which is Vector3<Scalar>; declare both.");
-  static_assert(HasBodySurface<B>, "palpate: the body has no tissue().surface() const; declare: what tissue() returns says SurfaceTopology const& surface() const, its triangles.");
-  static_assert(HasMotion<B>, "palpate: the body has no positions() const or velocities() const; declare both: 3 x particles, in m and m/s.");
-  static_assert(HasReference<B>,
+  static constexpr bool is_tissue = TissueModel<B>;   // then there is no use in the others
+  static_assert(!is_tissue, "palpate: this is a tissue where a body is wanted; make one of it: SoftBody body(std::move(tissue)).");
+  static_assert(is_tissue || HasBodyScalars<B>, "palpate: the body has no types Scalar, float or double, and Vector, which is Vector3<Scalar>; declare both.");
+  static_assert(is_tissue || HasBodySurface<B>, "palpate: the body has no tissue().surface() const; declare: what tissue() returns says SurfaceTopology const& surface() const, its triangles.");
+  static_assert(is_tissue || HasMotion<B>, "palpate: the body has no positions() const or velocities() const; declare both: 3 x particles, in m and m/s.");
+  static_assert(is_tissue || HasReference<B>,
                 "palpate: the body has no reference_position(i) const or reference_normal(i) const; declare both: of the undisturbed surface, in m, and of length one.");
-  static_assert(HasHomeDiagonal<B>, "palpate: the body has no home_diagonal(); declare: Scalar home_diagonal(), of the box around the undisturbed body, in m.");
-  static_assert(FindsNearestPoint<B>,
+  static_assert(is_tissue || HasHomeDiagonal<B>, "palpate: the body has no home_diagonal(); declare: Scalar home_diagonal(), of the box around the undisturbed body, in m.");
+  static_assert(is_tissue || FindsNearestPoint<B>,
                 "palpate: the body has no nearest_point(p, hint); declare: SurfacePoint<Scalar> nearest_point(Vector const& p, int hint = -1), on the surface as it is now.");
-  static_assert(FindsTriangleAcross<B>,
+  static_assert(is_tissue || FindsTriangleAcross<B>,
                 "palpate: the body has no triangle_across(a, b) const; declare: int triangle_across(int a, int b) const, beyond the edge a -> b of a triangle, or -1.");
-  static_assert(CountsChanges<B>,
+  static_assert(is_tissue || CountsChanges<B>,
                 "palpate: the body has no topology_revision() const or restorations() const; declare both: std::size_t, how often triangles changed, and how often it was brought back.");
-  static_assert(TakesSteps<B>,
+  static_assert(is_tissue || TakesSteps<B>,
                 "palpate: the body has no step(h); declare: StepReport<Scalar> step(Scalar h), or a report of its own: int moving, and explicit operator bool() const, whether it was taken.");
-  static_assert(StatesSteps<B>, "palpate: the body lacks one of Scalar stable_step(), Scalar guaranteed_stable_step() const, in s, and bool stable_step_fell(); declare all.");
-  static_assert(HasMeanEdge<B>, "palpate: the body has no mean_edge() const; declare: Scalar mean_edge() const, in m.");
-  static_assert(TakesForces<B>, "palpate: the body has no apply_force(i, force); declare: void apply_force(int i, Vector const& force), in N, for the next step.");
-  static_assert(PredictsAcceleration<B>, "palpate: the body has no predicted_acceleration(i, h) const, in m/s2, or bool is_held(i) const; declare both.");
-  static_assert(IsRestored<B>, "palpate: the body has no save() const and restore(state); declare both.");
+  static_assert(is_tissue || StatesSteps<B>, "palpate: the body lacks one of Scalar stable_step(), Scalar guaranteed_stable_step() const, in s, and bool stable_step_fell(); declare all.");
+  static_assert(is_tissue || HasMeanEdge<B>, "palpate: the body has no mean_edge() const; declare: Scalar mean_edge() const, in m.");
+  static_assert(is_tissue || TakesForces<B>, "palpate: the body has no apply_force(i, force); declare: void apply_force(int i, Vector const& force), in N, for the next step.");
+  static_assert(is_tissue || PredictsAcceleration<B>, "palpate: the body has no predicted_acceleration(i, h) const, in m/s2, or bool is_held(i) const; declare both.");
+  static_assert(is_tissue || IsRestored<B>, "palpate: the body has no save() const and restore(state); declare both.");
 };
 
 }  // namespace detail

@@ -12,6 +12,14 @@
 
 namespace palpate {
 
+namespace detail {
+
+/// What damping_for() works on: particles, home springs and links. What set_damping() does besides can be changed.
+template <class T>
+concept DampedBySprings = HasParticles<T> && HasHomeSprings<T> && HasLinks<T>;
+
+}  // namespace detail
+
 /// What damping_for() is to keep.
 enum class DampingGoal {
   at_most,    ///< no mode is damped more than asked; a particle alone on its home spring exactly so much
@@ -38,7 +46,7 @@ struct DampingProposal {
 /// Units      ζ without, β [s], α [1/s].
 /// Source     the damped oscillator of any textbook; Rayleigh's damping for at_least.
 /// Cost       that of ModalEstimate; allocates.
-template <class Tissue, RealScalar Scalar = typename Tissue::Scalar>
+template <detail::DampedBySprings Tissue, RealScalar Scalar = typename Tissue::Scalar>
 DampingProposal<Scalar> damping_for(Tissue const& tissue, std::type_identity_t<Scalar> ratio, DampingGoal goal = DampingGoal::at_most) {
   detail::require_non_negative("the damping ratio", ratio, "of the critical one");
   Matrix3X<Scalar> rest(3, tissue.size());
@@ -78,8 +86,18 @@ DampingProposal<Scalar> damping_for(Tissue const& tissue, std::type_identity_t<S
   return proposal;
 }
 
+/// Of what is no such tissue: what is wrong.
+template <class Other, RealScalar Scalar = typename Other::Scalar>
+  requires(!detail::DampedBySprings<Other>)
+DampingProposal<Scalar> damping_for(Other const&, std::type_identity_t<Scalar>, DampingGoal = DampingGoal::at_most) {
+  static_assert(detail::DampedBySprings<Other>,
+                "damping_for: this is no tissue of links and home springs, as MassSpring is; of a body give body.tissue(); a solid is damped by its options' .damping.");
+  return {};
+}
+
 /// Gives a tissue the damping proposed for it; stiffness stays.
-template <class Tissue, RealScalar Scalar>
+template <detail::DampedBySprings Tissue, RealScalar Scalar>
+  requires(!std::is_const_v<Tissue>)
 void set_damping(Tissue& tissue, DampingProposal<Scalar> const& proposal) {
   if (static_cast<int>(proposal.home.size()) != tissue.size() || static_cast<int>(proposal.link.size()) != tissue.links().size())
     throw InvalidArgument(detail::message("the damping is for ", proposal.home.size(), " particles and ", proposal.link.size(),
@@ -94,6 +112,13 @@ void set_damping(Tissue& tissue, DampingProposal<Scalar> const& proposal) {
     law.damping = static_cast<decltype(law.damping)>(proposal.link[static_cast<std::size_t>(l)]);
     tissue.set_link(l, law);
   }
+}
+/// Of what is no such tissue: what is wrong.
+template <class Other, RealScalar Scalar>
+  requires(!detail::DampedBySprings<Other> || std::is_const_v<Other>)
+void set_damping(Other&, DampingProposal<Scalar> const&) {
+  static_assert(detail::DampedBySprings<Other> && !std::is_const_v<Other>,
+                "set_damping: this is no tissue of links and home springs, as MassSpring is, or it is const, as that of a body; set the damping before the body takes it.");
 }
 
 }  // namespace palpate

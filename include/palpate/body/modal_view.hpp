@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/tissue/concept.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -111,11 +112,20 @@ Mode<typename Tissue::Scalar> extreme_mode(Tissue const& tissue, X const& x, Mov
 /// Source     the damped oscillator of any textbook.
 /// Cost       some hundred products with the stiffness; allocates: for setting up, not for the loop.
 template <class Body>
+  requires HasStiffnessProduct<typename detail::TissueOf<Body>::type>
 ModalView<typename Body::Scalar> modal_view(Body const& body) {
-  static_assert(HasStiffnessProduct<typename Body::Tissue>, "modal_view: the body's tissue does not multiply its stiffness; see HasStiffnessProduct.");
   auto const moves = [&](int i) { return !body.tissue().nailed(i) && !body.is_held(i) && body.tissue().mass(i) > 0; };
   auto const x = body.positions();
   return {detail::extreme_mode(body.tissue(), x, moves, true), detail::extreme_mode(body.tissue(), x, moves, false)};
+}
+/// Of what is no such body: what is wrong.
+template <class Other>
+  requires(!HasStiffnessProduct<typename detail::TissueOf<Other>::type>)
+ModalView<typename Other::Scalar> modal_view(Other const&) {
+  static_assert(detail::NamesTissue<Other>, "modal_view: this is no body; of a tissue make one: SoftBody body(std::move(tissue)).");
+  static_assert(!detail::NamesTissue<Other> || HasStiffnessProduct<typename detail::TissueOf<Other>::type>,
+                "modal_view: the body's tissue does not multiply its stiffness; see HasStiffnessProduct.");
+  return {};
 }
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/mesh/detail/surface_sides.hpp>
 
@@ -12,21 +13,40 @@
 
 namespace palpate {
 
+namespace detail {
+
+/// A body whose tissue says which of its particles belong together.
+template <class B>
+concept HasPieces = HasParticles<typename TissueOf<B>::type>;
+
+/// Says, where it is instantiated, that B is none.
+template <class B>
+struct PiecesSentences {
+  static_assert(HasPieces<B>, "palpate: pieces are those of a body whose tissue has for_each_neighbour, as a SoftBody's; of a tissue make one: SoftBody body(std::move(tissue)).");
+};
+
+}  // namespace detail
+
 /// The particles of each piece of a body, in rising order: two belong together where a chain of neighbours joins them. Pieces come in the order of their
 /// first particle. Particles that no tetrahedron holds any more are of none.
 /// Cost       O(body); allocates.
-template <class Body>
+template <detail::HasPieces Body>
 std::vector<std::vector<int>> pieces_of(Body const& body) {
   detail::DisjointSets joined(static_cast<std::size_t>(body.size()));
   for (int i = 0; i < body.size(); ++i) body.tissue().for_each_neighbour(i, [&](int j) { joined.join(i, j); });
   return joined.sets([&](int i) { return body.tissue().mass(i) > 0; });
+}
+template <class Other>
+  requires(!detail::HasPieces<Other>)
+std::vector<std::vector<int>> pieces_of(Other const&) {
+  return (void(detail::PiecesSentences<Other>{}), std::vector<std::vector<int>>{});
 }
 
 /// Holds the pieces in which nothing is nailed or held, such as a cut frees them, so that statics has an equilibrium where gravity would carry them away.
 /// Returns their particles: release() lets each go again.
 /// Limits     A piece that home or support springs tie to its place is taken for free too.
 /// Cost       O(body); allocates.
-template <class Body>
+template <detail::HasPieces Body>
 std::vector<int> hold_free_pieces(Body& body) {
   std::vector<int> held;
   for (auto const& piece : pieces_of(body)) {
@@ -35,6 +55,11 @@ std::vector<int> hold_free_pieces(Body& body) {
     held.insert(held.end(), piece.begin(), piece.end());
   }
   return held;
+}
+template <class Other>
+  requires(!detail::HasPieces<Other>)
+std::vector<int> hold_free_pieces(Other&) {
+  return (void(detail::PiecesSentences<Other>{}), std::vector<int>{});
 }
 
 /// A body of its own of some of a body's particles, one or more whole pieces: with their shape, motion, forces, nails and hands, at the same time.
@@ -46,7 +71,7 @@ std::vector<int> hold_free_pieces(Body& body) {
 /// Errors     InvalidArgument where the particles are not whole pieces, or while a cut is in progress; OutOfRange for a bad index.
 /// Cost       O(body); allocates.
 template <class Body>
-  requires DivisibleTissue<typename Body::Tissue>
+  requires DivisibleTissue<typename detail::TissueOf<Body>::type>
 Body part_of(Body const& body, std::span<int const> particles) {
   if (!body.temporary_subdivisions().empty()) throw InvalidArgument("no piece can be taken out while a cut is in progress; lift the tool first");
   auto state = body.save();
@@ -70,6 +95,14 @@ Body part_of(Body const& body, std::span<int const> particles) {
   Body made = body;
   made.restore(state);
   return made;
+}
+/// Of what is no such body: what is wrong.
+template <class Other>
+  requires(!DivisibleTissue<typename detail::TissueOf<Other>::type>)
+Other part_of(Other const& other, std::span<int const>) {
+  static_assert(DivisibleTissue<typename detail::TissueOf<Other>::type>,
+                "part_of: this is no body of tissue that makes tissue of its pieces, see DivisibleTissue; SoftBody of FiniteElements or MassSpring is one.");
+  return other;
 }
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/body/pseudo_normal.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <limits>
 
@@ -75,28 +77,10 @@ class Touch {
   /// A tip that is not finite changes nothing.
   template <class Body>
   SurfaceContact<Scalar> const& update(Body& body, Vector const& tip, bool keep_beside = false) {
-    if (!is_finite(tip)) return contact_;
-    if (was_restored(body)) end();
-    restorations_ = body.restorations();
-    if (contact_.touching && !is_still_there(body) && !find_again(body)) end();
-    if (contact_.touching) {
-      follow(body, tip);
-      if (contact_.off_surface && !keep_beside) end();
-      if (contact_.touching && (tip - contact_.point).norm() > longest_)
-        end();
-      else if (contact_.touching && keep_beside && has_passed_through(body, tip))
-        last_tip_ = tip;
-      if (contact_.touching && contact_.depth <= 0 && is_above(tip)) {
-        int const left_from = contact_.triangle;
-        end();
-        outside_ = true;
-        front_ = left_from;
-      }
-    } else {
-      begin(body, tip);
+    if constexpr (detail::can_act_on<Body>()) {
+      static_assert(std::same_as<Scalar, typename Body::Scalar>, "Touch: it computes in another scalar than the body; take Touch<float> for a body in float.");
+      if constexpr (std::same_as<Scalar, typename Body::Scalar>) move(body, tip, keep_beside);
     }
-    last_tip_ = tip;
-    remember(body);
     return contact_;
   }
 
@@ -125,6 +109,32 @@ class Touch {
   void reset() noexcept { end(); }
 
  private:
+  template <class Body>
+  void move(Body& body, Vector const& tip, bool keep_beside) {
+    if (!is_finite(tip)) return;
+    if (was_restored(body)) end();
+    restorations_ = body.restorations();
+    if (contact_.touching && !is_still_there(body) && !find_again(body)) end();
+    if (contact_.touching) {
+      follow(body, tip);
+      if (contact_.off_surface && !keep_beside) end();
+      if (contact_.touching && (tip - contact_.point).norm() > longest_)
+        end();
+      else if (contact_.touching && keep_beside && has_passed_through(body, tip))
+        last_tip_ = tip;
+      if (contact_.touching && contact_.depth <= 0 && is_above(tip)) {
+        int const left_from = contact_.triangle;
+        end();
+        outside_ = true;
+        front_ = left_from;
+      }
+    } else {
+      begin(body, tip);
+    }
+    last_tip_ = tip;
+    remember(body);
+  }
+
   template <class Body>
   void remember(Body const& body) noexcept {
     revision_ = body.topology_revision();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/body/shape_of.hpp>
 #include <palpate/body/touch.hpp>
 #include <palpate/core/error.hpp>
@@ -79,12 +80,14 @@ class Aspirator {
 
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool) {
-    constexpr bool is_solid = RemovableSolid<typename Body::Tissue>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
-    static_assert(is_solid, "Aspirator: this tissue is no solid from which tetrahedra can be taken; FiniteElements is.");
-    static_assert(is_of_scalar, "Aspirator: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
-    if constexpr (is_solid && is_of_scalar) {
-      detail::require_finite("Aspirator: the tip", tool.position, "m");
-      use(detail::shape_of(body), tool.position);
+    if constexpr (detail::can_act_on<Body>()) {
+      constexpr bool is_solid = RemovableSolid<typename detail::TissueOf<Body>::type>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
+      static_assert(is_solid, "Aspirator: this tissue is no solid from which tetrahedra can be taken; FiniteElements is.");
+      static_assert(is_of_scalar, "Aspirator: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
+      if constexpr (is_solid && is_of_scalar) {
+        detail::require_finite("Aspirator: the tip", tool.position, "m");
+        use(detail::shape_of(body), tool.position);
+      }
     }
   }
 

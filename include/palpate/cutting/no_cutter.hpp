@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/body/shape_of.hpp>
 #include <palpate/cutting/concept.hpp>
 
@@ -23,8 +24,10 @@ class NoCutter {
 
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool) {
-    static_assert(std::same_as<Scalar, typename Body::Scalar>, "NoCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
-    if constexpr (std::same_as<Scalar, typename Body::Scalar>) touch_.update(detail::shape_of(body), tool.position);
+    if constexpr (detail::can_act_on<Body>()) {
+      static_assert(std::same_as<Scalar, typename Body::Scalar>, "NoCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
+      if constexpr (std::same_as<Scalar, typename Body::Scalar>) touch_.update(detail::shape_of(body), tool.position);
+    }
   }
   /// The same for the tip [m] of a tool that is not turned.
   template <class Body>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/body/shape_of.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/cutting/blade_edge.hpp>
@@ -69,12 +70,14 @@ class ProgressiveCutter {
   /// Throws InvalidArgument for a pose that is not finite, or a body that can not be cut; then nothing has changed.
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
-    constexpr bool can_be_cut = CuttableTissue<typename Body::Tissue>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
-    static_assert(can_be_cut,
-                  "ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue: int insert_in_triangle(int triangle, Vector3<Scalar> const& weights), int "
-                  "split_particle(int particle, std::span<int const> triangles) and the others in palpate/tissue/concept.hpp. MassSpring has it.");
-    static_assert(is_of_scalar, "ProgressiveCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
-    if constexpr (can_be_cut && is_of_scalar) cut(detail::shape_of(body), tool, force);
+    if constexpr (detail::can_act_on<Body>()) {
+      constexpr bool can_be_cut = CuttableTissue<typename detail::TissueOf<Body>::type>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
+      static_assert(can_be_cut,
+                    "ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue: int insert_in_triangle(int triangle, Vector3<Scalar> const& weights), int "
+                    "split_particle(int particle, std::span<int const> triangles) and the others in palpate/tissue/concept.hpp. MassSpring has it.");
+      static_assert(is_of_scalar, "ProgressiveCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
+      if constexpr (can_be_cut && is_of_scalar) cut(detail::shape_of(body), tool, force);
+    }
   }
   /// The same for the tip [m] of a tool that is not turned.
   template <class Body>
@@ -101,7 +104,10 @@ class ProgressiveCutter {
   /// What the blade drags along while it is moved across its edge; nothing while it cuts.
   template <class Body>
   std::optional<BladeHold<Scalar>> held(Body const& body) const noexcept {
-    return blade_.held(detail::shape_of(body));
+    if constexpr (CuttableTissue<typename detail::TissueOf<Body>::type>)
+      return blade_.held(detail::shape_of(body));
+    else
+      return {};   // of such a body advance() speaks
   }
   /// Particles that were one before the current or last cut: the two lips of the wound, pair by pair.
   std::vector<std::array<int, 2>> const& lips() const noexcept { return blade_.front().lips(); }

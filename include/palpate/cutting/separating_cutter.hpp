@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/concept.hpp>
 #include <palpate/body/shape_of.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/cutting/blade_edge.hpp>
@@ -74,12 +75,14 @@ class SeparatingCutter {
   /// Throws InvalidArgument for a pose that is not finite, or a body that can not be cut; then nothing has changed.
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
-    constexpr bool can_be_cut = SeparableTissue<typename Body::Tissue>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
-    static_assert(can_be_cut,
-                  "SeparatingCutter: this tissue can not be cut along its edges; it lacks the ability SeparableTissue: void move_rest(int particle, Vector3<Scalar> const& rest) and "
-                  "what CuttableTissue names in palpate/tissue/concept.hpp. MassSpring has it.");
-    static_assert(is_of_scalar, "SeparatingCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
-    if constexpr (can_be_cut && is_of_scalar) cut(detail::shape_of(body), tool, force);
+    if constexpr (detail::can_act_on<Body>()) {
+      constexpr bool can_be_cut = SeparableTissue<typename detail::TissueOf<Body>::type>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
+      static_assert(can_be_cut,
+                    "SeparatingCutter: this tissue can not be cut along its edges; it lacks the ability SeparableTissue: void move_rest(int particle, Vector3<Scalar> const& rest) and "
+                    "what CuttableTissue names in palpate/tissue/concept.hpp. MassSpring has it.");
+      static_assert(is_of_scalar, "SeparatingCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
+      if constexpr (can_be_cut && is_of_scalar) cut(detail::shape_of(body), tool, force);
+    }
   }
   /// The same for the tip [m] of a tool that is not turned.
   template <class Body>
@@ -106,7 +109,10 @@ class SeparatingCutter {
   /// What the blade drags along while it is moved across its edge; nothing while it cuts.
   template <class Body>
   std::optional<BladeHold<Scalar>> held(Body const& body) const noexcept {
-    return blade_.held(detail::shape_of(body));
+    if constexpr (SeparableTissue<typename detail::TissueOf<Body>::type>)
+      return blade_.held(detail::shape_of(body));
+    else
+      return {};   // of such a body advance() speaks
   }
   /// Particles that were one before the current or last cut: the two lips of the wound, pair by pair.
   std::vector<std::array<int, 2>> const& lips() const noexcept { return blade_.front().lips(); }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/pseudo_normal.hpp>
+#include <palpate/body/concept.hpp>
 #include <palpate/body/shape_of.hpp>
 #include <palpate/body/touch.hpp>
 #include <palpate/collision/detail/box_tree.hpp>
@@ -166,12 +167,14 @@ class VolumeCutter {
   /// The blade is taken away: what it has cut is opened as far as that goes, and it may come back anywhere.
   template <class Body>
   void lift(Body& body) {
-    if (!was_restored(body)) {
-      auto& shape = detail::shape_of(body);
-      if (waits_) go(shape, 0, options_.puncture_depth);
-      end_stroke(shape);
+    if constexpr (CuttableSolid<typename detail::TissueOf<Body>::type>) {   // of another body advance() speaks
+      if (!was_restored(body)) {
+        auto& shape = detail::shape_of(body);
+        if (waits_) go(shape, 0, options_.puncture_depth);
+        end_stroke(shape);
+      }
+      forget();
     }
-    forget();
   }
   /// The body was restored to how it was when this cutter was copied: the stroke goes on from there.
   ///   auto const saved = body.save(); auto const knife_then = knife;  …  body.restore(saved), knife = knife_then, knife.resume(body);
@@ -224,10 +227,13 @@ class VolumeCutter {
 
   template <class Body>
   static consteval bool can_cut() {
-    constexpr bool is_solid = CuttableSolid<typename Body::Tissue>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
-    static_assert(is_solid, "VolumeCutter: this tissue is no solid that can be cut; FiniteElements is. ProgressiveCutter cuts surfaces.");
-    static_assert(is_of_scalar, "VolumeCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
-    return is_solid && is_of_scalar;
+    if constexpr (detail::can_act_on<Body>()) {
+      constexpr bool is_solid = CuttableSolid<typename detail::TissueOf<Body>::type>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
+      static_assert(is_solid, "VolumeCutter: this tissue is no solid that can be cut; FiniteElements is. ProgressiveCutter cuts surfaces.");
+      static_assert(is_of_scalar, "VolumeCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
+      return is_solid && is_of_scalar;
+    }
+    return false;
   }
 
   template <class Body>

@@ -14,6 +14,9 @@ namespace palpate {
 /// model has an overlay itself, both are added.
 template <class Force, class Overlay>
 class Overlaid {
+  static_assert(ForceOverlay<Overlay, double> || ForceOverlay<Overlay, float>,
+                "palpate::Overlaid: the second part is no overlay; declare: Vector3<Scalar> operator()(ToolMotion<Scalar> const& motion) noexcept, in N.");
+
  public:
   Overlaid(Force force, Overlay overlay) : force_(std::move(force)), over_(std::move(overlay)) {}
 
@@ -21,6 +24,7 @@ class Overlaid {
   template <RealScalar Scalar>
     requires ForceModel<Force, Scalar>
   Vector3<Scalar> operator()(ToolContact<Scalar> const& contact) noexcept {
+    require_overlay<Scalar>();
     return force_(contact);
   }
   template <RealScalar Scalar>
@@ -44,6 +48,7 @@ class Overlaid {
   template <RealScalar Scalar>
     requires SurfaceForce<Force, Scalar>
   Vector3<Scalar> on_surface(LocalModel<Scalar> const& local, ToolMotion<Scalar> const& motion) noexcept {
+    require_overlay<Scalar>();
     return force_.on_surface(local, motion);
   }
   SurfaceKind surface_kind() const noexcept
@@ -94,6 +99,13 @@ class Overlaid {
   Overlay const& over() const noexcept { return over_; }
 
  private:
+  /// One that is none would not be felt.
+  template <RealScalar Scalar>
+  static consteval void require_overlay() {
+    static_assert(ForceOverlay<Overlay, Scalar>,
+                  "palpate::Overlaid: the second part computes in another scalar than the body; it takes a ToolMotion<Scalar> of the body's.");
+  }
+
   Force force_;
   Overlay over_;
 };

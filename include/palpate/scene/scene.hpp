@@ -55,7 +55,7 @@ struct SceneReport {
 /// Errors     those of BodyContact and SelfContact. InvalidArgument where a pair is named twice, and for a pair that nobody named.
 /// Threads    one thread at a time; a body's own execution may have more.
 /// Cost       the bodies' steps, one BodyContact::apply a step of each pair whose boxes meet, and O(particles) a tick for the boxes.
-template <SimulatedBody... Bodies>
+template <class... Bodies>
 class Scene {
   static_assert(sizeof...(Bodies) > 0, "Scene: a scene has a body, or several.");
   using All = std::tuple<Bodies...>;
@@ -339,6 +339,18 @@ class Scene {
   std::array<Vector, bodies> low_, high_;      // m
   std::vector<char> near_;                     // of each contact
   mutable std::array<BodySnapshot<Scalar>, bodies> drawn_;
+};
+
+/// Parts of which one is no body: what is wrong, and nothing that could fail besides.
+template <class... Parts>
+  requires(!(SimulatedBody<Parts> && ...))
+class Scene<Parts...> {
+  static_assert((SimulatedBody<Parts> && ...), "Scene: one of its parts is no body; of a tissue make one, SoftBody body(std::move(tissue)), of a rigid surface an Obstacle; see SimulatedBody.");
+
+ public:
+  using Refused = void;
+
+  explicit Scene(Parts const&...) {}
 };
 
 /// A scene controls the steps of its bodies itself.

@@ -25,12 +25,19 @@ concept ToolOf = MakeSimulator<typename Tool::Device, Body, typename Tool::Cutte
 template <class... Tools>
 inline constexpr bool are_tools = sizeof...(Tools) > 0 && (is_tool<Tools> && ...);
 
-/// Says, where it is instantiated, what keeps these from it.
 struct NothingToSay {};
-template <class Device, class Body, class C, class Force, bool is_refused = IsRefused<Body>>
+enum class Order { right, swapped, said };   // of the parts; said: the body's own sentence
+template <class Device, class Body>
+inline constexpr Order order_of = IsRefused<Body> ? Order::said : SimulatedBody<Device> || HoldsBodies<Device> || !HasRealScalar<Body> ? Order::swapped : Order::right;
+/// Says, where it is instantiated, what keeps these from it.
+template <class Device, class Body, class C, class Force, Order order = order_of<Device, Body>>
 struct SimulatorSentences {};
 template <class Device, class Body, class C, class Force>
-struct SimulatorSentences<Device, Body, C, Force, false>
+struct SimulatorSentences<Device, Body, C, Force, Order::swapped> {
+  static_assert(order_of<Device, Body> != Order::swapped, "Simulator: there is no body where one belongs: Simulator simulator(device, body, cutter, force), or with tools Simulator simulator(body, Tool(device, cutter, force)).");
+};
+template <class Device, class Body, class C, class Force>
+struct SimulatorSentences<Device, Body, C, Force, Order::right>
     : DeviceSentences<Device, typename DeviceScalarOf<Device, typename Body::Scalar>::type>, CutterSentences<C, Body>, ForceSentences<Force, typename Body::Scalar>,
       std::conditional_t<SimulatedBody<Body> || HoldsBodies<Body>, NothingToSay, BodySentences<Body>> {
   static_assert(SimulatedBody<Body> || HoldsBodies<Body>, "Simulator: the second argument is no SimulatedBody; see palpate/body/concept.hpp, or use a SoftBody.");
@@ -38,8 +45,16 @@ struct SimulatorSentences<Device, Body, C, Force, false>
 
 }  // namespace detail
 
+/// Parts of which not even the number is right.
 template <class... Parts>
-class Simulator;
+class Simulator {
+  static_assert(sizeof...(Parts) == 0, "palpate: a Simulator takes a device, a body, a cutter and a force, and SimulatorOptions if there are any; or a body, SimulatorOptions if there are any, and Tools.");
+
+ public:
+  using Refused = void;
+
+  explicit Simulator(Parts const&...) {}
+};
 
 /// A whole simulator: hand → device → contact → tissue → cut → force → hand.
 ///
@@ -250,6 +265,8 @@ class Simulator<Body, First, Others...> {
   Simulator(Body const&, First const&, Others const&...) {}
 };
 
+template <class... Parts>
+Simulator(Parts...) -> Simulator<Parts...>;
 template <class Device, class Body, class CutterType, class Force>
   requires(!detail::is_tool<Device> && !detail::is_tool<Body> && !detail::is_tool<CutterType>)
 Simulator(Device, Body, CutterType, Force) -> Simulator<Device, Body, CutterType, Force>;

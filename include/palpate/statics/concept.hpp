@@ -53,4 +53,16 @@ concept EquilibriumSolver =
       { solver.solve(problem, positions) } -> std::same_as<Equilibrium<typename Tissue::Scalar>>;
     };
 
+namespace detail {
+
+/// Says, where it is instantiated, that Solver is none of this tissue.
+template <class Solver, class Tissue>
+struct SolverSentences {
+  static_assert(EquilibriumSolver<Solver, Tissue>,
+                "palpate: the first argument is no EquilibriumSolver of the body's tissue; DynamicRelaxation{} is one of any, NewtonRaphson{} of tissue with HasStiffnessBlocks; a "
+                "tolerance comes behind it. One of yours: see palpate/statics/concept.hpp.");
+};
+
+}  // namespace detail
+
 }  // namespace palpate

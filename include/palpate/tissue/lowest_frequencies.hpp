@@ -91,5 +91,12 @@ std::vector<typename Tissue::Scalar> lowest_frequencies(Tissue const& tissue, in
   for (int k = 0; k < count; ++k) found.push_back(static_cast<Scalar>(std::sqrt(std::max(0.0, values[k] - shift)) / (2 * std::numbers::pi)));
   return found;
 }
+/// Of what is no such tissue: what is wrong.
+template <class Other>
+  requires(!HasStiffnessBlocks<Other>)
+std::vector<typename Other::Scalar> lowest_frequencies(Other const&, int) {
+  static_assert(HasStiffnessBlocks<Other>, "lowest_frequencies: this is no tissue that hands out its stiffness, see HasStiffnessBlocks; of a body give body.tissue().");
+  return {};
+}
 
 }  // namespace palpate

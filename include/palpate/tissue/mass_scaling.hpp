@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -39,6 +40,7 @@ struct MassScaling {
 /// Errors     InvalidArgument for a step that is not above 0; those of lowest_frequencies().
 /// Cost       that of lowest_frequencies(), twice; with 0 frequencies that of visiting the neighbours.
 template <HasStiffnessBlocks Tissue>
+  requires(!std::is_const_v<Tissue>)
 MassScaling<typename Tissue::Scalar> scale_masses(Tissue& tissue, typename Tissue::Scalar step, int frequencies = 6) {
   using Scalar = typename Tissue::Scalar;
   constexpr int most_rings = 3;
@@ -107,6 +109,14 @@ MassScaling<typename Tissue::Scalar> scale_masses(Tissue& tissue, typename Tissu
   scaling.step = longest_step();
   scaling.frequencies = found();
   return scaling;
+}
+/// Of what is no such tissue: what is wrong.
+template <class Other>
+  requires(!HasStiffnessBlocks<Other> || std::is_const_v<Other>)
+MassScaling<typename Other::Scalar> scale_masses(Other&, typename Other::Scalar, int = 6) {
+  static_assert(HasStiffnessBlocks<Other> && !std::is_const_v<Other>,
+                "scale_masses: this is no tissue that hands out its stiffness, see HasStiffnessBlocks, or it is const, as that of a body; scale before the body takes it.");
+  return {};
 }
 
 /// "mass scaling: 0.31 g of 53 g moved to 12 particles; guaranteed step 0.021 ms -> 0.05 ms; lowest frequencies [Hz] 4.21 -> 4.2, 4.3 -> 4.29"

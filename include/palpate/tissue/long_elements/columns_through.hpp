@@ -70,17 +70,25 @@ inline int side_of(Matrix<double, 2, 1> const& u, int u_name, Matrix<double, 2, 
   return along[0] * to[1] - along[1] * to[0] >= 0 ? 1 : -1;
 }
 
-/// Throws InvalidMesh where the surface is not closed, or passes through itself so that a line leaves it before it enters.
+/// Throws InvalidMesh where the surface is not closed, or passes through itself so that a line leaves it before it enters; InvalidArgument for a spacing wider
+/// than the surface, or so small that there are more than 10⁶ lines.
 template <RealScalar Scalar>
 SurfaceColumns columns_through(TriangleMesh<Scalar> const& mesh, int axis, double spacing) {
   using Flat = Matrix<double, 2, 1>;
   SurfaceColumns made;
   made.axis = axis;
   auto const [lowest, highest] = low_and_high(mesh.points);
+  Vector3<double> const size = (highest - lowest).template cast<double>();
+  constexpr double most = 1e6;   // lines
+  if (!(spacing <= size.maxCoeff()))
+    throw InvalidArgument(message("LongElements: a spacing of ", spacing, " m is wider than the surface, which is ", size.maxCoeff(), " m; give a smaller one, in metres"));
+  if (double const area = size[made.across(0)] * size[made.across(1)]; !(area <= most * spacing * spacing))
+    throw InvalidArgument(message("LongElements: a spacing of ", spacing, " m makes more than ", most, " columns; give one above ", std::sqrt(area / most),
+                                  " m, or the surface in metres (it may be in millimetres)"));
   for (int k = 0; k < 2; ++k) {
     auto const s = static_cast<std::size_t>(k);
     made.low[s] = static_cast<double>(lowest[made.across(k)]);
-    double const extent = static_cast<double>(highest[made.across(k)]) - made.low[s];
+    double const extent = size[made.across(k)];
     made.cells[s] = std::max(1, static_cast<int>(std::lround(extent / spacing)));
     made.width[s] = extent / made.cells[s];
   }

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+// The same without the mistake.
+#include <palpate/palpate.hpp>
+
+void run() {
+  using namespace palpate;
+  MassSpring<double> tissue(make_grid<double>(3, 3, 0.01), {});
+  auto const damping = damping_for(tissue, 0.1);
+  static_cast<void>(damping);
+}

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// The same without the mistake.
+#include <palpate/palpate.hpp>
+
+/// Pulls the hand to the middle.
+struct Guide {
+  palpate::Vector3<double> operator()(palpate::ToolMotion<double> const& motion) noexcept { return -10.0 * motion.tip; }
+};
+
+void run() {
+  using namespace palpate;
+  MassSpring<double> tissue(make_grid<double>(3, 3, 0.01), {});
+  SoftBody body(std::move(tissue));
+  Simulator simulator(NullDevice<double>(), std::move(body), NoCutter<double>(), Overlaid(TissueReaction{}, Guide{}));
+  simulator.run(0.1);
+}
