@@ -3,6 +3,7 @@
 
 #include "catch.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -51,6 +52,44 @@ void compare_roots() {
 TEMPLATE_TEST_CASE("roots of several numbers at once are rounded correctly", "", float, double) {
   compare_roots<simd::Pack<TestType, 4>, TestType, 4>();
   if constexpr (simd::row_width<TestType> == 8) compare_roots<simd::Pack<TestType, 8>, TestType, 8>();
+}
+
+TEMPLATE_TEST_CASE("logarithms of several numbers at once", "", float, double) {   // yardstick: the C library's in long double
+  using Limits = std::numeric_limits<TestType>;
+  constexpr std::size_t count = simd::row_width<TestType>;
+  using Pack = simd::Pack<TestType, count>;
+  auto const logarithms = [](std::array<TestType, count> const& from) {
+    Pack numbers, found;
+    simd::load(numbers, from.data()), simd::logarithm(found, numbers);
+    std::array<TestType, count> all;
+    simd::store(all.data(), found);
+    return all;
+  };
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<TestType> mantissa(1, 2);
+  std::uniform_int_distribution<int> exponent(Limits::min_exponent, Limits::max_exponent - 1);
+  double worst = 0;   // units in the last place
+  for (int round = 0; round < 100000; ++round) {
+    std::array<TestType, count> from;
+    for (TestType& number : from) number = round % 2 == 0 ? std::ldexp(mantissa(random), exponent(random)) : 1 + (mantissa(random) - TestType(1.5)) * std::ldexp(TestType(1), -round % 30);
+    auto const found = logarithms(from);
+    for (std::size_t k = 0; k < count; ++k) {
+      long double const expected = std::log(static_cast<long double>(from[k]));
+      if (from[k] == 1) CHECK(found[k] == 0);
+      if (from[k] != 1) worst = std::max(worst, static_cast<double>(std::abs(static_cast<long double>(found[k]) / expected - 1)) / static_cast<double>(Limits::epsilon()));
+    }
+  }
+  CAPTURE(worst);
+  CHECK(worst <= 3);
+
+  std::array<TestType, count> odd;   // beside ordinary ones
+  odd.fill(2);
+  for (TestType const one : {TestType(0), TestType(-1), Limits::infinity(), Limits::quiet_NaN(), Limits::denorm_min()}) {
+    odd[1] = one;
+    TestType const found = logarithms(odd)[1], expected = std::log(one);
+    CAPTURE(one, found);
+    CHECK((std::isnan(expected) ? std::isnan(found) : found == expected));
+  }
 }
 
 TEMPLATE_TEST_CASE("packs compute number by number what single numbers do", "", float, double) {   // yardstick: the loop over numbers

@@ -3,9 +3,12 @@
 
 #include <palpate/core/matrix.hpp>
 
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstring>
+#include <limits>
+#include <type_traits>
 
 /// PALPATE_PLAIN_SIMD, defined for all units of a program, computes without vector types, as where the compiler has none.
 #if defined(__GNUC__) && !defined(PALPATE_PLAIN_SIMD)
@@ -232,6 +235,39 @@ inline void root_and_inverse(Pack<double, 8>& root, Pack<double, 8>& inverse, Pa
   root = r, inverse = _mm512_fmadd_pd(_mm512_fnmadd_pd(r, twice, one), twice, twice);
 }
 #endif
+
+/// to = ln from, to three units in the last place. Of from = m 2ᵉ, √½ ≤ m < √2, it is e ln 2 + 2 artanh((m − 1)/(m + 1)), by its series; where one of them
+/// is no normal number above zero that of the standard library.
+template <class Numbers>
+inline void logarithm(Numbers& to, Numbers const& from) noexcept {
+  if constexpr (std::floating_point<Numbers>) {
+    to = std::log(from);
+  } else {
+#if defined(PALPATE_SIMD_REGISTERS)
+    using Scalar = std::remove_cvref_t<decltype(from[0])>;
+    if (!(all_below(Numbers(-from), -std::numeric_limits<Scalar>::min()) && all_below(from, std::numeric_limits<Scalar>::max()))) {
+      for (int k = 0; k < static_cast<int>(sizeof(to) / sizeof(to[0])); ++k) to[k] = std::log(from[k]);
+      return;
+    }
+    using Bits = std::conditional_t<sizeof(Scalar) == 8, long long, int>;
+    typedef Bits Whole __attribute__((vector_size(sizeof(Numbers))));
+    constexpr int digits = std::numeric_limits<Scalar>::digits - 1, terms = sizeof(Scalar) == 8 ? 11 : 5;
+    constexpr Scalar shift = Scalar(3) * static_cast<Scalar>(Bits(1) << (digits - 1));   // added to a small whole number, that is in its last digits
+    Whole const bits = std::bit_cast<Whole>(from), one = std::bit_cast<Whole>(Numbers{} + Scalar(1)), zero = std::bit_cast<Whole>(Numbers{} + shift);
+    Numbers m = std::bit_cast<Numbers>((bits & ((Bits(1) << digits) - 1)) | one), e = std::bit_cast<Numbers>(((bits - one) >> digits) + zero) - shift;
+    auto const large = m > Scalar(1.4142135623730951);
+    m = large ? Scalar(0.5) * m : m, e = large ? e + Scalar(1) : e;
+    Numbers const f = (m - Scalar(1)) / (m + Scalar(1)), square = f * f;
+    Numbers sum = Numbers{} + Scalar(1) / Scalar(2 * terms - 1);
+    for (int k = terms - 1; k > 0; --k) sum = sum * square + Scalar(1) / Scalar(2 * k - 1);
+    to = e * Scalar(0.69314718055994531) + Scalar(2) * f * sum;
+#endif
+  }
+}
+template <class Half, class Scalar>
+inline void logarithm(Halves<Half, Scalar>& to, Halves<Half, Scalar> const& from) noexcept {
+  logarithm(to.low, from.low), logarithm(to.high, from.high);
+}
 
 /// Each that is below the bound, or NaN, becomes the bound: one number for all, or a pack of them.
 template <class Numbers, class Bound>

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/simd.hpp>
 #include <palpate/core/tensor3.hpp>
 #include <palpate/material/isotropic.hpp>
-
-#include <cmath>
 
 namespace palpate {
 
@@ -36,7 +35,9 @@ struct NeoHookeanLaw {
 
  private:
   static T logarithm(T const& J) noexcept {
-    return each(J, [](auto one) { return std::log(one); });
+    T of;
+    simd::logarithm(of, J);
+    return of;
   }
 };
 

@@ -21,12 +21,13 @@ struct Direction {
 /// The rotation of p and q that makes their entry pq of a symmetric tensor zero; of it and of the columns of V.
 template <class T>
 [[gnu::always_inline]] inline void jacobi_rotation(T& pp, T& qq, T& pq, T& rp, T& rq, T& xp, T& xq, T& yp, T& yq, T& zp, T& zq) noexcept {
-  T const half = number<T>(0.5) * (qq - pp), one = number<T>(1), sign = half < T{} ? T{} - one : one;
-  T root, cosine;
-  simd::square_root(root, T(half * half + pq * pq));
-  T const t = sign * pq / (sign * half + root + number<T>(1e-30));
-  simd::square_root(cosine, T(one / (t * t + one)));
-  T const sine = t * cosine;
+  constexpr bool is_double = sizeof(NumberOf<T>) == sizeof(double);
+  T const half = number<T>(0.5), one = number<T>(1), apart = half * (qq - pp), sign = apart < T{} ? T{} - one : one;
+  T const width = sign * apart + number<T>(is_double ? 1e-150 : 1e-18);   // above zero: it is divided by
+  T root, inverse, cosine, secant;   // of the angle; cos 2θ = width/root, sin 2θ = pq/root
+  simd::root_and_inverse(root, inverse, T(width * width + pq * pq));
+  simd::root_and_inverse(cosine, secant, T(half + half * width * inverse));
+  T const sine = half * sign * pq * inverse * secant, t = sine * secant;
   auto const both = [&](T& p, T& q) {
     T const before = p;
     p = cosine * before - sine * q, q = sine * before + cosine * q;
@@ -36,7 +37,7 @@ template <class T>
 }
 
 /// Eigenvalues of symmetric tensors, in their diagonals, and their eigenvectors, in the columns of V, by Jacobi's rotations: until nothing but rounding is
-/// beside the diagonals, at most as many sweeps as double needs. A rotation waits for the one before it: those of two tensors run beside each other.
+/// beside the diagonals, at most as many sweeps as double needs. A rotation waits for the one before it: those of some tensors run beside each other.
 template <class T, std::size_t Count>
 void diagonalise(std::array<Tensor3<T>, Count>& symmetric, std::array<Tensor3<T>, Count>& V) noexcept {
   constexpr auto epsilon = std::numeric_limits<NumberOf<T>>::epsilon();
@@ -95,24 +96,19 @@ struct PrincipalTangent {
       m.zx = old.zx + by * (old.zy - old.zx), m.zy = old.zy + by * (old.zz - old.zy), m.zz = old.zz + by * (old.zx - old.zz);
     };
     cycle(least_x, U), cycle(least_x, V), cycle(least_y, U), cycle(least_y, U), cycle(least_y, V), cycle(least_y, V);
-    T sx, sy;
-    simd::square_root(sx, T(U.xx * U.xx + U.yx * U.yx + U.zx * U.zx + tiny));
-    T const one_x = number<T>(1) / sx;
+    T sx, sy, one_x, one_y;
+    simd::root_and_inverse(sx, one_x, T(U.xx * U.xx + U.yx * U.yx + U.zx * U.zx + tiny));
     U.xx *= one_x, U.yx *= one_x, U.zx *= one_x;
     T const along = U.xx * U.xy + U.yx * U.yy + U.zx * U.zy;
     U.xy -= along * U.xx, U.yy -= along * U.yx, U.zy -= along * U.zx;
-    simd::square_root(sy, T(U.xy * U.xy + U.yy * U.yy + U.zy * U.zy + tiny));
-    T const one_y = number<T>(1) / sy;
+    simd::root_and_inverse(sy, one_y, T(U.xy * U.xy + U.yy * U.yy + U.zy * U.zy + tiny));
     U.xy *= one_y, U.yy *= one_y, U.zy *= one_y;
     T const bx = U.xz, by = U.yz, bz = U.zz;
     U.xz = U.yx * U.zy - U.zx * U.yy, U.yz = U.zx * U.xy - U.xx * U.zy, U.zz = U.xx * U.yy - U.yx * U.xy;
     T const sz = bx * U.xz + by * U.yz + bz * U.zz;
 
     Tensor3<T> const stretches{sx, zero, zero, zero, sy, zero, zero, zero, sz};
-    T const one = number<T>(1);
-    auto const change = [&](Tensor3<T> const& d) { return law.stress_change(stretches, d); };
-    Tensor3<T> const x = change({one, zero, zero, zero, zero, zero, zero, zero, zero}), y = change({zero, zero, zero, zero, one, zero, zero, zero, zero}),
-                     rest = change({zero, one, one, zero, zero, one, zero, zero, one});   // what is beside the diagonal has nothing to do with what is on it
+    auto const [x, y, rest] = changes_at(law, stretches);
     Tensor3<T> A{x.xx, y.xx, rest.xx, x.yy, y.yy, rest.yy, x.zz, y.zz, rest.zz};
     T const minor = A.xx * A.yy - A.xy * A.xy, whole = determinant(A, cofactor(A));
     if (!(simd::all_below(T(zero - A.xx), NumberOf<T>{}) && simd::all_below(T(zero - minor), NumberOf<T>{}) && simd::all_below(T(zero - whole), NumberOf<T>{}))) {
@@ -149,6 +145,14 @@ struct PrincipalTangent {
   }
 
  private:
+  /// By a change of the first stretch, of the second, and of the third and all three pairs: what is beside the diagonal has nothing to do with what is on it.
+  /// Within one function, so that what they have in common is computed once.
+  template <class Law>
+  [[gnu::flatten]] static std::array<Tensor3<T>, 3> changes_at(Law const& law, Tensor3<T> const& stretches) noexcept {
+    T const o{}, one = number<T>(1);
+    return {law.stress_change(stretches, {one, o, o, o, o, o, o, o, o}), law.stress_change(stretches, {o, o, o, o, one, o, o, o, o}),
+            law.stress_change(stretches, {o, one, one, o, o, one, o, o, one})};
+  }
   /// 1 where a is not above the others, else 0.
   static T smaller(T const& a, T const& b, T const& c) noexcept {
     return ((a <= b) & (a <= c)) ? number<T>(1) : T{};

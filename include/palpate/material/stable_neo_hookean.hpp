@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/core/simd.hpp>
 #include <palpate/core/tensor3.hpp>
 #include <palpate/material/isotropic.hpp>
-
-#include <cmath>
 
 namespace palpate {
 
@@ -26,7 +25,8 @@ struct StableNeoHookeanLaw {
 
   T energy(Tensor3<T> const& F) const noexcept {
     T const half = number<T>(0.5), I = double_contraction(F, F), J = determinant(F, cofactor(F)), one = number<T>(1);
-    T const log_part = each(T((I + one) * number<T>(0.25)), [](auto x) { return std::log(x); });
+    T log_part;
+    simd::logarithm(log_part, T((I + one) * number<T>(0.25)));
     T const volume = J - alpha, at_rest = one - alpha;
     return half * (m * (I - number<T>(3) - log_part) + l * (volume * volume - at_rest * at_rest));
   }

@@ -282,9 +282,10 @@ class TetrahedronPacks {
         if constexpr (has_floats) put_half(floats_[k / 2], static_cast<int>(k % 2), tangents_[k]);
       }
     };
-    for (std::size_t k = 0; k < packs_.size(); k += 2) {
-      std::size_t const count = std::min(packs_.size() - k, std::size_t{2});
-      std::array const F{gradient(packs_[k], x), gradient(packs_[k + count - 1], x)};
+    std::array<Tensor3<T>, beside> F;
+    for (std::size_t k = 0; k < packs_.size(); k += beside) {
+      std::size_t const count = std::min(packs_.size() - k, beside);
+      for (std::size_t n = 0; n < beside; ++n) F[n] = gradient(packs_[k + std::min(n, count - 1)], x);
       if (stars_.empty()) {   // without the pressure's part
         tangents_of<SemidefiniteTangent<T, PackLaw>>(F, count, [&](std::size_t n) { return packs_[k + n].law; }, [&](std::size_t n, auto const& tangent) { keep(k + n, tangent); });
       } else if constexpr (can_average) {
@@ -292,7 +293,7 @@ class TetrahedronPacks {
           keep(k + n, tangent);
           growths_[k + n] = packs_[k + n].volume * (packs_[k + n].gradients * transpose(cofactor(F[n])));
           if constexpr (has_floats)
-            if (places_.empty()) put_half(float_growths_[k / 2], static_cast<int>(n), growths_[k + n]);
+            if (places_.empty()) put_half(float_growths_[(k + n) / 2], static_cast<int>(n % 2), growths_[k + n]);
         });
       }
     }
@@ -403,9 +404,11 @@ class TetrahedronPacks {
   };
   using FullTangent = SemidefiniteTangent<T, TangentLaw>;
   using Tangent = TetrahedronTangent<T>;
-  /// use(n, tangent) of one or two packs.
+  /// How many packs' tangents are taken beside each other: each of their rotations waits for the one before it.
+  static constexpr std::size_t beside = 4;
+  /// use(n, tangent) of so many packs, or the first `count`.
   template <class Tangents>
-  static void tangents_of(std::array<Tensor3<T>, 2> const& F, std::size_t count, auto const& law, auto const& use) noexcept {
+  static void tangents_of(std::array<Tensor3<T>, beside> const& F, std::size_t count, auto const& law, auto const& use) noexcept {
     if constexpr (std::derived_from<Tangents, PrincipalTangent<T>>) {
       auto const stretches = principal_stretches(F);
       for (std::size_t n = 0; n < count; ++n) use(n, Tangents(law(n), F[n], stretches[n]));
@@ -413,7 +416,7 @@ class TetrahedronPacks {
       for (std::size_t n = 0; n < count; ++n) use(n, Tangents(law(n), F[n]));
     }
   }
-  static void set(Tangent& of, Pack const& pack, auto const& tangent) noexcept {
+  [[gnu::flatten]] static void set(Tangent& of, Pack const& pack, auto const& tangent) noexcept {
     Tensor3<T> const g = tangent.turned(pack.gradients);
     Direction<T> const a{g.xx, g.xy, g.xz}, b{g.yx, g.yy, g.yz}, c{g.zx, g.zy, g.zz};
     auto const block = [&](Direction<T> const& from, Direction<T> const& by) { return pack.volume * tangent.block(from, by); };
