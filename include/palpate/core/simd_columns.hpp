@@ -4,6 +4,7 @@
 #include <palpate/core/simd.hpp>
 
 #include <cstddef>
+#include <type_traits>
 
 /// Columns (x, y, z, 0) that lie anywhere, as packs of their x, y and z: one lane for each column.
 namespace palpate::simd {
@@ -79,16 +80,15 @@ template <class Numbers, RealScalar Scalar>
 /// to = number c of each column, in all its places.
 template <int c, class Numbers>
 [[gnu::always_inline]] inline void spread(Numbers& to, Numbers const& from) noexcept {
+  if constexpr (std::is_class_v<Numbers>)
+    to = Numbers(from[c], from[c], from[c], from[c]);
 #if defined(__GNUC__) && !defined(PALPATE_PLAIN_SIMD)
-  constexpr int count = static_cast<int>(sizeof(Numbers) / sizeof(from[0]));
-  if constexpr (count == 4)
+  else if constexpr (sizeof(Numbers) == 4 * sizeof(from[0]))
     to = __builtin_shufflevector(from, from, c, c, c, c);
-  else if constexpr (count == 8)
+  else if constexpr (sizeof(Numbers) == 8 * sizeof(from[0]))
     to = __builtin_shufflevector(from, from, c, c, c, c, c + 4, c + 4, c + 4, c + 4);
   else
     to = __builtin_shufflevector(from, from, c, c, c, c, c + 4, c + 4, c + 4, c + 4, c + 8, c + 8, c + 8, c + 8, c + 12, c + 12, c + 12, c + 12);
-#else
-  to = Numbers(from[c], from[c], from[c], from[c]);
 #endif
 }
 /// The sum of the columns.

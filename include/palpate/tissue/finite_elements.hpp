@@ -36,7 +36,7 @@ enum class Pressure {
 /// How implicit steps and statics multiply with the stiffness.
 enum class Stiffness {
   matrix_free,   ///< tetrahedron by tetrahedron
-  assembled,     ///< by the row of a sparse matrix: half the time for many iterations; takes longer to gather, so for whole bodies that are not cut
+  assembled,     ///< by the row of a sparse matrix: half the time of a product; each edit builds it anew. For whole bodies that are not cut; not with nodal pressure
 };
 
 /// What a solid is made of.

@@ -78,10 +78,8 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     static_assert(is_padded<X>);
     press(run, pressure_, Scalar(1), [&](Packs& packs) { packs.measure_volumes(x.data()); });
     if (!rows_.empty()) rows_.set_zero();
-    auto const block = [&](int b) { packs_[at(b)].linearise(x.data(), pressure_.data(), rows_); };
-    rows_.empty() ? run(blocks(), block) : Serial{}(blocks(), block);
+    run(blocks(), [&](int b) { packs_[at(b)].linearise(x.data(), pressure_.data(), rows_); });
     if (has_halo()) packs_[halo].linearise(x.data(), pressure_.data(), rows_);
-    if (!rows_.empty()) rows_.mirror();
   }
   /// out = (mass M + damping C + stiffness K) d, and the diagonal of that matrix, with stars nearly: 4 × particles().size(), contiguous, the fourth row 0;
   /// d is zero in the border's columns, out's border columns are overwritten with partial sums.
@@ -92,8 +90,9 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     if (factor == 0) return;
     press(run, rate_, Scalar(0), [&](Packs& packs) { packs.measure_changes(d); });
     run(blocks(), [&](int b) {
+      if constexpr (!Packs::has_floats)
+        if (!rows_.empty()) return rows_.add_product(factor, d, out, first_of(b), first_of(b + 1));
       packs_[at(b)].add_product(factor, d, rate_.data(), out);
-      if (!rows_.empty()) rows_.add_product(factor, d, out, first_of(b), first_of(b + 1));
     });
   }
   /// That with numbers half as wide and twice as many at once; where keeps_floats().
@@ -105,19 +104,18 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     if (factor == 0) return;
     press(run, float_rate_, Scalar(0), [&](Packs& packs) { packs.measure_changes(d); });
     run(blocks(), [&](int b) {
+      if (!rows_.empty()) return rows_.add_product(factor, d, out, first_of(b), first_of(b + 1));
       packs_[at(b)].add_product(factor, d, float_rate_.data(), out);
-      if (!rows_.empty()) rows_.add_product(factor, d, out, first_of(b), first_of(b + 1));
     });
   }
   bool keeps_floats() const noexcept
     requires Packs::has_floats
   {
-    return chosen_stars_.empty() || rows_.empty();
+    return true;
   }
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
     this->mass_diagonal(mass + damping * damping_.alpha, out);
     for (int b = 0; b < blocks(); ++b) packs_[at(b)].add_diagonal(stiffness + damping * damping_.beta, weight_.data(), out);
-    if (!rows_.empty()) rows_.add_diagonal(stiffness + damping * damping_.beta, out);
   }
 
   /// The energy of the tetrahedra and stars that act on the chosen particles, at x: 4 × particles().size() [J].
@@ -186,14 +184,16 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     rows_.clear();
     seen_ = tissue.edits().end(), gathered_from_ = list.size();
     is_taken_ = false;
-    follows_ = !tissue.assembles_stiffness(), has_stars_ = !stars.empty();
+    has_stars_ = !stars.empty();
+    bool const assembles = tissue.assembles_stiffness() && !has_stars_;
+    follows_ = !assembles;
     for (std::size_t b = at(blocks()); b < halo; ++b) packs_[b].clear();
-    if (!tissue.assembles_stiffness()) return;
-    rows_.build(moving(), std::span(nodes_).first(at(acting)));
-    for (auto& packs : packs_) packs.find_places(rows_);
+    if (!assembles) return;
+    rows_.build(moving(), nodes_);
+    for (int b = 0; b < blocks(); ++b) packs_[at(b)].find_places(rows_);
   }
   /// The same for tissue that it was built of, or a copy of it, after edits: where the particles are those that were chosen, with new ones behind them, only
-  /// what was edited is gathered, and else all; where the stiffness is assembled always all.
+  /// what was edited is gathered, and else all; where the stiffness is in rows always all.
   /// Order      a tetrahedron stays in its pack, new ones go to the end: sums depend on what was edited when. layout() brings them to another body.
   /// Cost       O(edited tetrahedra + tetrahedra at the border), and a look at the number of each particle.
   template <class Tissue>
@@ -268,11 +268,12 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     for (auto* some : {&place_, &names_, &first_, &of_block_, &of_halo_, &at_border_}) some->reserve(elements);
     edited_.reserve(2 * more);
     nodes_.reserve(elements);
+    bool const assembles = tissue.assembles_stiffness() && stars == 0;
     for (auto& packs : packs_)
-      if (&packs == packs_.data() || count >= 2 * Base::min_block_size) packs.reserve(at(count), elements, tissue.assembles_stiffness(), stars > 0);
-    if (tissue.assembles_stiffness()) rows_.build(tissue.size(), tissue.list().nodes), rows_.clear();
+      if (&packs == packs_.data() || count >= 2 * Base::min_block_size) packs.reserve(at(count), elements, assembles, stars > 0);
+    if (assembles) rows_.build(tissue.size(), tissue.list().nodes), rows_.clear();
     if (stars > 0) {
-      packs_[halo].reserve(at(count), elements, tissue.assembles_stiffness(), true);
+      packs_[halo].reserve(at(count), elements, false, true);
       for (auto* some : {&star_place_, &chosen_stars_, &sum_of_}) some->reserve(stars);
       for (Sums* sums : {&sums_[0], &sums_[halo]}) sums->star.reserve(stars), sums->slots.reserve(stars, sums->slots.items() + 4 * elements + 128 * more / 6);
       slot_.reserve(256);
@@ -473,7 +474,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   std::vector<int> sum_of_, slot_;   // of each chosen star: its place in the sums of its set; those of one, while it is set
   std::vector<Scalar> bulk_, volume_, weight_;   // of each chosen star
   std::array<Sums, Base::max_blocks + 1> sums_;
-  detail::StiffnessRows<Scalar> rows_;   // empty where it is not assembled
+  typename Packs::Rows rows_;   // empty where it is not assembled, and with stars
   mutable std::array<Packs, Base::max_blocks + 1> packs_;   // what is measured is kept in them
   mutable std::vector<Scalar> pressure_, rate_;
   mutable std::vector<float> float_rate_;

@@ -65,6 +65,9 @@ class TetrahedronPacks {
   using Element = LinearTetrahedron<Scalar, Law>;
   /// Tangents are kept in float besides, twice as many in a register, where numbers are doubles.
   static constexpr bool has_floats = has_floats_beside<T>;
+  /// What products are iterated in, and the tangent of a pack of those.
+  using Number = std::conditional_t<has_floats, float, Scalar>;
+  using Rows = StiffnessRows<Number>;
 
   /// Which tetrahedra, by name, are in a pack: −1 where there is none.
   struct Names {
@@ -77,7 +80,7 @@ class TetrahedronPacks {
     packs_.reserve((elements + lanes - 1) / lanes), tangents_.reserve(packs_.capacity()), floats_.reserve(has_floats ? packs_.capacity() / 2 + 1 : 0), names_.reserve(packs_.capacity()), inside_.reserve(packs_.capacity()), last_pack_of_.reserve(particles);
     if (assembles) places_.reserve(packs_.capacity());
     if (has_stars) stars_.reserve(packs_.capacity()), growths_.reserve(packs_.capacity()), measured_.reserve(lanes * packs_.capacity());
-    if (has_stars && has_floats && !assembles) float_growths_.reserve(floats_.capacity()), float_measured_.reserve(2 * lanes * floats_.capacity());
+    if (has_stars && has_floats) float_growths_.reserve(floats_.capacity()), float_measured_.reserve(2 * lanes * floats_.capacity());
   }
 
   /// Holds elements[name(which(k))], k < count, with nodes[which(k)], all below `particles`. Where it can, no two of a pack share a node: the sum at a node
@@ -254,32 +257,32 @@ class TetrahedronPacks {
     }
   }
 
-  /// Those that count add their tangents to these rows from now on, and keep none.
-  void find_places(StiffnessRows<Scalar> const& rows) {
-    for (std::size_t k = 0; k < packs_.size(); ++k) {
-      Places& places = places_.emplace_back();
-      for (std::size_t p = 0; p < rows.pairs; ++p)
+  /// From now on their tangents are added to these rows, those of their own columns; of packs without stars.
+  void find_places(Rows const& rows) {
+    places_.resize((packs_.size() + halves - 1) / halves);
+    for (std::size_t k = 0; k < halves * places_.size(); ++k)
+      for (std::size_t p = 0; p < 16; ++p)
         for (int lane = 0; lane < lanes; ++lane) {
-          int const i = packs_[k].starts[rows.pair[p][0]][lane] / 4, j = packs_[k].starts[rows.pair[p][1]][lane] / 4;
-          int const place = names_[k].counts[lane] ? rows.place(std::min(i, j), std::max(i, j)) : -1;
-          places.starts[p][lane] = place < 0 ? -9 : 9 * place;
-          set(places.mirrored[p], lane, j < i ? Scalar(1) : Scalar(0));
+          int* const place = &places_[k / halves].starts[p][static_cast<int>(k % halves) * lanes + lane];
+          *place = -1;
+          if (k == packs_.size() || names_[k].name[lane] < 0) continue;
+          int const i = packs_[k].starts[p / 4][lane], j = packs_[k].starts[p % 4][lane];
+          if (own_(i)) *place = rows.start(i / 4, j / 4);
         }
-    }
   }
-  void linearise(Scalar const* x, Scalar const* pressure, StiffnessRows<Scalar>& rows) {
-    tangents_.resize(places_.empty() ? packs_.size() : 0);
-    std::size_t const halves = has_floats ? (tangents_.size() + 1) / 2 : 0;
-    floats_.resize(halves);
-    if (!stars_.empty()) growths_.resize(packs_.size()), float_growths_.resize(halves), float_measured_.resize(2 * lanes * halves);
+  void linearise(Scalar const* x, Scalar const* pressure, Rows& rows) {
+    tangents_.resize(packs_.size());
+    std::size_t const pairs = has_floats ? (tangents_.size() + 1) / 2 : 0;
+    floats_.resize(pairs);
+    if (!stars_.empty()) growths_.resize(packs_.size()), float_growths_.resize(pairs), float_measured_.resize(2 * lanes * pairs);
     auto const keep = [&](std::size_t k, auto const& tangent) {
-      if (!places_.empty()) {
-        Tangent assembled;
-        set(assembled, packs_[k], tangent);
-        add(assembled, places_[k], rows);
-      } else {
-        set(tangents_[k], packs_[k], tangent);
-        if constexpr (has_floats) put_half(floats_[k / 2], static_cast<int>(k % 2), tangents_[k]);
+      set(tangents_[k], packs_[k], tangent);
+      if constexpr (has_floats) {
+        put_half(floats_[k / 2], static_cast<int>(k % 2), tangents_[k]);
+        if (k % 2 == 0 && k + 1 == packs_.size()) put_half(floats_[k / 2], 1, nothing_at(packs_[k]));
+        if (!places_.empty() && (k % 2 == 1 || k + 1 == packs_.size())) add(floats_[k / 2], places_[k / 2], rows);
+      } else if (!places_.empty()) {
+        add(tangents_[k], places_[k], rows);
       }
     };
     std::array<Tensor3<T>, beside> F;
@@ -292,18 +295,14 @@ class TetrahedronPacks {
         tangents_of<FullTangent>(F, count, [&](std::size_t n) { return tangent_law(k + n, pressure); }, [&](std::size_t n, auto const& tangent) {
           keep(k + n, tangent);
           growths_[k + n] = packs_[k + n].volume * (packs_[k + n].gradients * transpose(cofactor(F[n])));
-          if constexpr (has_floats)
-            if (places_.empty()) put_half(float_growths_[(k + n) / 2], static_cast<int>(n % 2), growths_[k + n]);
+          if constexpr (has_floats) put_half(float_growths_[(k + n) / 2], static_cast<int>(n % 2), growths_[k + n]);
         });
       }
     }
     if constexpr (has_floats)
-      if (tangents_.size() % 2 == 1) {
-        put_half(floats_.back(), 1, nothing_at(packs_.back()));
-        if (!stars_.empty()) put_half(float_growths_.back(), 1, Tensor3<T>{});
-      }
+      if (tangents_.size() % 2 == 1 && !stars_.empty()) put_half(float_growths_.back(), 1, Tensor3<T>{});
   }
-  /// out += factor · K d, in its own columns, with a quarter of the change of pressure of each star; without what is in rows.
+  /// out += factor · K d, in its own columns, with a quarter of the change of pressure of each star.
   void add_product(Scalar factor, Scalar const* d, Scalar const* pressure_change, Scalar* out) const noexcept {
     T const size = T{} + factor;
     for (std::size_t k = 0; k < tangents_.size(); ++k) {
@@ -314,10 +313,8 @@ class TetrahedronPacks {
           pull = pull + of_corners<T>(k, pressure_change) * growths_[k];
       scatter(k, size * pull, tangent, out);
     }
-    if (places_.empty() || stars_.empty()) return;
-    for (std::size_t k = 0; k < packs_.size(); ++k) scatter(k, (size * of_corners<T>(k, pressure_change)) * growths_[k], packs_[k], out);
   }
-  /// The same in numbers half as wide, where it is not in rows.
+  /// The same in numbers half as wide.
   void add_product(float factor, float const* d, float const* pressure_change, float* out) const noexcept
     requires has_floats
   {
@@ -336,18 +333,13 @@ class TetrahedronPacks {
   }
   /// The diagonal of that; a star's `weight` is κ/(4 V). What the tetrahedra of a star have in common off their own diagonals is left out.
   void add_diagonal(Scalar factor, Scalar const* weight, Scalar* out) const noexcept {
-    if (!places_.empty() && stars_.empty()) return;
-    T const size = T{} + factor, none{};
+    T const size = T{} + factor;
     for (std::size_t k = 0; k < packs_.size(); ++k) {
-      Tensor3<T> rows{none, none, none, none, none, none, none, none, none};
-      Direction<T> zero{none, none, none};   // of node 0: minus the sum of the others
-      if (places_.empty()) {
-        Tangent const& t = tangents_[k];
-        auto const first = [&](T const& on, T const& beside) { return on + beside + beside; };
-        rows = {t.aa.xx, t.aa.yy, t.aa.zz, t.bb.xx, t.bb.yy, t.bb.zz, t.cc.xx, t.cc.yy, t.cc.zz};
-        zero = {first(rows.xx + rows.yx + rows.zx, t.ab.xx + t.ac.xx + t.bc.xx), first(rows.xy + rows.yy + rows.zy, t.ab.yy + t.ac.yy + t.bc.yy),
-                first(rows.xz + rows.yz + rows.zz, t.ab.zz + t.ac.zz + t.bc.zz)};
-      }
+      Tangent const& t = tangents_[k];
+      auto const first = [&](T const& on, T const& beside_it) { return on + beside_it + beside_it; };
+      Tensor3<T> rows{t.aa.xx, t.aa.yy, t.aa.zz, t.bb.xx, t.bb.yy, t.bb.zz, t.cc.xx, t.cc.yy, t.cc.zz};
+      Direction<T> zero{first(rows.xx + rows.yx + rows.zx, t.ab.xx + t.ac.xx + t.bc.xx), first(rows.xy + rows.yy + rows.zy, t.ab.yy + t.ac.yy + t.bc.yy),
+                        first(rows.xz + rows.yz + rows.zz, t.ab.zz + t.ac.zz + t.bc.zz)};   // of node 0: minus the sum of the others
       if constexpr (can_average)
         if (!stars_.empty()) {
           Tensor3<T> const& g = growths_[k];
@@ -397,10 +389,10 @@ class TetrahedronPacks {
   struct Corners {
     int star[4][lanes];
   };
-  /// Of each two nodes in the rows.
+  static constexpr std::size_t halves = has_floats ? 2 : 1;   // packs in one of those that products are of
+  /// Where the block of each two nodes is in the rows, −1 where it is in none.
   struct Places {
-    T mirrored[StiffnessRows<Scalar>::pairs];   // 1 where it is the other's row
-    int starts[StiffnessRows<Scalar>::pairs][lanes];
+    int starts[16][static_cast<int>(halves) * lanes];
   };
   using FullTangent = SemidefiniteTangent<T, TangentLaw>;
   using Tangent = TetrahedronTangent<T>;
@@ -431,20 +423,29 @@ class TetrahedronPacks {
     return none;
   }
 
-  static void add(Tangent const& t, Places const& places, StiffnessRows<Scalar>& rows) noexcept {
-    T const none{}, minus = none - number<T>(1);
-    Tensor3<T> const aa = t.aa, bb = t.bb, cc = t.cc;
-    Tensor3<T> const oa = minus * ((aa + transpose(t.ab)) + transpose(t.ac)), ob = minus * ((t.ab + bb) + transpose(t.bc)), oc = minus * ((t.ac + t.bc) + cc);
-    Tensor3<T> blocks[] = {minus * ((oa + ob) + oc), aa, bb, cc, oa, ob, oc, t.ab, t.ac, t.bc};
-    for (std::size_t p = 4; p < StiffnessRows<Scalar>::pairs; ++p)
-      blocks[p] = (number<T>(1) - places.mirrored[p]) * blocks[p] + places.mirrored[p] * transpose(blocks[p]);
-    auto const add_all = [&](int column, auto const& x, auto const& y, auto const& z) {   // what is four numbers wide overlaps the next column: not at once
-      for (std::size_t p = 0; p < StiffnessRows<Scalar>::pairs; ++p)
-        simd::add_to_columns(rows.values() + 3 * column, places.starts[p], x(blocks[p]), y(blocks[p]), z(blocks[p]), [](int start) { return start >= 0; });
-    };
-    add_all(0, [](auto& m) { return m.xx; }, [](auto& m) { return m.yx; }, [](auto& m) { return m.zx; });
-    add_all(1, [](auto& m) { return m.xy; }, [](auto& m) { return m.yy; }, [](auto& m) { return m.zy; });
-    add_all(2, [](auto& m) { return m.xz; }, [](auto& m) { return m.yz; }, [](auto& m) { return m.zz; });
+  /// Blocks of what may be zero anywhere are added one after the other: all 16 of them, for a row is one block's.
+  template <class N>
+  static void add(TetrahedronTangent<N> const& t, Places const& places, Rows& rows) noexcept {
+    N const minus = number<N>(-1);
+    Tensor3<N> const aa = t.aa, bb = t.bb, cc = t.cc;
+    Tensor3<N> const oa = minus * ((aa + transpose(t.ab)) + transpose(t.ac)), ob = minus * ((t.ab + bb) + transpose(t.bc)), oc = minus * ((t.ac + t.bc) + cc);
+    Tensor3<N> const above[] = {minus * ((oa + ob) + oc), oa, ob, oc, aa, t.ab, t.ac, bb, t.bc, cc};
+    constexpr int pairs[] = {0, 1, 2, 3, 5, 6, 7, 10, 11, 15}, mirrored[] = {0, 4, 8, 12, 0, 9, 13, 0, 14, 0};
+    constexpr int column = 4 * Rows::beside;
+    auto const is_inside = [](int start) { return start >= 0; };
+    Number* const to = rows.numbers();
+    for (int k = 0; k < 10; ++k) {
+      Tensor3<N> const& m = above[k];
+      int const* at = places.starts[pairs[k]];
+      simd::add_to_columns(to, at, m.xx, m.yx, m.zx, is_inside);
+      simd::add_to_columns(to + column, at, m.xy, m.yy, m.zy, is_inside);
+      simd::add_to_columns(to + 2 * column, at, m.xz, m.yz, m.zz, is_inside);
+      if (mirrored[k] == 0) continue;
+      at = places.starts[mirrored[k]];
+      simd::add_to_columns(to, at, m.xx, m.xy, m.xz, is_inside);
+      simd::add_to_columns(to + column, at, m.yx, m.yy, m.yz, is_inside);
+      simd::add_to_columns(to + 2 * column, at, m.zx, m.zy, m.zz, is_inside);
+    }
   }
 
   static Scalar lane_of(T const& numbers, int lane) noexcept {

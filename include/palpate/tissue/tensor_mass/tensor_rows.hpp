@@ -3,7 +3,7 @@
 
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/simd.hpp>
-#include <palpate/tissue/float_rows.hpp>
+#include <palpate/tissue/block_rows.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -70,10 +70,9 @@ class TensorRows {
   /// The tensors in float, anew where `values_changed` or a row was set; and out += factor · K d of columns of four of those, their fourth rows 0.
   void round([[maybe_unused]] bool values_changed) {
     if constexpr (has_float_rows<Scalar>) {
-      auto const blocks_of = [this](int i) { return RowOfBlocks<Scalar>{columns(i), values(i)}; };
       bool const was_built = std::exchange(is_built_, true);
-      if (!was_built) floats_.build(size(), blocks_of);
-      if (!was_built || values_changed) floats_.round(blocks_of);
+      if (!was_built) floats_.build(size(), [this](int i) { return columns(i); });
+      if (!was_built || values_changed) floats_.template round<Scalar>([this](int i) { return std::span(values(i), 9 * place(i).count); });
     }
   }
   void add_product(float factor, float const* d, float* out) const noexcept
@@ -98,7 +97,7 @@ class TensorRows {
   std::vector<int> column_;
   std::vector<Scalar> values_;
   std::size_t empty_ = 0;
-  FloatRows floats_;
+  BlockRows<float> floats_;
   bool is_built_ = false;   // floats_, of these rows
 };
 
