@@ -348,20 +348,11 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   }
   template <class X, class V>
   Vector3<Scalar> internal_force(int i, X const& x, V const& v) const noexcept {
-    Vector3<Scalar> force = -(damping_.alpha * this->mass(i)) * v.col(i);
     Known pressures, rates;
-    for (int const e : elements_at(i)) {
-      auto const& nodes = list().nodes[at(e)];
-      Columns const here = gather(nodes, x);
-      with_pressure(e, mean(e, pressures, [&](int s) { return pressure(s, x); }), [&](auto const& element) {
-        Columns sum = element.force(here);
-        if (damping_.beta != 0) sum -= damping_.beta * element.stiffness_product(here, gather(nodes, v));
-        if (damping_.beta != 0 && !stars_.empty()) sum -= damping_.beta * mean(e, rates, [&](int s) { return pressure_change(s, x, v); }) * element.volume_gradient(here);
-        for (std::size_t k = 0; k < 4; ++k)
-          if (nodes[k] == i) force += sum.col(static_cast<int>(k));
-      });
-    }
-    return force;
+    Vector3<Scalar> const drag = damping_.alpha * this->mass(i) * v.col(i);
+    return detail::TetrahedronPacks<Scalar, typename Law::type>::force_at(
+        i, elements_at(i), list(), x, v, damping_.beta, !stars_.empty(), [&](int e) { return mean(e, pressures, [&](int s) { return pressure(s, x); }); },
+        [&](int e) { return mean(e, rates, [&](int s) { return pressure_change(s, x, v); }); }) - drag;
   }
   template <class X>
   Scalar potential_energy(X const& x) const {

@@ -247,14 +247,45 @@ class TetrahedronPacks {
   /// f += the forces at x, in its own columns, with a quarter of the pressure of each star; and with a share `damping` [s] of the tangent's
   /// at the velocities v.
   void add_forces(Scalar const* x, Scalar const* v, Scalar damping, Scalar const* pressure, Scalar const* pressure_rate, Scalar* f) const noexcept {
+    if (damping != 0) return add_damped_forces(x, v, damping, pressure, pressure_rate, f);
     for (std::size_t k = 0; k < packs_.size(); ++k) {
       Pack const& pack = packs_[k];
-      Tensor3<T> const F = gradient(pack, x);
-      Tensor3<T> P = stress(k, F, pressure);
-      if (damping != 0) [[unlikely]]
-        add_damping(k, F, v, damping, pressure, pressure_rate, P);
-      scatter(k, nodal_forces(P, pack.gradients, pack.volume), pack, f);
+      scatter(k, nodal_forces(stress(k, gradient(pack, x), pressure), pack.gradients, pack.volume), pack, f);
     }
+  }
+  /// At particle i the sum of that of `some` tetrahedra of a list of elements and their nodes, each of which it is a corner of: at columns of x and v, by
+  /// name, of which nothing but col(j) is asked. pressure_of(e) and rate_of(e) are the stars', where it `averages`.
+  template <class List, class X, class V, class PressureOf, class RateOf>
+  static Vector3<Scalar> force_at(int i, std::span<int const> some, List const& list, X const& x, V const& v, Scalar damping, bool averages, PressureOf const& pressure_of,
+                                  RateOf const& rate_of) noexcept {
+    auto const at = [](int k) { return static_cast<std::size_t>(k); };
+    Vector3<Scalar> sum = Vector3<Scalar>::Zero();
+    for (; !some.empty(); some = some.subspan(std::min(some.size(), std::size_t{lanes}))) {
+      Few few{};
+      int const count = static_cast<int>(std::min(some.size(), std::size_t{lanes}));
+      for (int lane = 0; lane < count; ++lane) {
+        int const e = some[at(lane)];
+        auto const& nodes = list.nodes[at(e)];
+        Element const& element = list.elements[at(e)];
+        put(few.pack, lane, {4 * lane, 4 * lane + 1, 4 * lane + 2, 4 * lane + 3}, element, element.volume());
+        for (int k = 0; k < 4; ++k) {
+          Vector3<Scalar> const place = x.col(nodes[at(k)]), speed = damping != 0 ? Vector3<Scalar>(v.col(nodes[at(k)])) : place;
+          std::copy_n(place.data(), 3, &few.x[at(16 * lane + 4 * k)]), std::copy_n(speed.data(), 3, &few.v[at(16 * lane + 4 * k)]);
+        }
+        if (!averages) continue;
+        set(few.pressure, lane, pressure_of(e));
+        if (damping != 0) set(few.rate, lane, rate_of(e));
+      }
+      for (int lane = count; lane < lanes; ++lane) copy_first(few.pack, lane);
+      Tensor3<T> const f = forces_of(few, damping, averages);
+      for (int lane = 0; lane < count; ++lane) {
+        auto const& nodes = list.nodes[at(some[at(lane)])];
+        auto const row = [lane](T const& fx, T const& fy, T const& fz) { return Vector3<Scalar>(lane_of(fx, lane), lane_of(fy, lane), lane_of(fz, lane)); };
+        Vector3<Scalar> const a = row(f.xx, f.xy, f.xz), b = row(f.yx, f.yy, f.yz), c = row(f.zx, f.zy, f.zz);
+        sum += nodes[0] == i ? Vector3<Scalar>(-(a + b + c)) : nodes[1] == i ? a : nodes[2] == i ? b : c;
+      }
+    }
+    return sum;
   }
 
   /// From now on their tangents are added to these rows, those of their own columns; of packs without stars.
@@ -459,23 +490,29 @@ class TetrahedronPacks {
   {
     return {pack.law, pack.law.bulk_modulus(), pressure};
   }
-  [[gnu::always_inline]] Tensor3<T> stress(std::size_t k, Tensor3<T> const& F, Scalar const* pressure) const noexcept {
+  [[gnu::always_inline]] static Tensor3<T> stress_of(Pack const& pack, Tensor3<T> const& F, bool averages, auto const& pressure) noexcept {
     if constexpr (can_average)
-      if (!stars_.empty()) return law_of(packs_[k], of_corners<T>(k, pressure)).stress(F);
-    return packs_[k].law.stress(F);
+      if (averages) return law_of(pack, pressure()).stress(F);
+    return pack.law.stress(F);
+  }
+  [[gnu::always_inline]] Tensor3<T> stress(std::size_t k, Tensor3<T> const& F, Scalar const* pressure) const noexcept {
+    return stress_of(packs_[k], F, !stars_.empty(), [&] { return of_corners<T>(k, pressure); });
   }
   T energy_density(std::size_t k, Tensor3<T> const& F) const noexcept {
     if constexpr (can_average)
       if (!stars_.empty()) return law_of(packs_[k], T{}).energy(F);
     return packs_[k].law.energy(F);
   }
-  TangentLaw tangent_law(std::size_t k, Scalar const* pressure) const noexcept {
+  static TangentLaw tangent_law_of(Pack const& pack, bool averages, auto const& pressure) noexcept {
     if constexpr (can_average) {
-      if (stars_.empty()) return {packs_[k].law, T{}, T{}};
-      return law_of(packs_[k], of_corners<T>(k, pressure));
+      if (!averages) return {pack.law, T{}, T{}};
+      return law_of(pack, pressure());
     } else {
-      return packs_[k].law;
+      return pack.law;
     }
+  }
+  TangentLaw tangent_law(std::size_t k, Scalar const* pressure) const noexcept {
+    return tangent_law_of(packs_[k], !stars_.empty(), [&] { return of_corners<T>(k, pressure); });
   }
   void keep_measured(std::size_t k, T const& numbers) noexcept { simd::store(measured_.data() + lanes * k, numbers); }
   /// The sum over the corners' stars, of so many tetrahedra from k times as many on as N has numbers.
@@ -492,12 +529,45 @@ class TetrahedronPacks {
     simd::load(all, sums.data());
     return all;
   }
-  [[gnu::noinline]] void add_damping(std::size_t k, Tensor3<T> const& F, Scalar const* v, Scalar damping, Scalar const* pressure, Scalar const* pressure_rate,
-                                     Tensor3<T>& P) const noexcept {
-    if (Tensor3<T> const rate = gradient(packs_[k], v); !simd::all_below(double_contraction(rate, rate), std::numeric_limits<Scalar>::min()))   // not where nothing moves
-      P = P + number<T>(static_cast<double>(damping)) * FullTangent(tangent_law(k, pressure), F).stress_change(rate);
-    if constexpr (can_average)
-      if (!stars_.empty()) P = P + (number<T>(static_cast<double>(damping)) * of_corners<T>(k, pressure_rate)) * cofactor(F);
+  static bool is_still(Tensor3<T> const& rate) noexcept { return simd::all_below(double_contraction(rate, rate), std::numeric_limits<Scalar>::min()); }
+  [[gnu::noinline]] void add_damped_forces(Scalar const* x, Scalar const* v, Scalar damping, Scalar const* pressure, Scalar const* pressure_rate, Scalar* f) const noexcept {
+    T const share = number<T>(static_cast<double>(damping));
+    std::array<Tensor3<T>, beside> F, rate, damped;
+    for (std::size_t k = 0; k < packs_.size(); k += beside) {
+      std::size_t const count = std::min(packs_.size() - k, beside);
+      for (std::size_t n = 0; n < beside; ++n) {
+        Pack const& pack = packs_[k + std::min(n, count - 1)];
+        F[n] = gradient(pack, x), rate[n] = gradient(pack, v), damped[n] = Tensor3<T>{};
+      }
+      if (!std::all_of(rate.begin(), rate.end(), is_still))
+        tangents_of<FullTangent>(F, count, [&](std::size_t n) { return tangent_law(k + n, pressure); },
+                                 [&](std::size_t n, auto const& tangent) { damped[n] = share * tangent.stress_change(rate[n]); });
+      for (std::size_t n = 0; n < count; ++n) {
+        Pack const& pack = packs_[k + n];
+        Tensor3<T> P = stress(k + n, F[n], pressure) + damped[n];
+        if constexpr (can_average)
+          if (!stars_.empty()) P = P + (share * of_corners<T>(k + n, pressure_rate)) * cofactor(F[n]);
+        scatter(k + n, nodal_forces(P, pack.gradients, pack.volume), pack, f);
+      }
+    }
+  }
+  /// Tetrahedra at a particle, their corners' columns, and what their stars add.
+  struct Few {
+    Pack pack;
+    std::array<Scalar, std::size_t{16} * lanes> x, v;
+    T pressure, rate;
+  };
+  [[gnu::noinline]] static Tensor3<T> forces_of(Few const& few, Scalar damping, bool averages) noexcept {
+    Tensor3<T> const F = gradient(few.pack, few.x.data());
+    auto const pressure = [&few] { return few.pressure; };
+    Tensor3<T> P = stress_of(few.pack, F, averages, pressure);
+    if (damping != 0) {
+      T const share = number<T>(static_cast<double>(damping));
+      if (Tensor3<T> const rate = gradient(few.pack, few.v.data()); !is_still(rate))
+        P = P + share * FullTangent(tangent_law_of(few.pack, averages, pressure), F).stress_change(rate);
+      if (averages) P = P + (share * few.rate) * cofactor(F);
+    }
+    return nodal_forces(P, few.pack.gradients, few.pack.volume);
   }
 
   /// Lane k of numbers that lie as those of `value` do.
