@@ -193,6 +193,82 @@ TEMPLATE_TEST_CASE("the packs of a solid follow its cuts: forces, energy and tan
   CHECK(more > 2 * c.strokes);
 }
 
+// Yardsticks: the plain loop, and a body that was touched at both places from the first step on. What was touched later had no elastic force.
+TEST_CASE("particles of another place that join those that move are gathered with what acts on them", "[volume_cutter]") {
+  bool const is_nodal = GENERATE(false, true);
+  SoftBody body(make_solid<double>({6, 5, 5}, is_nodal), BackwardEuler{});
+  std::vector<int> chosen;
+  for (int i = 30; i < 42; ++i) chosen.push_back(i);
+  Solid<double>::Assembly followed;
+  body.tissue().follow_edits(chosen, followed);
+  chosen.push_back(body.size() - 2), chosen.push_back(body.size() - 1);
+  compare(body, chosen, followed);
+}
+
+TEST_CASE("what is touched far from where a zone moves already resists as it would alone", "[volume_cutter]") {
+  Solid<double> tissue = make_solid<double>({12, 5, 5});
+  SoftBody body(std::move(tissue), BackwardEuler{}, ZoneOfInfluence{.rings = 1});
+  auto other = body;
+  int const last = body.size() - 1;
+  auto const touch = [&](auto& on, bool both) {
+    for (int const i : {73, 74, 75}) on.apply_force(i, {0, 0, -1e-9});
+    if (both) on.apply_force(last, {0, 0, 1e-3});
+    CHECK(on.step(1e-3));
+  };
+  for (int k = 0; k < 5; ++k) touch(body, false);
+  for (int k = 0; k < 60; ++k) touch(body, true), touch(other, true);
+  double const way = (other.positions().col(last) - other.tissue().rest_position(last)).norm();
+  CHECK(way > 1e-5);
+  CHECK((body.positions().col(last) - other.positions().col(last)).norm() < 1e-6 * way);
+}
+
+// Yardstick: all gathered anew. A tetrahedron that was only measured, in a star that a cut has brought among those that act, left it unseen.
+TEST_CASE("a star that acts since a cut is followed where its tetrahedra are only measured", "[volume_cutter]") {
+  auto const tissue = make_solid<double>({5, 5, 5}, true);
+  auto const& solid = tissue.topology();
+  auto const has = [](auto const& corners, int i) { return std::find(corners.begin(), corners.end(), i) != corners.end(); };
+  int compared = 0;
+  for (int first = 0; first < tissue.tetrahedra() && compared < 5; first += 7) {
+    auto const own = solid.corners(first);   // these move
+    std::vector<int> chosen(own.begin(), own.end());
+    std::sort(chosen.begin(), chosen.end());
+    std::vector<char> is_beside(std::size_t(tissue.size()), 0), acts(std::size_t(tissue.tetrahedra()), 0);
+    for (int const i : own)
+      for (int const t : solid.tetrahedra_at(i)) {
+        acts[std::size_t(t)] = 1;
+        for (int const j : solid.corners(t)) is_beside[std::size_t(j)] = 1;
+      }
+    auto const try_one = [&](int left, int beside, int far) {   // `left` holds `far`, beside what moves; an edge from there to `beside` will be divided
+      std::vector<int> hard;   // of another star
+      for (int const t : solid.tetrahedra_at(far))
+        if (t != left && !has(solid.corners(t), beside)) hard.push_back(t);
+      if (hard.empty()) return;
+      auto softer = tissue;
+      softer.set_material(hard, {.young = 1e5, .poisson = 0.45});
+      SoftBody body(std::move(softer), BackwardEuler{});
+      Solid<double>::Assembly followed;
+      body.tissue().follow_edits(chosen, followed);
+      auto now = chosen;
+      now.push_back(body.insert_on_edge(beside, far, 0.5));
+      body.finish_edits();
+      body.tissue().follow_edits(now, followed);
+      body.split_vertex(far, std::array{left});
+      body.finish_edits();
+      compare(body, now, followed);
+      ++compared;
+    };
+    for (int left = 0, before = compared; left < tissue.tetrahedra() && compared == before; ++left) {
+      auto const corners = solid.corners(left);
+      auto const far = std::find_if(corners.begin(), corners.end(), [&](int i) { return !is_beside[std::size_t(i)]; });
+      if (acts[std::size_t(left)] || far == corners.end() || std::none_of(corners.begin(), corners.end(), [&](int i) { return is_beside[std::size_t(i)]; })) continue;
+      for (int const t : solid.tetrahedra_at(*far))
+        for (int const i : solid.corners(t))
+          if (compared == before && is_beside[std::size_t(i)] && !has(own, i) && !has(corners, i)) try_one(left, i, *far);
+    }
+  }
+  CHECK(compared == 5);
+}
+
 TEST_CASE("a solid on support springs follows cuts: the forces are those of each particle by itself", "[volume_cutter]") {
   Supported<Solid<double>, LinearSpring<double>> tissue(make_solid<double>({4, 4, 4}), LinearSpring<double>{.stiffness = 20.0}, {0.0071, 0.0076, 0.0078});
   SoftBody body(std::move(tissue), BackwardEuler{});

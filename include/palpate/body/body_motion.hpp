@@ -350,10 +350,11 @@ class BodyMotion : public BodyShape<TissueType> {
       return begin_step(h, false);
     } else {
       if (!disturbed_.empty()) return false;
-      if (!moving_.is_of(view())) {
+      if (!moving_.is_gathered(view())) {
         auto const particles = moving_.particles();
         if (!std::ranges::all_of(particles, [this](int i) { return is_free(i); })) return false;
         system_.choose(tissue_, particles);
+        moving_.set_gathered(view());
       }
       return begin_chosen(h, false);
     }

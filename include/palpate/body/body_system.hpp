@@ -300,6 +300,7 @@ class BodySystem {
   }
   void restore([[maybe_unused]] Layout const& layout) {
     foreseen_h_ = 0;
+    std::fill(place_.begin(), place_.end(), -1);   // the assembly will not know whose these were
     if constexpr (FollowsEdits<Tissue>) assembly_.take(layout);
   }
 

@@ -60,7 +60,7 @@ class MovingSet {
   /// The whole body moves until it has relaxed.
   void wake() noexcept { awake_ = true; }
   /// What was chosen is void: another particle can move now, or one less.
-  void forget() noexcept { chosen_for_ = {}; }
+  void forget() noexcept { chosen_for_ = gathered_for_ = {}; }
   /// A particle goes on moving until it has relaxed.
   void add(int i) {
     moving_.push_back(i);
@@ -100,6 +100,9 @@ class MovingSet {
 
   /// Whether it was chosen for the body as it is: not where it was restored, and where other particles can move since.
   bool is_of(View const& body) const noexcept { return choice(body) == chosen_for_; }
+  /// Whether what acts on them is gathered for the body as it is: where they were chosen for it, or a look ahead has asked since.
+  bool is_gathered(View const& body) const noexcept { return is_of(body) || choice(body) == gathered_for_; }
+  void set_gathered(View const& body) noexcept { gathered_for_ = choice(body); }
   /// Whether there is nothing to choose anew.
   bool is_chosen(View const& body) const noexcept { return !RegionType::follows_touch && is_of(body); }
 
@@ -209,7 +212,7 @@ class MovingSet {
   RegionType given_, region_;   // as the host wants it, and as it has adapted itself
   Selection selection_, border_;
   std::vector<int> touched_, last_touched_, moving_, next_;
-  Choice chosen_for_;
+  Choice chosen_for_, gathered_for_;
   Scalar mean_edge_ = 0;   // m
   Scalar offset_ = 0;      // m
   int steps_to_look_ = 0;

@@ -51,11 +51,11 @@ class AssembledParticles {
     blocks_ = std::clamp(chosen_ / min_block_size, 1, max_blocks);
     for (int b = 0; b <= blocks_; ++b) starts_[at(b)] = static_cast<int>(static_cast<long long>(chosen_) * b / blocks_);
   }
-  /// Whether these are the chosen ones, and behind them some that are not here yet, not too many.
+  /// Whether these are the chosen ones, and behind them some that edits have added since, not too many. What acts on older ones is not gathered.
   bool can_grow_to(std::span<int const> moving) const noexcept {
     std::size_t const known = inverse_mass_.size();
     if (moving.size() < known || known == 0 || 4 * moving.size() > 5 * at(chosen_)) return false;
-    auto const is_new = [this](int p) { return at(p) >= local_.size() || local_[at(p)] < 0; };
+    auto const is_new = [this](int p) { return at(p) >= local_.size(); };
     auto const end = moving.begin() + this->moving();
     return std::equal(moving.begin(), end, particles_.begin()) && std::all_of(end, moving.end(), is_new);
   }

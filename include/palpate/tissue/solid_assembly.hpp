@@ -401,6 +401,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     if (all)
       for (int const s : chosen_stars_) touched.push_back(static_cast<int>(sum_of_.size())), add_star(stars, s);
     auto const acts = [&](int e) { return std::any_of(packs_.begin(), packs_.end() - 1, [e](Packs const& packs) { return packs.holds(e); }); };
+    std::size_t const known = chosen_stars_.size();
     for (int const e : edited_)
       if (acts(e))
         for (int const s : stars.at_corners(e))
@@ -432,6 +433,8 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     if (all)
       for (int e = 0; e < gathered_from_; ++e) set_stars(e);
     for (int const e : edited_) set_stars(e);
+    for (std::size_t place = known; place < chosen_stars_.size(); ++place)   // those that were measured already did not know of it
+      for (int const e : stars.elements(chosen_stars_[place])) set_stars(e);
     for (int const place : touched) sum_star(stars, at(place));
   }
 
