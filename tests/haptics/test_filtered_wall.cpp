@@ -123,6 +123,20 @@ TEST_CASE("the limit with filters is the one of the eigenvalues, for any device"
   CHECK(stable_wall(0.1, 0.0, 0.001, TickDelay{1}) == 0.0);
 }
 
+// Yardsticks: K = b/(T/2 + t), to which the limit tends with the damping; Routh's criterion of a slow low-pass, K = b (ω + b/m).
+TEST_CASE("a wall is not stable because hardly anything is damped") {
+  for (double const b : {1e-8, 1e-10, 1e-11, 1e-12, 1e-14, 1e-16, 1e-20, 1e-100, 1e-300})
+    for (int const ticks : {0, 1, 1000}) {
+      CAPTURE(b, ticks);
+      CHECK(stable_wall(0.1, b, 0.001, TickDelay{ticks}) / (b / (0.0005 + ticks * 0.001)) == Approx(1.0).epsilon(1e-6));
+    }
+  for (double const b : {1e-3, 1e-6, 1e-9, 1e-12, 1e-18})
+    for (double const cutoff : {1e-2, 1e-4, 1e-8}) {
+      CAPTURE(b, cutoff);
+      CHECK(stable_wall(0.1, b, 0.001, OnePole{cutoff}) / (b * (2 * std::numbers::pi * cutoff + b / 0.1)) == Approx(1.0).epsilon(1e-3));
+    }
+}
+
 TEST_CASE("malformed filters are refused") {
   CHECK_THROWS_WITH(stable_wall(mass, damping, period, MovingAverage{0}), says(".samples is 0", "1 to 1000"));
   CHECK_THROWS_WITH(stable_wall(mass, damping, period, OnePole{-1.0}), says(".cutoff is -1 Hz", "above zero"));

@@ -114,7 +114,12 @@ double stable_wall(double mass, double damping, double period, Filters const&...
     }
     meets(loop(low));
   };
-  double last = 1e-8;
+  double late = period / 2;   // s
+  ((late += filters.delay(period)), ...);
+  if (damping * late < 1e-12 * mass && late > 0.0) return damping / late;   // the rule of thumb is exact for so little damping
+  // The loop turns over near √(b/(m·late)) rad/s, or above.
+  double const lowest = std::fmax(1e-100, std::fmin(1e-8, 0.1 * period * std::sqrt(damping / (mass * late))));
+  double last = lowest;
   bool below = loop(last).imag() < 0.0;
   auto const look = [&](double turn) {
     bool const now = loop(turn).imag() < 0.0;
@@ -123,7 +128,7 @@ double stable_wall(double mass, double damping, double period, Filters const&...
   };
   double const pi = std::numbers::pi;
   constexpr int count = 4096;
-  for (double turn = 1.1e-8; turn < pi / count; turn *= 1.02) look(turn);
+  for (double turn = 1.1 * lowest; turn < pi / count; turn *= 1.02) look(turn);
   for (int k = 1; k < count; ++k) look(pi * k / count);
   meets(loop(pi));
   return least;
