@@ -92,7 +92,9 @@ class AnyDevice {
   template <class Device>
   struct Holder final : Interface, DeviceClock {
     template <class... Arguments>
-    explicit Holder(Arguments&&... arguments) : device_(std::forward<Arguments>(arguments)...) {}
+    explicit Holder(Arguments&&... arguments) : device_(std::forward<Arguments>(arguments)...) {
+      static_assert(sizeof(detail::DeviceRefinements<Device>) > 0);
+    }
 
     Capabilities capabilities() const override { return device_.capabilities(); }
     DeviceStatus read(DeviceState<S>& state) noexcept override { return device_.read(state); }

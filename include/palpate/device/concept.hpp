@@ -203,4 +203,47 @@ concept HasOptionalClock = requires(Device& device) {
   { device.clock() } noexcept -> std::same_as<DeviceClock*>;
 };
 
+namespace detail {
+
+// Members that have the names of refinements, whether they are them or not.
+template <class Device>
+concept NamesOpenAndClose = requires(Device& device) { device.open(), device.close(); };
+template <class Device>
+concept NamesArmAndDisarm = requires(Device& device) { device.arm(), device.disarm(); };
+template <class Device>
+concept NamesCalibration = requires(Device& device) {
+  { device.calibration() } -> std::same_as<Calibration>;
+  device.calibrate();
+};
+template <class Device>
+concept NamesCalibrationAdvice = requires(Device& device) { device.calibration_advice(); };
+template <class Device>
+concept NamesPopFault = requires(Device& device) { device.pop_fault(); };
+template <class Device>
+concept NamesStartAndStop = requires(Device& device, void (*tick)(void*) noexcept, void* context) { device.start(tick, context), device.stop(); };
+template <class Device>
+concept NamesClock = requires(Device& device) {
+  { device.clock() } -> std::same_as<DeviceClock*>;
+};
+
+/// Says, where it is instantiated, which members of Device would not be called, because they are not quite those of a refinement.
+template <class Device>
+struct DeviceRefinements {
+  static_assert(!NamesOpenAndClose<Device> || OpensAndCloses<Device>,
+                "palpate: the device's close() may throw, so that neither it nor open() would be called; declare: void open(); void close() noexcept.");
+  static_assert(!NamesArmAndDisarm<Device> || Armable<Device>,
+                "palpate: the device's disarm() may throw, so that neither it nor arm() would be called; declare: void arm(); void disarm() noexcept.");
+  static_assert(!NamesCalibration<Device> || Calibratable<Device>,
+                "palpate: the device's calibration() or calibrate() may throw, so that it would count as calibrated; declare: Calibration calibration() noexcept; void calibrate() noexcept.");
+  static_assert(!NamesCalibrationAdvice<Device> || AdvisesCalibration<Device>,
+                "palpate: the device's calibration_advice() would not be called; declare: char const* calibration_advice() const noexcept.");
+  static_assert(!NamesPopFault<Device> || ReportsFaults<Device>,
+                "palpate: the device's pop_fault() would not be called; declare: std::optional<DeviceFault> pop_fault() noexcept.");
+  static_assert(!NamesStartAndStop<Device> || SelfClocked<Device>,
+                "palpate: the device's stop() may throw, so that its clock would not be used; declare: void start(void (*tick)(void*) noexcept, void* context); void stop() noexcept.");
+  static_assert(!NamesClock<Device> || HasOptionalClock<Device>, "palpate: the device's clock() may throw, so that it would not be called; declare: DeviceClock* clock() noexcept.");
+};
+
+}  // namespace detail
+
 }  // namespace palpate

@@ -11,6 +11,8 @@ namespace palpate {
 template <class Device, RealScalar Scalar = double>
   requires HapticDevice<Device, Scalar>
 class DeviceSession {
+  static_assert(sizeof(detail::DeviceRefinements<Device>) > 0);
+
  public:
   explicit DeviceSession(Device& device) : device_(device) {
     if constexpr (OpensAndCloses<Device>) device_.open();

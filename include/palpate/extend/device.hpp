@@ -10,7 +10,7 @@
 ///   neither may allocate, lock, print or wait
 ///   DeviceState: position, velocity, orientation (unit quaternion), angular_velocity, buttons (bit i); Wrench: force, torque
 ///   Capabilities besides: .max_torque, .reports_velocity, .reports_orientation, .reports_gripper, .moves_a_hand, …; zero: does not have it
-/// Optional; static_assert(OpensAndCloses<MyDevice>) finds a misspelt one
+/// Optional; static_assert(OpensAndCloses<MyDevice>) finds a misspelt one; one that lacks its noexcept is refused
 ///   void open(); void close() noexcept                               open throws; close twice does no harm       OpensAndCloses
 ///   void arm(); void disarm() noexcept                               motors on and off                           Armable
 ///   DeviceDescription description() const                            vendor, model, serial, driver               DescribesItself

@@ -6,7 +6,7 @@
 /// Required, the concept ForceModel<Force, Scalar>; Scalar is the body's
 ///   Vector3<Scalar> operator()(ToolContact<Scalar> const& contact) noexcept      on the hand [N], world frame; may be const
 ///   zero where contact.phase is no_contact; in a servo tick: it may not allocate, lock, print or wait
-/// Optional; static_assert(Resettable<MyForce>) finds a misspelt one
+/// Optional; static_assert(Resettable<MyForce>) finds a misspelt one; one that lacks its noexcept is refused
 ///   void reset()                                                  starts it anew                                       Resettable
 ///   void validate() const                                         throws InvalidArgument before the first tick         Validatable
 ///   static constexpr bool resists_before_puncture = true          CuttingForce adds no spring of its own               ContactLaw

@@ -97,6 +97,32 @@ struct ForceSentences {
 
 }  // namespace detail
 
+namespace detail {
+
+// Members that have the names of refinements, whether they are them or not.
+template <class T, class Scalar>
+concept TakesMotion = requires(T& model, ToolMotion<Scalar> const& motion) { model.overlay(motion); };
+template <class T>
+concept NamesOverlay = TakesMotion<T, double> || TakesMotion<T, float>;
+template <class T>
+concept NamesOverlayEnergy = requires(T& model) { model.overlay_energy(); };
+template <class T>
+concept NamesStiffness = requires(T& force, double stiffness) { force.max_stiffness(), force.limit_stiffness(stiffness); };
+
+/// Says, where it is instantiated, which members of T would not be called, because they are not quite those of a refinement.
+template <class T, class Scalar>
+struct ForceRefinements {
+  static_assert(!NamesOverlay<T> || HasOverlay<T, Scalar>,
+                "palpate: the force's overlay() may throw, or computes in another scalar than the body, and would not be felt; declare: Vector3<Scalar> overlay(ToolMotion<Scalar> "
+                "const& motion) noexcept, in N.");
+  static_assert(!NamesOverlayEnergy<T> || HasOverlayEnergy<T>, "palpate: the force's overlay_energy() would not be called; declare: double overlay_energy() const, in J.");
+  static_assert(!NamesStiffness<T> || LimitsStiffness<T>,
+                "palpate: the force's max_stiffness() or limit_stiffness() may throw, so that the device's limit would not reach it; declare: double max_stiffness() const noexcept; "
+                "void limit_stiffness(double) noexcept, in N/m.");
+};
+
+}  // namespace detail
+
 /// Refinement: a force that is told the device of each session and the mapping into the scene; local models come at `model_rate` [Hz].
 template <class T, class Scalar>
 concept BeginsSession = requires(T& model, Capabilities const& device, WorkspaceMapping<Scalar> const& mapping, double model_rate) {

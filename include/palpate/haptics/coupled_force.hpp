@@ -58,6 +58,7 @@ class CoupledForce {
                 "as ProxyForce does, in the scalar of the velocity estimator.");
   static_assert(VelocityEstimator<Velocity, S>,
                 "palpate::CoupledForce: the velocity estimator needs operator()(Vector3 position) noexcept -> Vector3 and reset() noexcept.");
+  static_assert(sizeof(detail::ForceRefinements<Force, S>) > 0);
 
  public:
   explicit CoupledForce(Force force, CoupledForceOptions const& options = {}, Velocity velocity = Velocity{})

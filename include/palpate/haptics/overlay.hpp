@@ -102,6 +102,7 @@ class Overlaid {
   /// One that is none would not be felt.
   template <RealScalar Scalar>
   static consteval void require_overlay() {
+    static_assert(sizeof(detail::ForceRefinements<Force, Scalar>) > 0);
     static_assert(ForceOverlay<Overlay, Scalar>,
                   "palpate::Overlaid: the second part computes in another scalar than the body; it takes a ToolMotion<Scalar> of the body's.");
   }

@@ -42,6 +42,8 @@ class PressThenCut {
  private:
   using S = Scalar;
   static_assert(SurfaceForce<Press, S>, "palpate::PressThenCut: the first part has to answer to the surface, as ProxyForce does; what follows are parts of CuttingForce.");
+  static_assert(!detail::NamesOverlay<Press>, "palpate::PressThenCut: the first part has an overlay, which would not be felt here; lay it over the whole: Overlaid(PressThenCut(press, parts), overlay).");
+  static_assert(sizeof(detail::ForceRefinements<Press, S>) > 0);
 
  public:
   explicit PressThenCut(Press press, Parts... parts) : press_(std::move(press)), cut_(std::move(parts)..., PressedReaction<S>{}) {}

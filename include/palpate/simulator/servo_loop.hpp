@@ -86,6 +86,7 @@ class ServoLoop {
 
  private:
   static_assert(HapticDevice<Device, DeviceScalar> && RendersForce<Force, Scalar>);
+  static_assert(sizeof(detail::DeviceRefinements<Device>) > 0 && sizeof(detail::ForceRefinements<Force, Scalar>) > 0);
 
  public:
   ServoLoop(Device device, Force force, ServoOptions const& options = {})

@@ -12,6 +12,8 @@ namespace palpate::detail {
 template <class Device, RealScalar S>
   requires HapticDevice<Device, S>
 class WrappedDevice {
+  static_assert(sizeof(DeviceRefinements<Device>) > 0);
+
  public:
   Capabilities capabilities() const noexcept(noexcept(std::declval<Device const&>().capabilities())) { return device_.capabilities(); }
 

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// expect: palpate: the force's overlay() may throw, or computes in another scalar than the body, and would not be felt; declare: Vector3<Scalar> overlay(ToolMotion<Scalar> const& motion) noexcept
+// The same of one behind a coupling.
+#include <palpate/palpate.hpp>
+
+/// Of the user: resists, and pulls the hand to the middle.
+struct Guided {
+  palpate::Vector3<double> operator()(palpate::ToolContact<double> const& contact) noexcept { return contact.tissue_force; }
+  palpate::Vector3<double> overlay(palpate::ToolMotion<double> const& motion) { return -10.0 * motion.tip; }
+};
+
+void run() {
+  using namespace palpate;
+  MassSpring<double> tissue(make_grid<double>(3, 3, 0.01), {});
+  SoftBody body(std::move(tissue));
+  Simulator simulator(NullDevice<double>(), std::move(body), NoCutter<double>(), CoupledForce<Guided>(Guided{}, {.stiffness = 500.0}));
+  simulator.run(0.1);
+}
