@@ -182,14 +182,17 @@ TEST_CASE("cubes fill a surface, better the smaller they are, and say what they 
     CHECK(volume(ball.mesh()) == Approx(ball.volume()));
   }
   auto const skin = block_skin<double>(1, 1, 1);
-  CHECK(unsaid(message_of([&] { Cubes<double>(skin, {.edge = 0, .young = 1}); }), "edge is 0 m") == "");
-  CHECK(unsaid(message_of([&] { Cubes<double>(skin, {.edge = 1e-6, .young = 1}); }), "give an edge above") == "");
-  CHECK(unsaid(message_of([&] { Cubes<double>(skin, {.edge = 0.01, .young = 1, .relaxation = 2}); }), "relaxation is 2") == "");
-  CHECK(unsaid(message_of([&] { Cubes<double>(skin, {.edge = 0.01, .young = 1, .levels = 7}); }), "levels is 7") == "");
+  CHECK(unsaid(message_of([&] { Cubes<double>(skin, {.edge = 0, .young = young}); }), "edge is 0 m") == "");
+  CHECK(unsaid(message_of([&] { Cubes<double>(skin, {.edge = 0.01, .young = 5}); }), "Cubes: .young is 5 Pa", "kPa times 1,000") == "");
+  CHECK(unsaid(message_of([&] { Cubes<double>(skin, {.edge = 0.01, .young = young, .density = 1.06}); }), "Cubes: .density is 1.06 kg/m3", "g/cm3 times 1,000") == "");
+  CHECK_NOTHROW(Cubes<double>(skin, {.edge = 0.01, .young = young, .density = 0}));
+  CHECK(unsaid(message_of([&] { Cubes<double>(skin, {.edge = 1e-6, .young = young}); }), "give an edge above") == "");
+  CHECK(unsaid(message_of([&] { Cubes<double>(skin, {.edge = 0.01, .young = young, .relaxation = 2}); }), "relaxation is 2") == "");
+  CHECK(unsaid(message_of([&] { Cubes<double>(skin, {.edge = 0.01, .young = young, .levels = 7}); }), "levels is 7") == "");
   auto open = skin;
   open.triangles.conservativeResize(3, open.triangles.cols() - 1);
-  CHECK_THROWS_AS((Cubes<double>(open, {.edge = 0.01, .young = 1})), InvalidMesh);
-  Cubes<double> body(skin, {.edge = 0.01, .young = 1, .levels = 1});
+  CHECK_THROWS_AS((Cubes<double>(open, {.edge = 0.01, .young = young})), InvalidMesh);
+  Cubes<double> body(skin, {.edge = 0.01, .young = young, .levels = 1});
   CHECK_THROWS_AS(body.apply_force(8, {0, 0, 1}), OutOfRange);
   CHECK(unsaid(message_of([&] { body.apply_force(0, {0, 0, NAN}); }), "must be finite") == "");
   body.split(0);

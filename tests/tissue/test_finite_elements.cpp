@@ -380,6 +380,9 @@ TEST_CASE("a solid of what cannot be is refused in a line", "[tissue][finite_ele
   CHECK_THROWS_AS(make([](auto& mesh) { mesh.tetrahedra(0, 2) = mesh.tetrahedra(1, 2); }), InvalidMesh);
   CHECK_THROWS_AS(make([](auto& mesh) { mesh.points(0, 3) = std::numeric_limits<double>::quiet_NaN(); }), InvalidMesh);
   CHECK_THROWS_WITH(FiniteElements(make_block<double>(2, 2, 2, 0.01), SolidOptions<double, StableNeoHookean<double>>{.density = 0, .material = {3000, 0.45}}), says("density", "0 kg/m3"));
+  for (double const density : {1.06, 1e6, std::numeric_limits<double>::quiet_NaN()})
+    CHECK_THROWS_WITH(FiniteElements(make_block<double>(2, 2, 2, 0.01), SolidOptions<double, StableNeoHookean<double>>{.density = density, .material = {3000, 0.45}}),
+                      says("the density is", "g/cm3 times 1,000"));
 }
 
 // Yardstick: the row sums of the elements' own matrices; at rest the norms are the least there are (see above), elsewhere bounds of them.

@@ -364,6 +364,8 @@ TEST_CASE("long elements: what they refuse", "[tissue][long_elements]") {
   auto const refused = [&](Options const& options) { return message_of([&] { LongElements<double>(sphere, options); }); };
   CHECK(unsaid(refused({.young = 5000.0}), "spacing is 0 m", "positive") == "");
   CHECK(unsaid(refused({.spacing = 0.01, .young = -3.0}), "young is -3 Pa") == "");
+  CHECK(unsaid(refused({.spacing = 0.01, .young = 5.0}), "young is 5 Pa", "kPa times 1,000") == "");
+  CHECK(unsaid(refused({.spacing = 0.01, .young = 5000.0, .density = 1.06}), "density is 1.06 kg/m3", "g/cm3 times 1,000") == "");
   CHECK(unsaid(refused({.spacing = 0.01, .young = 5000.0, .surface_tension = -1.0}), "surface_tension is -1 N/m") == "");
   CHECK(unsaid(refused({.spacing = 0.01, .young = 5000.0, .return_time = -1.0}), "return_time is -1 s") == "");
   CHECK(unsaid(refused({.spacing = 0.01, .young = 5000.0, .iterations = 0}), "iterations is 0") == "");

@@ -84,6 +84,7 @@ TEMPLATE_TEST_CASE("springs of a sheet of equilateral triangles have the modulus
   auto tissue = springs<S>(mesh);
   CHECK(unsaid(message_of([&] { set_young(tissue, S(1e4)); }), "thickness of a sheet", "0 m") == "");
   CHECK(unsaid(message_of([&] { set_young(tissue, S(-1), YoungSprings::lloyd, S(0.01)); }), "Young's modulus", "-1 Pa") == "");
+  CHECK(unsaid(message_of([&] { set_young(tissue, S(5), YoungSprings::lloyd, S(0.01)); }), "Young's modulus of springs is 5 Pa", "kPa times 1,000") == "");
 }
 
 TEST_CASE("springs of a regular tetrahedron, by hand", "[tissue][young_springs]") {

@@ -73,8 +73,8 @@ struct SolidOptions<Scalar, M> {
 ///            round node a, see PressureStars. Then particles that share such a star are neighbours: a ring of a zone is two edges wide.
 /// Damping    Rayleigh's, see RayleighDamping.
 /// Units      kg, m, N, Pa.
-/// Errors     InvalidMesh: a tetrahedron that is flat, turned over or joins a vertex with itself. InvalidArgument: a density that is not positive, damping
-///            below zero, pre-strain outside 0 … 1; what the material says of its numbers.
+/// Errors     InvalidMesh: a tetrahedron that is flat, turned over or joins a vertex with itself. InvalidArgument: a density outside
+///            10 … 100,000 kg/m³, damping below zero, pre-strain outside 0 … 1; what the material says of its numbers.
 /// Cuts       divide_edge, split_vertex and remove_tetrahedron, after which finish_edits() has to be called once; faces that a cut has opened are is_wound().
 ///            A face may also be cut and not open, where no vertex of it has split: is_cut(t, k).
 /// Limits     near ν = ½ linear tetrahedra without nodal pressure are far too stiff.
@@ -125,7 +125,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   }
   /// These tetrahedra are of another material from now on, and weigh what it does. With nodal pressure they share it with each other, not with the rest.
   void set_material(std::span<int const> some, M const& material, Scalar density) {
-    detail::require_positive("the density", density, "kg/m3");
+    detail::require_density("the density", density);
     for (int const t : some) detail::check_index("tetrahedron", t, tetrahedra());
     give_material(some, material, [density](Element const&) { return density; });
   }
@@ -428,7 +428,7 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   static ElementList<Element> make_list(TetrahedralMesh<Scalar> const& mesh, Options const& options) {
     require_valid(mesh);
     auto const law = Law::of(options.material);
-    detail::require_positive("the density", options.density, "kg/m3");
+    detail::require_density("the density", options.density);
     detail::require_non_negative("the drag alpha", options.damping.alpha, "1/s");
     detail::require_non_negative("the damping beta", options.damping.beta, "s");
     if (!(options.prestrain >= 0 && options.prestrain < 1)) throw InvalidArgument(detail::message("the pre-strain is ", options.prestrain, "; give one from 0 to below 1"));

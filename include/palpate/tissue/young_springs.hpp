@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/core/error.hpp>
+#include <palpate/material/isotropic.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
 #include <array>
@@ -26,7 +27,7 @@ enum class YoungSprings { van_gelder, lloyd };
 /// Limits     regular meshes have stiff and soft directions, and on irregular ones springs part the load unevenly: docs/models.md has the measured error.
 template <RealScalar Scalar>
 void set_young(MassSpring<Scalar>& tissue, Scalar young, YoungSprings formula = YoungSprings::van_gelder, Scalar thickness = 0) {
-  detail::require_positive("Young's modulus of springs", young, "Pa");
+  detail::require_young("Young's modulus of springs", young);
   auto const& links = tissue.links();
   std::vector<Scalar> stiffness(static_cast<std::size_t>(links.size()), Scalar(0));
   auto const rest = [&](int i) { return Vector3<Scalar>(tissue.rest_position(i)); };

@@ -6,6 +6,7 @@
 #include <palpate/core/random.hpp>
 #include <palpate/core/steady_seconds.hpp>
 #include <palpate/core/visit_order.hpp>
+#include <palpate/material/isotropic.hpp>
 
 #include <cmath>
 #include <limits>
@@ -17,7 +18,7 @@ template <RealScalar Scalar>
 struct CubesOptions {
   Scalar edge{};                       ///< of a cube [m]
   Scalar young{};                      ///< Young's modulus [Pa]; Poisson's ratio is 1/4
-  Scalar density = 1000;               ///< kg/m³
+  Scalar density = 1000;               ///< kg/m³; 0: none
   Scalar pretension = 0;               ///< by which share springs are shorter than their spacing: a cut gapes
   int levels = 0;                      ///< how often a touched cube is split, each time in 8: 0 … 4
   int join_after = 100;                ///< steps after the last touch; then it is one cube again
@@ -32,8 +33,8 @@ struct CubesOptions {
   void validate() const {
     detail::OptionCheck const check{"Cubes"};
     check.positive(".edge", static_cast<double>(edge), " m");
-    check.positive(".young", static_cast<double>(young), " Pa");
-    check.not_negative(".density", static_cast<double>(density), " kg/m³");
+    detail::require_young("Cubes: .young", young);
+    if (density != 0) detail::require_density("Cubes: .density", density);
     check(pretension >= 0 && pretension < 1, ".pretension", static_cast<double>(pretension), "springs are shorter by this share; give one from 0 to below 1");
     check(levels >= 0 && levels <= 4, ".levels", levels, "give how often a touched cube is split, 0 to 4");
     check(join_after >= 0, ".join_after", join_after, "give a number of steps, zero or more");

@@ -4,6 +4,7 @@
 #include <palpate/core/columns.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/material/isotropic.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/tissue/long_elements/column_frame.hpp>
 #include <palpate/tissue/long_elements/factored_matrix.hpp>
@@ -29,7 +30,7 @@ struct LongElementsOptions {
   Scalar spacing{};                    ///< of columns that are next to each other, about [m]
   Scalar young{};                      ///< Young's modulus of the body [Pa]
   Scalar surface_tension = 0;          ///< N/m
-  Scalar density = 1000;               ///< of the fluid [kg/m³]
+  Scalar density = 1000;               ///< of the fluid [kg/m³]; 0: it has no weight
   Scalar return_time = Scalar(0.01);   ///< τ [s]: the columns' viscosity, as a share of their stiffness; 0: each step is at rest
   int iterations = 1;                  ///< of a step, each with lengths, areas and volume where the body is then
   void validate() const;
@@ -398,9 +399,10 @@ LongElements(TriangleMesh<Scalar> const&, LongElementsOptions<Scalar> const&) ->
 
 template <RealScalar Scalar>
 void LongElementsOptions<Scalar>::validate() const {
-  detail::require_positive("LongElements: spacing", spacing, "m"), detail::require_positive("LongElements: young", young, "Pa");
+  detail::require_positive("LongElements: spacing", spacing, "m"), detail::require_young("LongElements: young", young);
   detail::require_non_negative("LongElements: surface_tension", surface_tension, "N/m");
-  detail::require_non_negative("LongElements: density", density, "kg/m³"), detail::require_non_negative("LongElements: return_time", return_time, "s");
+  if (density != 0) detail::require_density("LongElements: density", density);
+  detail::require_non_negative("LongElements: return_time", return_time, "s");
   if (iterations < 1) throw InvalidArgument(detail::message("LongElements: iterations is ", iterations, "; a step takes one at least"));
 }
 
