@@ -167,7 +167,13 @@ TEST_CASE("without a balance the body stays as it was and says so") {
   CHECK_THROWS_WITH(body.settle(LocalRelaxation{.sweeps = std::numeric_limits<double>::quiet_NaN()}), says("LocalRelaxation: .sweeps is nan"));   // it never ended
   CHECK_THROWS_WITH(body.settle(LocalRelaxation{.seconds = std::numeric_limits<double>::quiet_NaN()}), says("LocalRelaxation: .seconds is nan"));
   CHECK_THROWS_WITH(body.settle(NewtonRaphson<>{.damping = 0.0}), says("the damping of Newton's step is 0", "at most 1"));
+  CHECK_THROWS_WITH(body.settle(LocalRelaxation{.seconds = 0.1, .clock = nullptr}), says("LocalRelaxation: .seconds is a limit", ".clock is null"));   // it was called
+  CHECK_THROWS_WITH(body.settle(NewtonRaphson<>{.load_steps = std::numeric_limits<int>::max()}), says("the loads act in 2147483647 steps", "there are 200", "fewer steps"));   // it took minutes
   load(body);
+  CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<>{.inner = {.tolerance = std::numeric_limits<double>::quiet_NaN()}}), says("TangentConjugateGradients: .tolerance is nan"));
+  CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<>{.inner = {.tolerance = 10.0}}), says("TangentConjugateGradients: .tolerance is 10", "below 1"));
+  CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<>{.inner = {.iterations = 0}}), says("TangentConjugateGradients: .iterations is 0", "one or more"));
+  CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<TangentOverRelaxation>{.inner = {.sweeps = 0}}), says("TangentOverRelaxation: .sweeps is 0", "one or more"));
   CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<TangentOverRelaxation>{.inner = {.omega = 2.0}}, 1e-12), says("omega is 2", "0 < omega < 2"));
 }
 

@@ -101,6 +101,17 @@ concept TangentSolver = requires(Solver const& solver, TangentMatrix<Scalar> con
   { solver.solve(k, f, p) } -> std::same_as<int>;
 };
 
+namespace detail {
+
+/// What a solver goes on for: else the loads get the blame for what it does not find.
+inline void require_budget(char const* owner, double tolerance, char const* name, int most) {
+  OptionCheck const require{owner};
+  require(tolerance >= 0 && tolerance < 1, ".tolerance", tolerance, "give a share from 0 to below 1");
+  require(most >= 1, name, most, "give one or more");
+}
+
+}  // namespace detail
+
 /// Conjugate gradients, preconditioned with the diagonal blocks. Until |f − K p| ≤ tolerance |f| in the preconditioner's norm.
 /// Cost       one product an iteration; iterations grow with the root of the condition number. Allocates.
 struct TangentConjugateGradients {
@@ -109,6 +120,7 @@ struct TangentConjugateGradients {
 
   template <RealScalar Scalar>
   int solve(TangentMatrix<Scalar> const& k, Matrix3X<Scalar> const& f, Matrix3X<Scalar>& p) const {
+    detail::require_budget("TangentConjugateGradients", tolerance, ".iterations", iterations);
     int const n = k.size();
     std::vector<Matrix<Scalar, 3, 3>> inverse(static_cast<std::size_t>(n));
     for (int i = 0; i < n; ++i) inverse[static_cast<std::size_t>(i)] = k.diagonal(i).inverse();
@@ -153,6 +165,7 @@ struct TangentOverRelaxation {
   template <RealScalar Scalar>
   int solve(TangentMatrix<Scalar> const& k, Matrix3X<Scalar> const& f, Matrix3X<Scalar>& p) const {
     if (!(omega > 0 && omega < 2)) throw InvalidArgument(detail::message("omega is ", omega, "; over-relaxation needs 0 < omega < 2"));
+    detail::require_budget("TangentOverRelaxation", tolerance, ".sweeps", sweeps);
     int const n = k.size();
     std::vector<Matrix<Scalar, 3, 3>> inverse(static_cast<std::size_t>(n));
     for (int i = 0; i < n; ++i) inverse[static_cast<std::size_t>(i)] = k.diagonal(i).inverse();

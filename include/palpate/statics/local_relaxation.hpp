@@ -47,6 +47,7 @@ struct LocalRelaxation {
     require(sweeps >= 0, ".sweeps", sweeps, "give the most that may be made, zero or more");
     require(seconds >= 0, ".seconds", seconds, " s", "give zero or more, infinity for no limit");
     bool const limited = std::isfinite(seconds);
+    if (limited && clock == nullptr) throw InvalidArgument("LocalRelaxation: .seconds is a limit, and .clock is null; give a clock, or none for the steady one");
     double const start = limited ? clock() : 0.0;
     Tissue const& tissue = problem.tissue;
     detail::NetForces<Tissue> net(problem);

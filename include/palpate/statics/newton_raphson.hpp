@@ -41,6 +41,8 @@ struct NewtonRaphson {
     if (!(damping > 0 && damping <= 1))
       throw InvalidArgument(detail::message("the damping of Newton's step is ", damping, "; it must be above 0 and at most 1"));
     if (load_steps < 1) throw InvalidArgument(detail::message("the loads act in ", load_steps, " steps; give 1 or more"));
+    if (load_steps > std::max(1, iterations))
+      throw InvalidArgument(detail::message("the loads act in ", load_steps, " steps, each of an iteration or more, and there are ", iterations, "; give fewer steps or more iterations"));
     detail::NetForces<Tissue> net(problem);
     int const n = net.count();
     TangentMatrix<Scalar> matrix(problem.tissue, problem.free);
