@@ -10,6 +10,7 @@
 #include "allocation_trap.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <vector>
 
@@ -63,6 +64,11 @@ TEST_CASE("a zone holds the particles within its rings, and no others") {
       CHECK(chosen(grid, touched, rings) == by_distance(grid, touched, rings));
       CHECK(chosen(ball, touched, rings) == by_distance(ball, touched, rings));
     }
+}
+
+TEST_CASE("a zone of more rings than there are ends where the body does") {
+  auto const grid = make_grid<double>(9, 7, 1.0);
+  for (int round = 0; round < 100; ++round) CHECK(chosen(grid, {31}, std::numeric_limits<int>::max()).size() == 63);
 }
 
 TEST_CASE("without touch a zone is empty, and the whole body is whole") {

@@ -53,6 +53,7 @@ struct ZoneOfInfluence {
     std::size_t first = 0;
     for (int ring = 0; ring < rings; ++ring) {
       std::size_t const end = selection.particles().size();
+      if (first == end) return;   // the whole piece
       for (; first < end; ++first)
         graph.for_each_neighbour(selection.particles()[first], [&](int neighbour) { selection.add(neighbour); });
     }
