@@ -308,7 +308,8 @@ TEST_CASE("a bad network delays as it is told, loses nothing and keeps the order
     });
   }
   CHECK(longest == 0.0);
-  CHECK_THROWS_AS(ImpairedLink({.silences = {{1.0, 2.0}, {0.5, 1.2}}}), InvalidArgument);
+  CHECK_THROWS_WITH(ImpairedLink({.silences = {{1.0, 2.0}, {0.5, 1.2}}}), says(".silences is 0.5 s", "times that rise"));
+  CHECK_THROWS_WITH(ImpairedLink({.silences = {{1.0, 0.2}}}), says(".silences is 0.2 s", "times that rise"));
 }
 
 TEST_CASE("the same seed gives the same times, whatever is sent", "[network]") {

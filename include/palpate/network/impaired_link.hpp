@@ -43,8 +43,10 @@ class ImpairedLink {
     require.not_negative(".retransmit", impairment.retransmit, " s");
     double ended = 0.0;
     for (auto const& [from, to] : impairment.silences) {
-      require(from >= ended && to >= from, ".silences", from, " s", "give times that rise");
-      ended = to;
+      for (double const time : {from, to}) {
+        require(time >= ended, ".silences", time, " s", "give times that rise");
+        ended = time;
+      }
     }
   }
 
