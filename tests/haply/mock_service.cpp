@@ -18,6 +18,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <set>
 #include <utility>
 
 namespace palpate_test {
@@ -37,9 +38,10 @@ struct MockService::Inside {
     ::shutdown(acceptor.native_handle(), SHUT_RDWR);   // wakes accept
     {
       std::lock_guard const lock(mutex);
-      if (connected >= 0) ::shutdown(connected, SHUT_RDWR);
+      for (int const each : connected) ::shutdown(each, SHUT_RDWR);
     }
     thread.join();
+    for (std::thread& each : connections) each.join();
   }
 
   void run() {
@@ -51,25 +53,27 @@ struct MockService::Inside {
       socket.set_option(Tcp::no_delay(true), error);
       {
         std::lock_guard const lock(mutex);
-        connected = socket.native_handle();
+        connected.insert(socket.native_handle());
         if (stopping.load()) return;
       }
-      serve(socket);
+      connections.emplace_back([this, its = std::move(socket)]() mutable { serve(its); });
     }
   }
 
   /// The handle is forgotten before it is closed.
-  void forget() {
+  void forget(int handle) {
     std::lock_guard const lock(mutex);
-    connected = -1;
+    connected.erase(handle);
   }
 
   void serve(Tcp::socket& socket) {
     namespace http = beast::http;
     struct Forgets {
       Inside& inside;
-      ~Forgets() { inside.forget(); }
+      int handle;
+      ~Forgets() { inside.forget(handle); }
     };
+    int const handle = socket.native_handle();
     ErrorCode error;
     beast::flat_buffer buffer;
     http::request<http::string_body> request;
@@ -77,7 +81,7 @@ struct MockService::Inside {
     if (error || plan.mute) {
       char byte = 0;
       while (!error) socket.read_some(boost::asio::buffer(&byte, 1), error);   // until the client leaves
-      forget();
+      forget(handle);
       return;
     }
     bool const upgrade = beast::websocket::is_upgrade(request);
@@ -87,11 +91,11 @@ struct MockService::Inside {
       if (knows) response.body() = R"({"git_describe":"x","git_tag":")" + plan.version + R"(","project_version":")" + plan.version + R"(.0"})";
       response.prepare_payload();
       http::write(socket, response, error);
-      forget();
+      forget(handle);
       return;
     }
     WebSocket web(std::move(socket));
-    Forgets const forgets{*this};   // before `web` is
+    Forgets const forgets{*this, handle};   // before `web` is
     web.accept(request, error);
     if (!error) talk(web);
   }
@@ -133,6 +137,7 @@ struct MockService::Inside {
       auto const& device = document.at("inverse3").at(0);
       auto const& force = device.at("commands").at("set_cursor_force").at(plan.dialect);
       message.force = {force.at("x").get<double>(), force.at("y").get<double>(), force.at("z").get<double>()};
+      message.device = device.at("device_id").get<std::string>();
       bool const plain = document.size() == 1 && document.at("inverse3").size() == 1 && device.size() == 2 && device.at("commands").size() == 1 &&
                          device.at("commands").at("set_cursor_force").size() == 1 && force.size() == 3 && device.at("device_id").is_string();
       if (!plain || !is_text || !message.force.allFinite()) violations.push_back("not what it should be: " + text);
@@ -150,8 +155,9 @@ struct MockService::Inside {
   std::vector<MockMessage> messages;
   std::vector<std::string> violations;
   int goodbyes = 0;
-  int connected = -1;
+  std::set<int> connected;
   std::atomic<bool> stopping{false};
+  std::vector<std::thread> connections;   // of the thread that accepts, until that has ended
   std::thread thread;
 };
 

@@ -63,6 +63,7 @@ struct InventoryText {
 struct MockMessage {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
   bool early = false;   // it came before the one before it was answered
+  std::string device{};
 };
 
 struct MockPlan {
@@ -78,7 +79,7 @@ struct MockPlan {
   std::size_t piece = 0;   // bytes a frame; 0: messages are sent in one
 };
 
-/// A stand-in for Haply's service, on a port of its own of 127.0.0.1 and in a thread of its own; one connection after the other. Stricter than the
+/// A stand-in for Haply's service, on a port of its own of 127.0.0.1 and in threads of its own, one a connection. Stricter than the
 /// real one: it knows set_cursor_force in one dialect and nothing else, and writes down what else comes.
 class MockService {
  public:

@@ -117,6 +117,10 @@ TEST_CASE("device and grip are chosen by their id, or are the only ones", "[hapl
   CHECK(unsaid(message_of([&] { report_of(two); }), "several Inverse3s: 049D, 04BA", "device=049D") == "");
   CHECK(report_of(two, {.device = "04BA"}).device_id == "04BA");
   CHECK(unsaid(message_of([&] { report_of(two, {.device = "1"}); }), "no Inverse3 \"1\"", "it has 049D, 04BA") == "");
+  InventoryText twins;   // the first of them would be read, and both pushed
+  twins.devices = twins.one() + "," + twins.one();
+  for (std::string const& device : {std::string(), std::string("049D")})
+    CHECK(unsaid(message_of([&] { report_of(twins, {.device = device}); }), "several Inverse3s with the id 049D", "unplug all but one") == "");
   InventoryText grips;
   grips.grips = R"(,"wireless_verse_grip":[{"device_id":"1"},{"device_id":"2"}])";
   CHECK(unsaid(message_of([&] { report_of(grips); }), "several verse grips: 1, 2", "grip=1") == "");

@@ -410,6 +410,61 @@ TEST_CASE("what keeps an Inverse3 from opening is said with where and what to ch
   CHECK(unsaid(message_of([&] { device.arm(); }), "no power supply", "plug it in") == "");
 }
 
+TEST_CASE("two devices at one service have a force and a state each, and one that vanishes ends its own session", "[haply]") {
+  InventoryText inventory;
+  inventory.devices = inventory.one() + "," + InventoryText{.device = "04BA"}.one();
+  StateText const right{.device = "04BA", .position = R"({"x":-0.05,"y":-0.1,"z":0.2})", .grip = false};
+  std::string const of_left = StateText{.grip = false}.text(), of_right = right.text();
+  std::size_t const begin = std::string(R"({"inverse3":[)").size();
+  std::string const both = of_left.substr(0, of_left.size() - 2) + "," + of_right.substr(begin);
+  std::atomic<bool> is_there{true};
+  MockService service({.inventory = inventory.text(), .answer = [&](int) { return is_there.load() ? both : of_left; }});
+  Inverse3Device one(at(service, {.device = "049D", .ramp = 0.0})), other(at(service, {.device = "04BA", .ramp = 0.0}));
+  one.open(), other.open(), one.arm(), other.arm();
+  DeviceState<double> here, there;
+  REQUIRE(comes_true([&] { return one.read(here) == DeviceStatus::ok; }));
+  REQUIRE(comes_true([&] { return other.read(there) == DeviceStatus::ok; }));
+  CHECK(here.position == Vector3<double>(0.05, 0.15, 0.12));
+  CHECK(there.position == Vector3<double>(-0.05, 0.2, 0.1));
+  auto const pushed = [&](char const* device) {
+    double most = 0.0;
+    for (auto const& message : service.messages())
+      if (message.device == device) most = std::max(most, message.force.norm());
+    return most;
+  };
+  REQUIRE(pushing(one, push(1.0), [&] { return pushed("049D") > 0.0; }));
+  REQUIRE(pushing(other, push(0.0, 2.0), [&] { return pushed("04BA") > 0.0; }));
+  CHECK(pushed("049D") == 1.0);
+  CHECK(pushed("04BA") == 2.0);
+
+  Inverse3Device third(at(service, {.device = "049D"}));   // two would send the same motors their forces in turn
+  try {
+    third.open();
+    FAIL("a device was opened twice");
+  } catch (HaplyError const& error) {
+    CHECK(error.problem() == HaplyProblem::in_use);
+    CHECK(unsaid(error.what(), "049D is open in this program already", "close it there first") == "");
+  }
+  is_there.store(false);
+  REQUIRE(comes_true([&] { return other.read(there) == DeviceStatus::disconnected; }));
+  auto const fault = other.pop_fault();
+  REQUIRE(fault.has_value());
+  CHECK(fault->native_code == static_cast<int>(HaplyProblem::vanished));
+  CHECK(unsaid(fault->what, "no longer has 04BA") == "");
+  CHECK(comes_true([&] { return one.read(here) == DeviceStatus::ok; }));
+  CHECK_FALSE(one.pop_fault().has_value());
+  one.close();
+  third.open();
+  CHECK(comes_true([&] { return third.read(here) == DeviceStatus::ok; }));
+  third.close(), other.close();
+  auto const messages = service.messages();
+  for (char const* device : {"049D", "04BA"}) {
+    auto const last = std::find_if(messages.rbegin(), messages.rend(), [&](auto const& message) { return message.device == device; });
+    REQUIRE(last != messages.rend());
+    CHECK(last->force.isZero(0.0));
+  }
+}
+
 TEST_CASE("the dialect follows the service's version, or what was asked for", "[haply]") {
   struct Row {
     char const *version, *spoken;

@@ -23,7 +23,8 @@ enum class HaplyProblem {
   gone,               ///< the connection ended
   silent,             ///< no answer within `Inverse3Options::stall`, or `timeout` while the device was opened
   vanished,           ///< the device is no longer among the service's
-  frame_changed       ///< the workspace was moved or scaled while the device was in use
+  frame_changed,      ///< the workspace was moved or scaled while the device was in use
+  in_use              ///< this program has it open already
 };
 
 /// Thrown by `Inverse3Device` outside the servo tick. The text is one line: what was tried, what came back, what to check.

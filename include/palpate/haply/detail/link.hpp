@@ -12,6 +12,9 @@
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -37,6 +40,35 @@ struct Command {
   Clock::time_point written{};
 };
 
+/// A device of a service that this program has open.
+/// Invariant  one for each: two would send the same motors their forces in turn.
+class Claim {
+ public:
+  Claim(Inverse3Options const& options, std::string const& device) : name_(device + "@" + options.host + ":" + std::to_string(options.port)) {
+    std::lock_guard const lock(held().mutex);
+    if (!held().names.insert(name_).second)
+      throw HaplyError(HaplyProblem::in_use, message(legible(device), " is open in this program already; close it there first, or name another device"));
+  }
+  Claim(Claim const&) = delete;
+  Claim& operator=(Claim const&) = delete;
+  ~Claim() {
+    std::lock_guard const lock(held().mutex);
+    held().names.erase(name_);
+  }
+
+ private:
+  struct Held {
+    std::mutex mutex;
+    std::set<std::string> names;
+  };
+  static Held& held() {
+    static Held& all = *new Held;   // for ever: a device that is static may go after it
+    return all;
+  }
+
+  std::string name_;
+};
+
 /// One open device and the thread that talks to its service: a force goes, a state comes, then the next, never two at a time.
 ///   force sent = ramp · limited(force written, largest force);   ramp: 0 → 1 within options.ramp from arming, a jump or a gap on
 /// However it ends, the last force sent is zero if anything can be sent at all, and then nothing more: the service lets the device idle.
@@ -45,6 +77,7 @@ class Link {
  public:
   /// Connects, reads the inventory, and sends zero once. Throws `HaplyError`.
   explicit Link(Inverse3Options const& options) : options_(options), report_(opened()), max_force_(options.max_force), command_(report_) {
+    claim_.emplace(options_, report_.device_id);
     exchange(Vector3<double>::Zero());
   }
   ~Link() { stop(); }
@@ -57,6 +90,7 @@ class Link {
   void stop() noexcept {
     stopping_.store(true);
     if (thread_.joinable()) thread_.join();
+    claim_.reset();
   }
 
   std::atomic<bool> force_wanted{false};
@@ -170,6 +204,7 @@ class Link {
   Inverse3Options const options_;
   std::unique_ptr<Connection> connection_;   // before the report: it brings it
   Inverse3Report const report_;
+  std::optional<Claim> claim_;
   double const max_force_;
   ForceCommand command_;
   Sample sample_;

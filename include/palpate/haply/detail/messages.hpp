@@ -138,7 +138,10 @@ inline void add_ids(std::vector<std::string>& ids, Field const& document, char c
 inline std::string chosen(std::vector<std::string> const& ids, std::string const& wanted, char const* kind, char const* option, bool optional) {
   std::string all;
   for (std::string const& id : ids) {
-    if (!wanted.empty() && id == wanted) return id;
+    bool const is_wanted = wanted.empty() || id == wanted;
+    if (is_wanted && std::count(ids.begin(), ids.end(), id) > 1)
+      throw HaplyError(HaplyProblem::no_device, message("the service has several ", kind, "s with the id ", legible(id), ", which nothing tells apart; unplug all but one"));
+    if (!wanted.empty() && is_wanted) return id;
     (all += all.empty() ? "" : ", ") += legible(id);
   }
   if (!wanted.empty())
