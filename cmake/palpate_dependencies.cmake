@@ -11,7 +11,14 @@ if(NOT PROJECT_IS_TOP_LEVEL)
   set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 endif()
 
-find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+# A host that brings Eigen itself has the target: looked for, there may be another copy, or none.
+if(NOT TARGET Eigen3::Eigen)
+  if(TARGET eigen)   # its package then makes nothing
+    message(FATAL_ERROR "palpate: this project has a target 'eigen', but none that is called Eigen3::Eigen. "
+                        "Add before: add_library(Eigen3::Eigen ALIAS eigen)")
+  endif()
+  find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+endif()
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 
