@@ -226,6 +226,21 @@ TEST_CASE("no part of a score and not the total grows when an error does", "[tra
   }
 }
 
+TEST_CASE("who never touched what the expert touched has no points, and nobody has fewer", "[training][score]") {
+  Comparison nothing_done;
+  nothing_done.expert.contacts = 1;
+  Comparison all_wrong = nothing_done;
+  all_wrong.trainee.contacts = 1000000;
+  all_wrong.mean_deviation = all_wrong.missed = all_wrong.rms_force_difference = all_wrong.excess_jerk = all_wrong.excess_time = all_wrong.mean_depth_error =
+      all_wrong.overshoot = 1e9;
+  all_wrong.unintended_contacts = 1000000;
+  for (double const weight : {2.0, 1.0, 3.0, 0.1, 7.0, 1e-3}) {
+    CHECK(score(nothing_done, {.path = {.weight = weight}}).total == 0.0);
+    CHECK(score(all_wrong, {.path = {.weight = weight}}).total >= 0.0);
+    CHECK(score(all_wrong, {.path = {.weight = weight}}).total < 1e-12);
+  }
+}
+
 TEST_CASE("weights and halves do what they say", "[training][score]") {
   Comparison comparison;
   comparison.mean_deviation = 0.004;       // two halves: 25 points

@@ -85,6 +85,7 @@ inline Score score(Comparison const& comparison, ScoreOptions const& options = {
   if (!(weights > 0.0)) throw InvalidArgument("score: all weights are 0; give one part a weight");
   result.total = 100.0;
   for (Score::Line const& line : result.lines) result.total -= line.weight / weights * (100.0 - line.points);
+  result.total = did_nothing ? 0.0 : std::max(0.0, result.total);   // shares of 100 that are rounded add up to more
   return result;
 }
 
