@@ -9,7 +9,7 @@
 ///   Tensor3<Scalar> stress_change(Tensor3<Scalar> const& F, Tensor3<Scalar> const& dF) const   ∂P/∂F : dF [Pa]
 ///   copyable; an aggregate, so that .material = {...} names its coefficients
 /// As a template over its numbers, template <class T> struct MyLaw { T ...; }, it is computed for as many elements at once as a register holds. Then write
-/// number<T>(0.5) for a constant, each(x, function) for a function of one number, and no comparison. What is made of a user's two numbers first, like
+/// palpate::number<T>(0.5) for a constant, palpate::each(x, function) for a function of one number, and no comparison. What is made of a user's two numbers first, like
 /// Lamé's constants, is a struct with law() const, which returns the law: the concept Material.
 /// Optional; static_assert(IsIsotropicLaw<MyLaw<double>>) finds a misspelt one
 ///   static constexpr bool isotropic = true                                 ψ depends on the principal stretches alone      IsIsotropicLaw
