@@ -248,6 +248,7 @@ run_long_tests() {
   configure ci -D CMAKE_CXX_COMPILER=g++ -D PALPATE_TEST_PASS= -D PALPATE_EXAMPLES= -D PALPATE_BUILD_BENCHMARKS=ON
   cmake --build --preset ci --parallel "$jobs"
   part "every test and example in double, gcc" as_often_as_always with_display ctest --preset ci --parallel "$jobs" --tests-regex '^(test|example)_|_(precision|training)$'
+  part "every mistake, as either compiler tells it" ctest --preset ci --parallel "$jobs" --tests-regex '^compile_fail[.]'
   part "$PALPATE_SOAK_SESSIONS sessions of a hand, $PALPATE_SOAK_TICKS ticks each" build/ci/tests/test_cutting_simulator_device '[soak]'
   part "$PALPATE_STROKES random strokes" build/ci/tests/test_cutting_simulator_device 'random strokes across each other*'
   part "$PALPATE_SOLID_STROKES random strokes through solids" build/ci/tests/test_cutting_simulator_device 'whatever is cut*'
