@@ -136,6 +136,13 @@ static_assert(StatesStableStep<StoermerVerlet>);
 static_assert(StatesStableStep<SymplecticEuler>);
 static_assert(StatesStableStep<ThetaScheme> && ImplicitIntegrator<ThetaScheme>);
 static_assert(StatesStableStep<VelocityVerlet>);
+struct OfACopy {   // of the system, which the body never sees
+  template <class System>
+  void step(System system, typename System::Scalar h) const {
+    system.positions() += h * system.velocities();
+  }
+};
+static_assert(!Integrator<OfACopy>);
 
 // region/
 static_assert(Region<WholeBody>);

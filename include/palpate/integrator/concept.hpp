@@ -67,11 +67,15 @@ concept HasPotential = LinearisedSystem<S> && requires(S& system, typename S::Ma
 
 namespace detail {
 
-/// The least a System can be; concepts are checked against it.
+/// The least a System can be; concepts are checked against it. No step takes it by value: what that moves is a copy.
 template <RealScalar S>
 struct SystemArchetype {
   using Scalar = S;
   using Matrix = Matrix3X<S>;
+
+  SystemArchetype() = default;
+  SystemArchetype(SystemArchetype const&) = delete;
+  SystemArchetype& operator=(SystemArchetype const&) = delete;
 
   Matrix& positions() { return columns; }
   Matrix& velocities() { return columns; }
