@@ -4,9 +4,17 @@
 
 #include "catch.hpp"
 
+#include <palpate/material/st_venant_kirchhoff.hpp>
+#include <palpate/material/viscoelastic.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/testing/tissue.hpp>
 #include <palpate/tissue/finite_elements.hpp>
+
+#include <cstddef>
+#include <limits>
+#include <numeric>
+#include <type_traits>
+#include <vector>
 
 /// Rubber that can be compressed: ψ = μ/2 (F : F − 3) − μ (J − 1) + κ/2 (J − 1)², J = det F.
 template <class T>
@@ -53,6 +61,69 @@ TEMPLATE_TEST_CASE("solids of a material of one's own keep the laws of tissue", 
   check(FiniteElements<S, CompressibleRubber<S>>(mesh, {.density = S(1000), .material = {.mu = S(1000), .bulk = S(1e4)}}));
   check(FiniteElements<S, CompressibleRubber<S>>(mesh, {.density = S(1000), .material = {.mu = S(1000), .bulk = S(1e4)}, .pressure = Pressure::nodal}));
   check(FiniteElements<S, testing::MaterialArchetype<S>>(mesh, {.density = S(1000), .material = {}}));
+}
+
+namespace {
+
+/// Hooke's law of Green's strain, which says neither that it is isotropic nor what of its tangent is semidefinite.
+template <class T>
+struct Hooke {
+  StVenantKirchhoffLaw<T> law{T{} + number<T>(9000), T{} + number<T>(1000)};
+
+  T bulk_modulus() const { return law.bulk_modulus(); }
+  T energy(Tensor3<T> const& F) const { return law.energy(F); }
+  Tensor3<T> stress(Tensor3<T> const& F) const { return law.stress(F); }
+  Tensor3<T> stress_change(Tensor3<T> const& F, Tensor3<T> const& dF) const { return law.stress_change(F, dF); }
+};
+/// The same with that part, what the strain does.
+template <class T>
+struct StatesPart : Hooke<T> {
+  Tensor3<T> semidefinite_stress_change(Tensor3<T> const& F, Tensor3<T> const& dF) const {
+    Tensor3<T> const strain = symmetric_part(transpose(F) * dF);
+    return F * (Tensor3<T>::diagonal(this->law.lambda * trace(strain)) + (this->law.mu + this->law.mu) * strain);
+  }
+};
+/// The same, isotropic, with a law whose tangent is to be taken.
+template <class T>
+struct StatesLaw : Hooke<T> {
+  static constexpr bool isotropic = true;
+  StVenantKirchhoffLaw<T> tangent_law() const { return this->law; }
+};
+
+}  // namespace
+
+// Yardstick: the dense matrix of the tetrahedra's and stars' blocks, one by one.
+TEMPLATE_TEST_CASE("a material of one's own may state any of what it may, with and without nodal pressure", "", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const mesh = make_block<S>(3, 3, 3, S(0.01), BlockPattern::alternating);
+  int const n = static_cast<int>(mesh.points.cols());
+  Matrix3X<S> x = mesh.points, v = mesh.points;
+  for (int i = 0; i < n; ++i) {
+    Vector3<S> const p = mesh.points.col(i);
+    x.col(i) += S(0.1) * Vector3<S>(p.y(), -p.z(), p.x()), v.col(i) = Vector3<S>(p.z(), p.x() * p.y() / S(0.01), -p.y());
+  }
+  auto const check = [&](auto const& material) {
+    using M = std::remove_cvref_t<decltype(material)>;
+    for (Pressure const pressure : {Pressure::element, Pressure::nodal}) {
+      S const share = S(0.01);
+      FiniteElements<S, M> const elastic(mesh, {.density = 1000, .material = material, .pressure = pressure}),
+          damped(mesh, {.density = 1000, .material = material, .damping = {.beta = share}, .pressure = pressure});
+      Matrix3X<S> expected = Matrix3X<S>::Zero(3, n), found = expected, at_once = expected;
+      damped.for_each_stiffness_block(x, [&](int i, int j, Matrix<S, 3, 3> const& block) { expected.col(i) -= share * (block * v.col(j)); });
+      std::vector<int> all(static_cast<std::size_t>(n));
+      std::iota(all.begin(), all.end(), 0);
+      typename FiniteElements<S, M>::Assembly assembly;
+      damped.assemble(all, assembly), assembly.add_forces(x, v, at_once);
+      for (int i = 0; i < n; ++i) {
+        Vector3<S> const force = elastic.internal_force(i, x, v);
+        found.col(i) = damped.internal_force(i, x, v) - force, at_once.col(i) -= force;
+      }
+      S const tolerance = 1000 * std::numeric_limits<S>::epsilon() * expected.norm();
+      CHECK((found - expected).norm() <= tolerance);
+      CHECK((at_once - expected).norm() <= tolerance);
+    }
+  };
+  check(StatesPart<S>{}), check(StatesLaw<S>{}), check(Viscoelastic<Hooke<S>, S>{});
 }
 
 TEST_CASE("a material that is wrong is told so") {

@@ -108,7 +108,7 @@ TEST_CASE("implicit steps with an assembled stiffness go where those without it 
     body.step(0.01);
     return body;
   };
-  auto const compare = [&](auto with, auto without, long most_allocations) {
+  auto const compare = [&](auto with, auto without) {
     int const first = with.nearest_vertex({0.08, 0.03, 0.03}), second = with.nearest_vertex({0.04, 0.0, 0.03});
     auto const push = [&](auto& body) {   // a zone goes from one to the other
       for (int k = 0; k < 20; ++k) {
@@ -122,13 +122,12 @@ TEST_CASE("implicit steps with an assembled stiffness go where those without it 
       push(body);
       return count.count();
     };
-    long const of_rows = allocations(with), of_none = allocations(without);
-    CHECK(of_rows == of_none);   // one where a zone is larger than any before
-    CHECK(of_rows <= most_allocations);
+    CHECK(allocations(with) == 0);   // where a zone is larger than any before too
+    CHECK(allocations(without) == 0);
     double const moved = (without.positions() - mesh.points).norm();
     CHECK(moved > 1e-3);
     CHECK((with.positions() - without.positions()).norm() <= 1e-6 * moved);
   };
-  compare(body_of(Stiffness::assembled, WholeBody{}), body_of(Stiffness::matrix_free, WholeBody{}), 0);
-  compare(body_of(Stiffness::assembled, ZoneOfInfluence{.rings = 3}), body_of(Stiffness::matrix_free, ZoneOfInfluence{.rings = 3}), 1);
+  compare(body_of(Stiffness::assembled, WholeBody{}), body_of(Stiffness::matrix_free, WholeBody{}));
+  compare(body_of(Stiffness::assembled, ZoneOfInfluence{.rings = 3}), body_of(Stiffness::matrix_free, ZoneOfInfluence{.rings = 3}));
 }

@@ -70,9 +70,16 @@ struct SemidefiniteTangent<T, Law> : SemidefiniteTangent<T, std::remove_cvref_t<
   SemidefiniteTangent(Law const& law, Tensor3<T> const& F, auto const&... known_of_F) noexcept : Other(law.tangent_law(), F, known_of_F...) {}
 };
 template <class T, class Law>
-  requires(IsIsotropicLaw<Law> && !HasSemidefiniteStressChange<Law, T>)
+  requires(IsIsotropicLaw<Law> && !HasSemidefiniteStressChange<Law, T> && !HasTangentLaw<Law, T>)
 struct SemidefiniteTangent<T, Law> : PrincipalTangent<T> {
   using PrincipalTangent<T>::PrincipalTangent;
 };
+
+/// Whether that is found without eigenvalues of 9 × 9 matrices, which there are of single numbers alone.
+template <class T, class Law>
+inline constexpr bool has_known_tangent = HasSemidefiniteStressChange<Law, T> || IsIsotropicLaw<Law>;
+template <class T, class Law>
+  requires(HasTangentLaw<Law, T> && !HasSemidefiniteStressChange<Law, T>)
+inline constexpr bool has_known_tangent<T, Law> = has_known_tangent<T, std::remove_cvref_t<decltype(std::declval<Law const&>().tangent_law())>>;
 
 }  // namespace palpate::detail

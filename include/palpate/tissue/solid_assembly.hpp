@@ -72,7 +72,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
     this->accelerate_by(Padded(force, 4, this->force_columns()), gravity, pushes, run, after_of);
   }
 
-  /// Takes the tangent of every tetrahedron at x, positive semidefinite, for the two below. What `run` does at once is a block's; blocks add to rows in turn.
+  /// Takes the tangent of every tetrahedron at x, positive semidefinite, for the two below. What `run` does at once is a block's, its rows too.
   template <class X, class Run = Serial>
   void linearise(X const& x, Scalar const* /*inverse_mass*/, Run const& run = {}) {
     static_assert(is_padded<X>);

@@ -26,15 +26,22 @@
 
 namespace palpate::detail {
 
-/// What tetrahedra of a law are computed in: as many numbers at once as a register holds, where the law is one of such packs and its tangent is known
-/// without eigenvalues of 9 × 9 matrices; else one.
+/// Whether the tangent of a law is known without eigenvalues of 9 × 9 matrices, and under nodal pressure, where it can have that, too.
+template <class T, class Law>
+inline constexpr bool has_known_tangents = has_known_tangent<T, Law>;
+template <class T, class Law>
+  requires HasBulkModulus<Law, T>
+inline constexpr bool has_known_tangents<T, Law> = has_known_tangent<T, Law> && has_known_tangent<T, WithPressure<T, Law>>;
+
+/// What tetrahedra of a law are computed in: as many numbers at once as a register holds, where the law is one of such packs and its tangents are known;
+/// else one.
 template <class Scalar, class Law>
 struct PackOfLaw {
   using Number = Scalar;
   using type = Law;
 };
 template <class Scalar, class Law>
-  requires(IsLawOfNumbers<Law, Scalar, simd::Lanes<Scalar>> && (HasSemidefiniteStressChange<Law, Scalar> || IsIsotropicLaw<Law> || HasTangentLaw<Law, Scalar>))
+  requires(IsLawOfNumbers<Law, Scalar, simd::Lanes<Scalar>> && has_known_tangents<simd::Lanes<Scalar>, typename LawOver<Law, simd::Lanes<Scalar>>::type>)
 struct PackOfLaw<Scalar, Law> {
   using Number = simd::Lanes<Scalar>;
   using type = typename LawOver<Law, Number>::type;
@@ -59,7 +66,6 @@ class TetrahedronPacks {
   static constexpr int window = 12 * lanes;   // of elements that a pack is chosen from
   using Floats = simd::Lanes<float>;
   static constexpr bool can_average = HasBulkModulus<PackLaw, T>;
-  using TangentLaw = std::conditional_t<can_average, WithPressure<T, PackLaw>, PackLaw>;
 
  public:
   using Element = LinearTetrahedron<Scalar, Law>;
@@ -89,8 +95,9 @@ class TetrahedronPacks {
   void fill(int particles, std::span<std::array<int, 4> const> nodes, std::span<Element const> elements, int count, Which const& which, Name const& name, Counts const& counts,
             int first_own, int last_own) {
     clear();
-    slot_of_.resize(elements.size(), -1);
     set_own(first_own, last_own);
+    if (count == 0) return;   // no memory for none
+    slot_of_.resize(elements.size(), -1);
     last_pack_of_.assign(static_cast<std::size_t>(particles), -1);
     std::array<int, window> waiting;
     int waits = 0, next = 0;
@@ -323,7 +330,7 @@ class TetrahedronPacks {
       if (stars_.empty()) {   // without the pressure's part
         tangents_of<SemidefiniteTangent<T, PackLaw>>(F, count, [&](std::size_t n) { return packs_[k + n].law; }, [&](std::size_t n, auto const& tangent) { keep(k + n, tangent); });
       } else if constexpr (can_average) {
-        tangents_of<FullTangent>(F, count, [&](std::size_t n) { return tangent_law(k + n, pressure); }, [&](std::size_t n, auto const& tangent) {
+        tangents_of<FullTangent>(F, count, [&](std::size_t n) { return law_of(packs_[k + n], of_corners<T>(k + n, pressure)); }, [&](std::size_t n, auto const& tangent) {
           keep(k + n, tangent);
           growths_[k + n] = packs_[k + n].volume * (packs_[k + n].gradients * transpose(cofactor(F[n])));
           if constexpr (has_floats) put_half(float_growths_[(k + n) / 2], static_cast<int>(n % 2), growths_[k + n]);
@@ -425,7 +432,7 @@ class TetrahedronPacks {
   struct Places {
     int starts[16][static_cast<int>(halves) * lanes];
   };
-  using FullTangent = SemidefiniteTangent<T, TangentLaw>;
+  using FullTangent = SemidefiniteTangent<T, WithPressure<T, PackLaw>>;   // with stars
   using Tangent = TetrahedronTangent<T>;
   /// How many packs' tangents are taken beside each other: each of their rotations waits for the one before it.
   static constexpr std::size_t beside = 4;
@@ -503,17 +510,6 @@ class TetrahedronPacks {
       if (!stars_.empty()) return law_of(packs_[k], T{}).energy(F);
     return packs_[k].law.energy(F);
   }
-  static TangentLaw tangent_law_of(Pack const& pack, bool averages, auto const& pressure) noexcept {
-    if constexpr (can_average) {
-      if (!averages) return {pack.law, T{}, T{}};
-      return law_of(pack, pressure());
-    } else {
-      return pack.law;
-    }
-  }
-  TangentLaw tangent_law(std::size_t k, Scalar const* pressure) const noexcept {
-    return tangent_law_of(packs_[k], !stars_.empty(), [&] { return of_corners<T>(k, pressure); });
-  }
   void keep_measured(std::size_t k, T const& numbers) noexcept { simd::store(measured_.data() + lanes * k, numbers); }
   /// The sum over the corners' stars, of so many tetrahedra from k times as many on as N has numbers.
   template <class N>
@@ -539,9 +535,13 @@ class TetrahedronPacks {
         Pack const& pack = packs_[k + std::min(n, count - 1)];
         F[n] = gradient(pack, x), rate[n] = gradient(pack, v), damped[n] = Tensor3<T>{};
       }
-      if (!std::all_of(rate.begin(), rate.end(), is_still))
-        tangents_of<FullTangent>(F, count, [&](std::size_t n) { return tangent_law(k + n, pressure); },
-                                 [&](std::size_t n, auto const& tangent) { damped[n] = share * tangent.stress_change(rate[n]); });
+      auto const damp = [&](std::size_t n, auto const& tangent) { damped[n] = share * tangent.stress_change(rate[n]); };
+      if (!std::all_of(rate.begin(), rate.end(), is_still)) {
+        if (stars_.empty())
+          tangents_of<SemidefiniteTangent<T, PackLaw>>(F, count, [&](std::size_t n) { return packs_[k + n].law; }, damp);
+        else if constexpr (can_average)
+          tangents_of<FullTangent>(F, count, [&](std::size_t n) { return law_of(packs_[k + n], of_corners<T>(k + n, pressure)); }, damp);
+      }
       for (std::size_t n = 0; n < count; ++n) {
         Pack const& pack = packs_[k + n];
         Tensor3<T> P = stress(k + n, F[n], pressure) + damped[n];
@@ -563,8 +563,12 @@ class TetrahedronPacks {
     Tensor3<T> P = stress_of(few.pack, F, averages, pressure);
     if (damping != 0) {
       T const share = number<T>(static_cast<double>(damping));
-      if (Tensor3<T> const rate = gradient(few.pack, few.v.data()); !is_still(rate))
-        P = P + share * FullTangent(tangent_law_of(few.pack, averages, pressure), F).stress_change(rate);
+      if (Tensor3<T> const rate = gradient(few.pack, few.v.data()); !is_still(rate)) {
+        if (!averages)
+          P = P + share * SemidefiniteTangent<T, PackLaw>(few.pack.law, F).stress_change(rate);
+        else if constexpr (can_average)
+          P = P + share * FullTangent(law_of(few.pack, few.pressure), F).stress_change(rate);
+      }
       if (averages) P = P + (share * few.rate) * cofactor(F);
     }
     return nodal_forces(P, few.pack.gradients, few.pack.volume);
