@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -270,6 +271,41 @@ TEST_CASE("A copy of what is held is held too, and a cut through the tissue betw
   CHECK(force.allFinite());
 }
 
+// Yardstick: the map by which the whole sheet is turned and drawn out. A place beside what is held was turned with the jaws alone.
+TEST_CASE("Tissue that was turned or drawn out when jaws took hold is let go by cuts that part it between them", "[tool][forceps]") {
+  double const angle = GENERATE(0.0, 90.0, -90.0);   // degrees, about z, as the jaws
+  double const stretch = GENERATE(1.0, 2.0);         // along y, where the jaws reach 7 mm
+  double const y = GENERATE(0.0062, 0.008);          // m, from the middle: of what joins both sides of the cut
+  Eigen::Quaternion<double> const turn(Eigen::AngleAxis<double>(angle * std::numbers::pi / 180, Vector3<double>::UnitZ()));
+  auto body = skin<double>();
+  for (int i = 0; i < body.size(); ++i) {
+    Vector3<double> place = body.reference_position(i);
+    place.y() = on_skin.y() + stretch * (place.y() - on_skin.y());
+    body.drag(i, turn * place);
+  }
+  for (int i = 0; i < body.size(); ++i) body.release(i);
+  Forceps<double> forceps({.shape = {.opening = 0.024}, .grasp = {.clamp_force = 20, .width = 0.014}});
+  auto const close = [&](double opening) { forceps.advance(body, ToolPose<double>{.position = turn * on_skin, .orientation = turn, .opening = opening}); };
+  close(1), close(0.5);
+  int const rows = stretch == 1 ? 1 : 0;   // to either side, of 5 mm each
+  REQUIRE(forceps.grasp().particles().size() == static_cast<std::size_t>(3 * (2 * rows + 1)));
+  auto const& surface = body.tissue().surface();
+  int const last = middle + 15 * rows;
+  body.insert_on_edge(last, last + 15, y / stretch / 0.005 - rows);
+  for (int p = middle - 15 * rows; p <= last; p += 15) {
+    std::vector<int> right;
+    for (int const t : surface.triangles_at(p)) {
+      double x = 0;
+      for (int const corner : surface.corners(t)) x += body.reference_position(corner).x() / 3;
+      if (x > 0.035) right.push_back(t);
+    }
+    body.split_particle(p, right);
+  }
+  close(0.5);
+  CAPTURE(angle, stretch, y);
+  CHECK(forceps.grasp().holds_any() == (y < 0.007));
+}
+
 // Yardstick: how the tissue between the jaws hangs together. Drawn with more than a newton it leaves the place between the jaws by some millimetres.
 TEST_CASE("A cut that parts nothing between the jaws ends no grasp, however hard the tissue is drawn", "[tool][forceps]") {
   auto body = block<double>();
@@ -345,6 +381,63 @@ TEST_CASE("A copy that has slipped out does not come back where something else i
   CHECK(!forceps.grasp().holds(copy));
   CHECK(forceps.grasp().holds(middle - 15));
   CHECK(forceps.grasp().particles().size() == 9);
+}
+
+// Yardstick: the same cut in a tick in which nothing slips, which ends the grasp.
+TEST_CASE("A cut through the tissue between the jaws ends the grasp in a tick in which some of it slips out too", "[tool][forceps]") {
+  bool const slips = GENERATE(false, true);
+  bool const is_later = GENERATE(false, true);   // whether the blade comes after the forceps in that tick, or before them in the next
+  auto body = skin<double>();
+  Forceps<double> forceps({.shape = {.opening = 0.024}, .grasp = {.friction = 0.3, .clamp_force = 20, .width = 0.014}});
+  grasp(forceps, body, on_skin, 5e-4, 0.5);
+  REQUIRE(forceps.grasp().particles().size() == 9);
+  auto const cut = [&] {
+    for (int const p : {middle - 15, middle, middle + 15}) {
+      std::vector<int> right;
+      for (int const t : body.tissue().surface().triangles_at(p)) {
+        double x = 0;
+        for (int const corner : body.tissue().surface().corners(t)) x += body.reference_position(corner).x() / 3;
+        if (x > 0.035) right.push_back(t);
+      }
+      body.split_particle(p, right);
+    }
+  };
+  forceps.advance(body, at<double>(on_skin, 0.5));
+  if (is_later) cut();
+  if (slips) body.apply_force(middle - 16, {0, 60, 0});
+  forceps.press(body, 1.0, 5e-4);
+  REQUIRE(body.step(5e-4));
+  REQUIRE((!slips || !forceps.grasp().holds(middle - 16)));
+  if (!is_later) cut();
+  forceps.advance(body, at<double>(on_skin, 0.5));
+  CAPTURE(slips, is_later);
+  CHECK(!forceps.grasp().holds_any());
+}
+
+// Yardstick: the same copy with no number given back before it.
+TEST_CASE("A copy that gets a number which was given back since the jaws took hold is held too", "[tool][forceps]") {
+  auto body = skin<double>();
+  Forceps<double> forceps({.shape = {.opening = 0.024}, .grasp = {.clamp_force = 20, .width = 0.014}});
+  auto const split = [&](int p) {
+    std::vector<int> right;
+    for (int const t : body.tissue().surface().triangles_at(p)) {
+      double x = 0;
+      for (int const corner : body.tissue().surface().corners(t)) x += body.reference_position(corner).x() / 3;
+      if (x > body.reference_position(p).x()) right.push_back(t);
+    }
+    return body.split_particle(p, right);
+  };
+  bool const is_given_back = GENERATE(false, true);
+  constexpr int aside = 3 * 15 + 3;
+  int const last = is_given_back ? split(aside) : body.size();
+  grasp(forceps, body, on_skin, 5e-4, 0.5);
+  REQUIRE((forceps.grasp().particles().size() == 9 && !forceps.grasp().holds(aside)));
+  if (is_given_back) body.merge_last_particle(aside);
+  tick(forceps, body, at<double>(on_skin, 0.5), 5e-4);
+  REQUIRE(split(middle - 15) == last);
+  tick(forceps, body, at<double>(on_skin, 0.5), 5e-4);
+  CAPTURE(is_given_back);
+  CHECK((forceps.grasp().holds(last) && forceps.grasp().particles().size() == 10));
 }
 
 TEST_CASE("Tissue that is taken away between the jaws is let go, what is left is held", "[tool][forceps]") {

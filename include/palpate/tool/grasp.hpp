@@ -44,6 +44,7 @@ struct GraspedParticle {
   int particle = -1;
   Vector3<Scalar> place = Vector3<Scalar>::Zero();   ///< m, in the tool's frame, where it was when it was grasped
   Vector3<Scalar> home = Vector3<Scalar>::Zero();    ///< m, of the undisturbed body
+  Matrix<Scalar, 3, 3> gradient = Matrix<Scalar, 3, 3>::Identity();   ///< of places in the tool's frame by homes, round it, when it was grasped
   Vector3<Scalar> force = Vector3<Scalar>::Zero();   ///< N, on the tool in the last step
 };
 
@@ -55,10 +56,13 @@ struct GraspedParticle {
 /// The others then have its share. All are let go when a cut has gone through the tissue between the jaws: when what is grasped, with what cuts have added
 /// to what was between the jaws, however far its load has drawn it out, falls into more pieces than before.
 /// Cuts       a copy of a grasped particle is grasped too; one that is gone, or that nothing holds any more, is not.
+/// Limits     Where several tools hold one particle, each knows in a step what those before it do, not those after it. So the last one prevails, the more the
+///            longer the step, and the force of the others is not k (a − x) at rest.
 /// Frame      the jaws close along x, the pads lie in y and z; the joint is at z > 0.
 /// Units      m, N, s.
 /// Source     \cite bielser2002 for what forceps do; the springs' law is the step's end, \cite baraff1998.
-/// Cost       press: O(particles), and of a body that forecasts its steps the solution of one; no allocation. advance: O(1), and after a cut O(new particles · grasped ones).
+/// Cost       press: O(particles), and of a body that forecasts its steps the solution of one; no allocation. advance: O(1). Either, after a cut, and press where one slips:
+///            O(new particles · grasped ones) more.
 template <RealScalar Scalar>
 class Grasp {
  public:
@@ -80,7 +84,7 @@ class Grasp {
   template <class Body>
   void take(Body& body, Pose const& pose, std::array<Capsule<Scalar>, 2> const& jaws) {
     release();
-    jaws_ = jaws, turned_ = pose.orientation, taken_at_ = std::max(pose.opening, Scalar(0.01)), squeeze_ = 1, slipped_ = false;
+    jaws_ = jaws, taken_at_ = std::max(pose.opening, Scalar(0.01)), squeeze_ = 1;
     auto const& surface = body.tissue().surface();
     Scalar const reach = jaws[1].from.norm() + (jaws[1].to - jaws[1].from).norm() + options_.width;
     Vector const centre = pose.position;
@@ -121,18 +125,13 @@ class Grasp {
       if (rise[side] > 0) way = std::max(way, (options_.clamp_force - pressed[side]) / rise[side]);
     Scalar const closed = std::min(pose.opening / taken_at_, Scalar(1));
     squeeze_ = std::max(closed, squeeze_ - way);
-    bool const is_cut = revision_ != body.topology_revision();
-    if (!is_cut && !slipped_) return;
-    revision_ = body.topology_revision();
-    if (is_cut) follow(body);
-    int const pieces = count_pieces(body);
-    if (pieces > pieces_ && !slipped_) release();   // what has slipped may have been what joined them
-    pieces_ = pieces, slipped_ = false;
+    look_for_cuts(body);
   }
 
   /// In the body's next step of h seconds. Adds what the tissue does to the tool, about the tool's origin.
   template <class Body>
   void press(Body& body, typename RodContact<Scalar>::StepPoses const& poses, Scalar h, Vector& force, Vector& moment) {
+    if (h > 0) look_for_cuts(body);   // of tools that came later in this tick
     if (held_.empty() || !(h > 0)) return;
     Scalar const share = options_.clamp_force / static_cast<Scalar>(held_.size());
     Vector const across = poses.end.orientation * Vector::UnitX();
@@ -145,7 +144,7 @@ class Grasp {
       Scalar const normal = on_tissue.dot(across), along = (on_tissue - normal * across).norm();
       if (!(along <= options_.friction * std::max(2 * share, std::abs(normal))) || !is_finite(on_tissue)) {   // out of the cone
         let_go_.push_back(i);
-        each.particle = -1, slipped_ = true;
+        each.particle = -1;
         continue;
       }
       each.force = -on_tissue;
@@ -153,7 +152,7 @@ class Grasp {
       force += each.force;
       moment += (Vector(body.positions().col(i)) - poses.now.position).cross(each.force);
     }
-    std::erase_if(held_, [](auto const& each) { return each.particle < 0; });
+    if (std::erase_if(held_, [](auto const& each) { return each.particle < 0; }) > 0) pieces_ = count_pieces(body);   // it may have been what joined them
   }
 
  private:
@@ -216,7 +215,7 @@ class Grasp {
       Scalar const distance = off.squaredNorm() / (jaws_[1].radius * jaws_[1].radius);
       if (!(distance > 0)) return each.place;
       Scalar const weight = 1 / (distance * distance);
-      sum += weight * (each.place + turned_.conjugate() * off), weights += weight;
+      sum += weight * (each.place + each.gradient * off), weights += weight;
     }
     return sum / weights;
   }
@@ -224,12 +223,44 @@ class Grasp {
   template <class Body>
   void hold(Body const& body, Pose const& pose, int p) {
     held_.push_back({.particle = p, .place = in_tool(pose, body.positions().col(p)), .home = body.reference_position(p)});
+    Matrix<Scalar, 3, 3> const gradient = pose.orientation.conjugate().toRotationMatrix() * gradient_at(body, p);
+    if (is_finite(gradient)) held_.back().gradient = gradient;
+  }
+  /// That which takes edges and normals of the undisturbed triangles at a particle to what they are now, in least squares.
+  template <class Body>
+  static Matrix<Scalar, 3, 3> gradient_at(Body const& body, int p) noexcept {
+    auto const& surface = body.tissue().surface();
+    Matrix<Scalar, 3, 3> across = Matrix<Scalar, 3, 3>::Zero(), own = across;   // m²
+    for (int const t : surface.triangles_at(p)) {
+      auto const c = surface.corners(t);
+      std::array<Vector, 3> now, home;   // two edges, and the normal, as long as the undisturbed triangle is wide
+      for (std::size_t k = 0; k < 2; ++k) {
+        now[k] = Vector(body.positions().col(c[k + 1])) - Vector(body.positions().col(c[0]));
+        home[k] = Vector(body.reference_position(c[k + 1])) - Vector(body.reference_position(c[0]));
+      }
+      now[2] = now[0].cross(now[1]), home[2] = home[0].cross(home[1]);
+      Scalar const width = std::sqrt(home[2].norm());
+      now[2] = width * now[2].normalized(), home[2] = width * home[2].normalized();
+      for (std::size_t k = 0; k < 3; ++k) across += now[k] * home[k].transpose(), own += home[k] * home[k].transpose();
+    }
+    return across * own.inverse();
+  }
+
+  template <class Body>
+  void look_for_cuts(Body const& body) {
+    if (held_.empty() || revision_ == body.topology_revision()) return;
+    revision_ = body.topology_revision();
+    follow(body);
+    int const pieces = count_pieces(body);
+    if (pieces > pieces_) release();
+    pieces_ = pieces;
   }
 
   /// Copies of what is held are held; what is gone is not. A number that a cut has given back and out again is another particle: its home tells.
   template <class Body>
   void follow(Body const& body) {
     int const size = static_cast<int>(body.positions().cols());
+    first_new_ = std::min(first_new_, size);   // numbers that were given back since are handed out again
     if constexpr (RenumbersParticles<Body>)
       if (renumberings_ != body.renumberings()) {
         for (auto& each : held_)   // what has its place at rest now, if anything has
@@ -292,8 +323,7 @@ class Grasp {
   }
 
   GraspOptions<Scalar> options_;
-  std::array<Capsule<Scalar>, 2> jaws_{};   // in the tool's frame, when they took hold,
-  Eigen::Quaternion<Scalar> turned_ = Eigen::Quaternion<Scalar>::Identity();   // which was turned so
+  std::array<Capsule<Scalar>, 2> jaws_{};   // in the tool's frame, when they took hold
   Scalar taken_at_ = 1, squeeze_ = 1;       // the opening then; of the distance from the middle now
   std::vector<GraspedParticle<Scalar>> held_;
   std::vector<Vector> pulls_;                         // N, of each that is held
@@ -301,7 +331,6 @@ class Grasp {
   std::vector<int> nodes_, root_, roots_, let_go_;
   int first_new_ = 0, pieces_ = 0;
   std::size_t revision_ = 0, restorations_ = 0, renumberings_ = 0;
-  bool slipped_ = false;   // since the pieces were counted
 };
 
 }  // namespace palpate
