@@ -175,12 +175,7 @@ class BodySystem {
     multiply(mass, damping, stiffness, direction_.padded_view().data(), product_.padded_view().data());
     hand_out(out);
   }
-  /// Whether the tangent can be multiplied in float: columns of those, and a product.
-  bool keeps_floats() const noexcept
-    requires HasFloatTangent<Tissue>
-  {
-    return assembly_.keeps_floats();
-  }
+  /// Where the tangent can be multiplied in float: columns of those, and a product.
   PaddedView<float> float_scratch(int k)
     requires HasFloatTangent<Tissue>
   {

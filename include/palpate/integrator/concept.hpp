@@ -48,11 +48,10 @@ concept LinearisedSystem = System<S> && requires(S& system, typename S::Matrix& 
 template <class S>
 concept DampedByTangent = LinearisedSystem<S> && requires { requires S::damps_by_tangent; };
 
-/// A LinearisedSystem of doubles that multiplies with its tangent in float too, where keeps_floats(), faster: float_scratch(k), k < 6, are columns of four
+/// A LinearisedSystem of doubles that multiplies with its tangent in float too, faster: float_scratch(k), k < 6, are columns of four
 /// floats for that.
 template <class S>
 concept HasFloatTangentProduct = LinearisedSystem<S> && requires(S& system, typename S::Scalar factor, PaddedView<float>& columns, int k) {
-  { system.keeps_floats() } -> std::same_as<bool>;
   { system.float_scratch(k) } -> std::same_as<PaddedView<float>>;
   system.multiply_tangent(factor, factor, factor, columns, columns);
 };

@@ -76,48 +76,47 @@ Scalar conjugate_gradients(Multiply const& multiply, Columns const& at, Scalar e
 template <class System, RealScalar Scalar, class Multiply, class Columns>
 Scalar conjugate_gradients(System& system, Multiply const& multiply, Columns const& at, Scalar enough, int& left, int& negative) {
   if constexpr (HasFloatTangentProduct<System>) {
-    if (system.keeps_floats()) {
-      constexpr float digits = 1e-6f, weak = 1e-4f;   // of the squared norm: three of the residual
-      auto&& change = system.float_scratch(0);
-      auto&& residual = system.float_scratch(1);
-      auto&& inverse = system.float_scratch(2);
-      auto&& product = system.float_scratch(3);
-      auto&& direction = system.float_scratch(4);
-      auto&& scaled = system.float_scratch(5);
-      GradientColumns const floats{inverse, change, residual, direction, product, scaled};
-      auto const squared = [&] { return at.residual.cwiseProduct(at.residual).cwiseProduct(at.inverse).sum(); };
-      inverse = at.inverse.template cast<float>();
-      Scalar size = squared();
-      Scalar const length = std::sqrt(size);
-      scaled.setZero(), direction.setZero();
-      float along = 0;   // the direction's squared norm, that of the diagonal, from residual to residual; not finite where float does not reach
-      for (bool goes_on = true; goes_on && left > 0 && size > enough;) {
-        residual = (at.residual / length).template cast<float>();
-        direction -= scaled;
-        scaled = inverse.cwiseProduct(residual);
-        direction += scaled;
-        change.setZero();
-        float square = scaled.cwiseProduct(residual).sum();
-        along = std::max(square, along);
-        float const target = std::max(static_cast<float>(enough / (length * length)), digits * square);
-        for (; left > 0 && square > target; --left) {
-          float const last = square;
-          if (!(goes_on = iterate(multiply, floats, weak * along, square))) break;
-          along = square + (square / last) * (square / last) * along;
-        }
-        at.direction = length * change.template cast<Scalar>();
-        multiply(at.direction, at.product);
-        at.change += at.direction, at.residual -= at.product;
-        Scalar const last = std::exchange(size, squared());
-        goes_on = goes_on && std::isfinite(along) && 4 * size < last;
+    constexpr float digits = 1e-6f, weak = 1e-4f;   // of the squared norm: three of the residual
+    auto&& change = system.float_scratch(0);
+    auto&& residual = system.float_scratch(1);
+    auto&& inverse = system.float_scratch(2);
+    auto&& product = system.float_scratch(3);
+    auto&& direction = system.float_scratch(4);
+    auto&& scaled = system.float_scratch(5);
+    GradientColumns const floats{inverse, change, residual, direction, product, scaled};
+    auto const squared = [&] { return at.residual.cwiseProduct(at.residual).cwiseProduct(at.inverse).sum(); };
+    inverse = at.inverse.template cast<float>();
+    Scalar size = squared();
+    Scalar const length = std::sqrt(size);
+    scaled.setZero(), direction.setZero();
+    float along = 0;   // the direction's squared norm, that of the diagonal, from residual to residual; not finite where float does not reach
+    for (bool goes_on = true; goes_on && left > 0 && size > enough;) {
+      residual = (at.residual / length).template cast<float>();
+      direction -= scaled;
+      scaled = inverse.cwiseProduct(residual);
+      direction += scaled;
+      change.setZero();
+      float square = scaled.cwiseProduct(residual).sum();
+      along = std::max(square, along);
+      float const target = std::max(static_cast<float>(enough / (length * length)), digits * square);
+      for (; left > 0 && square > target; --left) {
+        float const last = square;
+        if (!(goes_on = iterate(multiply, floats, weak * along, square))) break;
+        along = square + (square / last) * (square / last) * along;
       }
-      if (left == 0 || !(size > enough)) return size;
-      at.direction = at.inverse.cwiseProduct(at.residual);
-      if (std::isfinite(along)) at.direction += length * (direction - scaled).template cast<Scalar>();
-      return go_on(multiply, at, size, enough, left, negative);
+      at.direction = length * change.template cast<Scalar>();
+      multiply(at.direction, at.product);
+      at.change += at.direction, at.residual -= at.product;
+      Scalar const last = std::exchange(size, squared());
+      goes_on = goes_on && std::isfinite(along) && 4 * size < last;
     }
+    if (left == 0 || !(size > enough)) return size;
+    at.direction = at.inverse.cwiseProduct(at.residual);
+    if (std::isfinite(along)) at.direction += length * (direction - scaled).template cast<Scalar>();
+    return go_on(multiply, at, size, enough, left, negative);
+  } else {
+    return conjugate_gradients<Scalar>(multiply, at, enough, left, negative);
   }
-  return conjugate_gradients<Scalar>(multiply, at, enough, left, negative);
 }
 
 }  // namespace palpate::detail

@@ -255,13 +255,13 @@ concept FollowsEdits = HasSubsetForces<T> && requires(T const& tissue, std::span
 template <class T>
 concept HasDefaultIntegrator = requires { typename T::DefaultIntegrator; };
 
-/// Refinement: its Assembly, of doubles, multiplies with the tangent in float too, where keeps_floats(): much faster, and as exact as conjugate gradients
+/// Refinement: its Assembly, of doubles, multiplies with the tangent in float too: much faster, and as exact as conjugate gradients
 /// need that are corrected in double.
 template <class T>
-concept HasFloatTangent = HasTangentOperator<T> && requires(typename T::Assembly const& assembly, typename T::Scalar factor, float const* in, float* out) {
-  { assembly.keeps_floats() } -> std::same_as<bool>;
-  assembly.multiply_tangent(factor, factor, factor, in, out);
-};
+concept HasFloatTangent =
+    HasTangentOperator<T> && std::same_as<typename T::Scalar, double> && requires(typename T::Assembly const& assembly, double factor, float const* in, float* out) {
+      assembly.multiply_tangent(factor, factor, factor, in, out);
+    };
 
 /// Refinement: its Assembly does linearise() and multiply_tangent() on some cores at once, where an Execution is their last argument, with the same bytes.
 template <class T>

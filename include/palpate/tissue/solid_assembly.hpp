@@ -95,7 +95,7 @@ class SolidAssembly : public AssembledParticles<Scalar> {
       packs_[at(b)].add_product(factor, d, rate_.data(), out);
     });
   }
-  /// That with numbers half as wide and twice as many at once; where keeps_floats().
+  /// That with numbers half as wide and twice as many at once.
   template <class Run = Serial>
     requires Packs::has_floats
   void multiply_tangent(Scalar mass, Scalar damping, Scalar stiffness, float const* d, float* out, Run const& run = {}) const {
@@ -107,11 +107,6 @@ class SolidAssembly : public AssembledParticles<Scalar> {
       if (!rows_.empty()) return rows_.add_product(factor, d, out, first_of(b), first_of(b + 1));
       packs_[at(b)].add_product(factor, d, float_rate_.data(), out);
     });
-  }
-  bool keeps_floats() const noexcept
-    requires Packs::has_floats
-  {
-    return true;
   }
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
     this->mass_diagonal(mass + damping * damping_.alpha, out);

@@ -101,11 +101,6 @@ class TensorAssembly : public AssembledParticles<Scalar> {
     this->multiply_mass(mass + damping * damping_.alpha, d, out);
     rows_.add_product(static_cast<float>(stiffness + damping * damping_.beta), d, out);
   }
-  bool keeps_floats() const noexcept
-    requires detail::has_float_rows<Scalar>
-  {
-    return true;
-  }
   void tangent_diagonal(Scalar mass, Scalar damping, Scalar stiffness, Scalar* out) const noexcept {
     this->mass_diagonal(mass + damping * damping_.alpha, out);
     for (int i = 0; i < moving(); ++i)
