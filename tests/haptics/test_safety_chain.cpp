@@ -709,8 +709,15 @@ TEST_CASE("a device turned and scaled feels the scene's force turned and scaled,
 TEST_CASE("options that make no sense are refused", "[haptics][safety]") {
   SafetyChain<double> chain;
   CHECK_THROWS_WITH(chain.begin({.max_force = -1.0}, touch_like, 500.0), says(".max_force is -1 N", "zero or more"));
-  CHECK_THROWS_WITH(chain.begin({.slew = std::nan("")}, touch_like, 500.0), says(".slew is nan N/s", "zero or more"));
+  CHECK_THROWS_WITH(chain.begin({.slew = std::nan("")}, touch_like, 500.0), says(".slew is nan N/s", "above zero"));
   CHECK_THROWS_WITH(chain.begin({.arm_ticks = 0}, touch_like, 500.0), says(".arm_ticks is 0", "one or more"));
+  // Where 0 is not "no limit", but no force ever.
+  CHECK_THROWS_WITH(chain.begin({.slew = 0.0}, touch_like, 500.0), says(".slew is 0 N/s", "above zero", "infinity for no limit"));
+  CHECK_THROWS_WITH(chain.begin({.overspeed = 0.0}, touch_like, 500.0), says(".overspeed is 0 m/s", "infinity for no limit"));
+  CHECK_THROWS_WITH(chain.begin({.jump = 0.0}, touch_like, 500.0), says(".jump is 0 m", "infinity for no limit"));
+  CHECK_THROWS_WITH(chain.begin({.gap = 0.0}, touch_like, 500.0), says(".gap is 0 s", "infinity for no limit"));
+  CHECK_THROWS_WITH(chain.begin({.long_gap = 0.0}, touch_like, 500.0), says(".long_gap is 0 s", "infinity for no limit"));
+  CHECK_THROWS_WITH(chain.begin({.stale_after = 0.0}, touch_like, 500.0), says(".stale_after is 0 s", "infinity for no limit"));
   CHECK_THROWS_WITH(chain.begin({.ramp = INFINITY}, touch_like, 500.0), says(".ramp is inf s", "finite"));
   CHECK_THROWS_WITH(chain.begin({.reservoir = 0.0}, touch_like, 500.0), says(".reservoir is 0 J", "above zero"));
   CHECK_THROWS_WITH(chain.begin({.damping = INFINITY}, touch_like, 500.0), says(".damping is inf N·s/m", "finite"));

@@ -65,6 +65,8 @@ TEST_CASE("A shape says what is wrong with it", "[tool][tool_shape]") {
                     says("triangle 0", "corner 3", "3 points"));
   CHECK_THROWS_WITH(with([&](auto& s) { s.picture.points.setConstant(3, 1, nan); }), says("point of the picture is not finite"));
   CHECK_THROWS_WITH(make_probe_shape<double>({.radius = 0}), says(".radius is 0 m", "positive"));
+  CHECK_THROWS_WITH(make_probe_shape<double>({.length = 100}), says("rod 0 is 100 m", "in cm it would be 1 m, in mm it would be 0.1 m", "long; give its ends in m"));
+  CHECK_THROWS_WITH(make_probe_shape<double>({.radius = 2}), says("radius of rod 0 is 2 m", "in mm it would be 0.002 m", "give it in m"));
   shape = make_forceps_shape<double>();
   shape.rods[1].closing[0].x() = nan;
   CHECK_THROWS_WITH(shape.validate(), says("an end of rod 1 is not finite"));

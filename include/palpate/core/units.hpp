@@ -30,6 +30,8 @@ struct LengthRange {
 inline constexpr LengthRange organ_extent{0.001, 2.0};
 /// Depth of a tool below the surface: up to a long needle's.
 inline constexpr LengthRange tool_depth{0.0, 0.3};
+/// Of a tool's parts, and of a ball at one's end.
+inline constexpr LengthRange tool_length{0.0, 2.0}, tool_radius{0.0, 0.2};
 
 /// For the message that refuses `number` [unit], a length outside `range`: "208 m, outside 0.001 … 2 m; in mm it would be 0.208 m", with every unit
 /// in which it would be within.

@@ -61,23 +61,26 @@ struct SafetyOptions {
     auto const limit = [&](char const* what, std::optional<double> const& value, char const* unit) {
       if (value) require(*value >= 0.0, what, *value, unit, "give zero or more, infinity for no limit");
     };
+    auto const bound = [&](char const* what, std::optional<double> const& value, char const* unit) {   // at 0 no force would ever come
+      if (value) require(*value > 0.0, what, *value, unit, "give a number above zero, infinity for no limit");
+    };
     auto const time = [&](char const* what, double value) { require(value >= 0.0 && std::isfinite(value), what, value, " s", "give a finite time, zero or more"); };
     limit(".max_force", max_force, " N");
     limit(".max_torque", max_torque, " N m");
-    limit(".slew", slew, " N/s");
-    if (max_stiffness) require(*max_stiffness > 0.0, ".max_stiffness", *max_stiffness, " N/m", "give a number above zero, infinity for no limit");
+    bound(".slew", slew, " N/s");
+    bound(".max_stiffness", max_stiffness, " N/m");
     limit(".arm_force", arm_force, " N");
-    limit(".overspeed", overspeed, " m/s");
-    limit(".jump", jump, " m");
+    bound(".overspeed", overspeed, " m/s");
+    bound(".jump", jump, " m");
     if (thermal_time) time(".thermal_time", *thermal_time);
     if (damping) require.not_negative(".damping", *damping, " N·s/m");
     require(tell_waiting >= 0.0, ".tell_waiting", tell_waiting, " s", "give zero or more, infinity for never");
     time(".ramp", ramp);
     time(".fade", fade);
     time(".recover", recover);
-    limit(".gap", gap, " s");
-    limit(".long_gap", long_gap, " s");
-    limit(".stale_after", stale_after, " s");
+    bound(".gap", gap, " s");
+    bound(".long_gap", long_gap, " s");
+    bound(".stale_after", stale_after, " s");
     require.positive(".reservoir", reservoir, " J");
     require(arm_ticks >= 1, ".arm_ticks", arm_ticks, "", "give one or more");
     if (max_not_finite) require(*max_not_finite >= 0, ".max_not_finite", *max_not_finite, "", "give zero or more");

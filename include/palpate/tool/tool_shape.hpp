@@ -4,6 +4,7 @@
 #include <palpate/collision/tool_shape.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/units.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 
 #include <array>
@@ -64,6 +65,9 @@ struct ToolShape {
       auto const closed = rods[k].at(0);
       if (!is_finite(rod.from) || !is_finite(rod.to) || !is_finite(closed.from) || !is_finite(closed.to)) refuse("an end of rod ", k, " is not finite; give both in m, in the tool's frame");
       if (!(rod.radius >= 0) || !std::isfinite(rod.radius)) refuse("the radius of rod ", k, " is ", rod.radius, " m; it must be finite and not negative");
+      if (double const length = static_cast<double>((rod.to - rod.from).norm()); !tool_length.contains(length))
+        refuse("rod ", k, " is ", unlikely_length(length, "m", tool_length), " long; give its ends in m");
+      if (!tool_radius.contains(static_cast<double>(rod.radius))) refuse("the radius of rod ", k, " is ", unlikely_length(static_cast<double>(rod.radius), "m", tool_radius), "; give it in m");
       if (rods[k].use == RodUse::deforming && !(rod.radius > 0)) refuse("rod ", k, " deforms, and its radius is 0; give it one, or .use = RodUse::cutting");
     }
     for (Eigen::Index t = 0; t < picture.triangles.cols(); ++t)
