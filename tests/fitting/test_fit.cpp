@@ -121,6 +121,22 @@ TEST_CASE("known coefficients are found again, exactly without errors") {
   CHECK(crossley.law.damping == Approx(2.0).epsilon(1e-6));
 }
 
+// A tool that leaves fast is not held: the force is 0 there, not below. Yardstick: the law that the measurements are of.
+TEST_CASE("a law of Hunt and Crossley is found again where its damping ends the force on the way back") {
+  HuntCrossleyContact<double> const law{.stiffness = 900, .exponent = 1.5, .damping = 20};
+  auto const felt = [](HuntCrossleyContact<double> const& by, Measurement const& m) {
+    return by({.phase = CuttingPhase::indenting, .depth = m.depth, .normal = {0, 0, 1}, .velocity = {0, 0, -m.inward_speed()}}).z();
+  };
+  auto const formula = [&](Measurement const& m) { return felt(law, m); };
+  auto both = measured(formula, 0.0, 1, MeasuredPhase::loading, {0.02, 0.04, 0.1});
+  append(both, measured(formula, 0.0, 1, MeasuredPhase::unloading, {0.02, 0.04, 0.1}));   // 1 − 20 s/m · 0.1 m/s is below 0
+  auto const found = fit(both, HuntCrossleyModel{});
+  CHECK(found.law.stiffness == Approx(900.0).epsilon(1e-6));
+  CHECK(found.law.exponent == Approx(1.5).epsilon(1e-6));
+  CHECK(found.law.damping == Approx(20.0).epsilon(1e-6));
+  for (Measurement const& m : both) REQUIRE(found.at(m) == Approx(felt(found.law, m)).margin(1e-12));
+}
+
 // Yardstick: the three parts by hand, with errors of 20 mN.
 TEST_CASE("a needle's parts are told apart") {
   auto data = measured([](Measurement const& m) { return 80 * m.depth + 9e3 * m.depth * m.depth; }, 0.02, 1, MeasuredPhase::indenting, {0.003}, 100);

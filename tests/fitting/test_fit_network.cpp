@@ -95,6 +95,13 @@ TEST_CASE("too few measurements and malformed options are refused with a reason"
   CHECK_THROWS_AS(fit_network<Net>(of_liver(0.0, 1), {.cap = 0.5}), InvalidArgument);
   auto loading = of_liver(0.0, 1);
   loading.resize(61);
+  auto broken = loading;
+  broken[0].phase = MeasuredPhase::indenting, broken[7].depth = std::nan("");
+  CHECK_THROWS_WITH(fit_network<Net>(broken), says("fit_network: measurement 7 holds nan", "finite"));   // as it was given, not as it is counted inside
+  broken[7].depth = 0.001, broken[9].speed = std::nan("");
+  CHECK_THROWS_WITH(fit_network<Net>(broken), says("measurement 9 holds nan"));
+  broken[9] = {-0.001, 1e-4, MeasuredPhase::loading, 0.0};
+  CHECK_THROWS_WITH(fit_network<Net>(broken), says("measurement 9 is at -0.001 m", "zero or more"));   // no force file may hold such a depth
   using OfPhase = Network<double, 2, 5, 1>;
   CHECK_THROWS_WITH(fit_network<OfPhase>(loading), says("an input for the phase", "none of the 61 measurements is of unloading", "depth alone"));
   for (Measurement& m : loading) m.phase = MeasuredPhase::unloading;

@@ -41,6 +41,16 @@ Eigen::VectorXd nowhere(Eigen::Index count) { return Eigen::VectorXd::Constant(c
 
 }  // namespace
 
+// r = p − 2 and 0.1, computable below a wall alone. Yardstick: the least is at 2; behind a wall at 1 it can not be reached, in front of one at 3 it can.
+TEST_CASE("what lies behind parameters that the model is not finite at is not said to be found") {
+  for (double const wall : {1.0, 3.0}) {
+    Differenced const problem{2, [&](auto const& p) { return vector({p[0] < wall ? p[0] - 2 : std::nan(""), 0.1}); }};
+    auto const found = minimise_least_squares(problem, vector({-1e6}), nowhere(1));
+    CHECK(found.parameters[0] == Approx(std::min(wall, 2.0)).epsilon(1e-5));
+    CHECK(found.converged == (wall > 2));
+  }
+}
+
 // Yardstick: the normal equations of a regression line by hand. y = 1, 3, 2, 5 at x = 0 … 3: slope 1.1, intercept 1.1, Σ r² = 2.7, (JᵀJ)⁻¹ = (4 −6; −6 14)⁻¹.
 TEST_CASE("a line through four points is the regression line") {
   Eigen::VectorXd const x = vector({0, 1, 2, 3}), y = vector({1, 3, 2, 5});
@@ -96,6 +106,9 @@ TEST_CASE("what can not be told apart, and what is malformed, is said") {
   CHECK_THROWS_WITH(minimise_least_squares(fine, vector({1}), vector({2})), says("parameter 0", "at 1", "below 2"));
   CHECK_THROWS_AS(minimise_least_squares(fine, vector({std::nan("")}), vector({2})), InvalidArgument);
   CHECK_THROWS_AS(minimise_least_squares(fine, vector({1}), vector({0, 0})), InvalidArgument);
+  CHECK_THROWS_WITH(minimise_least_squares(fine, vector({1}), vector({0}), {.iterations = 0}), says(".iterations is 0", "one or more"));
+  for (double const tolerance : {std::nan(""), -1e-12, 1.0})
+    CHECK_THROWS_WITH(minimise_least_squares(fine, vector({1}), vector({0}), {.tolerance = tolerance}), says("LeastSquaresOptions: .tolerance", "0 to below 1"));
   CHECK_THROWS_AS(minimise_least_squares(Differenced{1, [](auto const& p) { return vector({std::log(p[0])}); }}, vector({-1}), vector({-2})), InvalidArgument);
 }
 

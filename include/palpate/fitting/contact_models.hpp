@@ -121,7 +121,7 @@ struct ExponentialModel {
   }
 };
 
-/// F = k dⁿ (1 + μ ḋ), n ≥ 1. Becomes a `HuntCrossleyContact`. Its k has the unit of its own n; two fits with different n have no k in common.
+/// F = max(0, k dⁿ (1 + μ ḋ)), n ≥ 1. Becomes a `HuntCrossleyContact`. Its k has the unit of its own n; two fits with different n have no k in common.
 /// Where a test has no puncture, the way back counts too.
 struct HuntCrossleyModel {
   std::string_view name() const noexcept { return "hunt-crossley"; }
@@ -139,9 +139,15 @@ struct HuntCrossleyModel {
     double const n = spread > 0.0 ? std::clamp((count * xy - x * y) / spread, 1.0, 6.0) : 1.5;
     return Eigen::Vector3d(count > 0.0 ? std::exp((y - n * x) / count) : 1.0, n, 0.0);
   }
-  double force(Eigen::VectorXd const& p, Measurement const& m) const noexcept { return p[0] * std::pow(m.depth, p[1]) * (1.0 + p[2] * m.inward_speed()); }
+  double force(Eigen::VectorXd const& p, Measurement const& m) const noexcept {
+    return p[0] * std::pow(m.depth, p[1]) * std::max(0.0, 1.0 + p[2] * m.inward_speed());   // a tool that leaves fast is not held
+  }
   void gradient(Eigen::VectorXd const& p, Measurement const& m, Eigen::Ref<Eigen::RowVectorXd> g) const noexcept {
     double const power = std::pow(m.depth, p[1]), damped = 1.0 + p[2] * m.inward_speed();
+    if (damped < 0.0) {
+      g.setZero();
+      return;
+    }
     g[0] = power * damped;
     g[1] = m.depth > 0.0 ? p[0] * power * std::log(m.depth) * damped : 0.0;
     g[2] = p[0] * power * m.inward_speed();

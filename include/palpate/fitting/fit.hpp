@@ -133,13 +133,7 @@ Fit<Model> fit(std::span<Measurement const> measurements, Model const& model, Fi
   detail::OptionCheck const require{"fit"};
   require(options.confidence > 0.0 && options.confidence < 1.0, ".confidence", options.confidence, "give a share between 0 and 1, for example 0.95");
   require(options.folds == 0 || options.folds >= 2, ".folds", options.folds, "give two or more, or 0 for no cross-validation");
-  for (std::size_t k = 0; k < measurements.size(); ++k)
-    for (double const value : {measurements[k].depth, measurements[k].speed, measurements[k].force})
-      if (!std::isfinite(value)) throw InvalidArgument(detail::message("fit: measurement ", k, " holds ", value, "; give finite numbers"));
-  for (std::size_t k = 0; k < measurements.size(); ++k)
-    if (measurements[k].depth < 0.0 || measurements[k].speed < 0.0)
-      throw InvalidArgument(detail::message("fit: measurement ", k, " is at ", measurements[k].depth, " m and ", measurements[k].speed,
-                                            " m/s; give both zero or more, the phase says which way"));
+  detail::require_usable("fit", measurements);
 
   std::vector<Measurement> const used = model.takes(measurements);
   auto const parameters = model.parameters();

@@ -77,6 +77,7 @@ template <class Net, bool by_speed, class MakeLaw>
 auto fit_network(char const* who, std::span<Measurement const> measurements, NetworkFitOptions const& options, MakeLaw const& make_law) {
   if (options.folds < 0 || options.folds == 1) throw InvalidArgument(message(who, ": .folds is ", options.folds, "; give two or more, or 0 for no cross-validation"));
   if (!(options.cap >= 1.0)) throw InvalidArgument(message(who, ": .cap is ", options.cap, "; give one or more times the largest force measured"));
+  require_usable(who, measurements);
   auto const used = network_measurements<Net, by_speed>(measurements);
   if (used.size() < static_cast<std::size_t>(Net::parameter_count))
     throw InvalidArgument(message(who, ": the network has ", Net::parameter_count, " weights and stands for ", used.size(), " of the ", measurements.size(),
@@ -129,7 +130,7 @@ auto fit_network(char const* who, std::span<Measurement const> measurements, Net
 /// Trains a network on measurements: of depth alone on those of loading, of depth and phase on loading and unloading.
 ///   auto const found = fit_network<Network<double, 2, 5, 1>>(measurements);
 ///   CuttingForce force(found.law);
-/// Errors     InvalidArgument for fewer measurements than the network has weights, none of a phase that it asks for, values that are not finite, and options out of their meaning.
+/// Errors     InvalidArgument for fewer measurements than the network has weights, none of a phase that it asks for, values that are not finite, negative depths and speeds, and options out of their meaning.
 /// Cost       Offline: allocates.
 template <class Net>
 NetworkFit<NetworkCurve<Net>> fit_network(std::span<Measurement const> measurements, NetworkFitOptions const& options = {}) {

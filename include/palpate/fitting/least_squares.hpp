@@ -72,7 +72,7 @@ struct LeastSquares {
   Eigen::MatrixXd inverse_normal;       ///< (JᵀJ)⁻¹ of the parameters that are free and determined; zero rows and columns for the others
   std::vector<bool> at_bound;           ///< a parameter that would be smaller if it might
   std::vector<bool> determined;         ///< false: others can take its place, or nothing depends on it; the data do not say what it is
-  bool converged = false;
+  bool converged = false;               ///< false too where the way to less ends at parameters that the model is not finite at
   int iterations = 0;
 
   int free_count() const noexcept { return static_cast<int>(std::count(at_bound.begin(), at_bound.end(), false)); }
@@ -115,10 +115,13 @@ void find_determined(Jacobian const& j, LeastSquares& found) {
 /// Makes Σ r² small over parameters that are not below `lower`, by damped Gauss–Newton steps; each parameter is damped by its own curvature, so
 /// units do not matter. A parameter whose step would leave the bounds rests there until the slope points inward again.
 /// Source     \cite marquardt1963; bounds as in \cite bertsekas1982, a projected Newton step.
-/// Errors     InvalidArgument for a start below its bound or not finite, and for residuals that are not finite there.
+/// Errors     InvalidArgument for a start below its bound or not finite, for residuals that are not finite there, and for options out of their meaning.
 /// Cost       Offline: allocates. A problem that is linear in its parameters takes a few iterations.
 template <ResidualProblem Problem>
 LeastSquares minimise_least_squares(Problem const& problem, Eigen::VectorXd start, Eigen::VectorXd const& lower, LeastSquaresOptions const& options = {}) {
+  detail::OptionCheck const require{"LeastSquaresOptions"};   // else the measurements get the blame for what is not found
+  require(options.iterations >= 1, ".iterations", options.iterations, "give one or more");
+  require(options.tolerance >= 0.0 && options.tolerance < 1.0, ".tolerance", options.tolerance, "give a share from 0 to below 1, for example 1e-12");
   auto const count = start.size();
   if (lower.size() != count) throw InvalidArgument(detail::message("least squares: there are ", lower.size(), " bounds for ", count, " parameters; give one for each"));
   for (Eigen::Index k = 0; k < count; ++k)
@@ -133,6 +136,7 @@ LeastSquares minimise_least_squares(Problem const& problem, Eigen::VectorXd star
 
   LeastSquares found{.parameters = std::move(start), .sum_of_squares = r.squaredNorm(), .inverse_normal = {}, .at_bound = {}, .determined = {}};
   found.at_bound.assign(static_cast<std::size_t>(count), false);
+  constexpr double least_damping = 1e-12;
   auto const rest_at_bounds = [&](Eigen::VectorXd const& slope) {
     for (Eigen::Index k = 0; k < count; ++k) found.at_bound[static_cast<std::size_t>(k)] = found.parameters[k] <= lower[k] && slope[k] >= 0.0;
   };
@@ -145,8 +149,20 @@ LeastSquares minimise_least_squares(Problem const& problem, Eigen::VectorXd star
     return normal;
   };
 
+  auto const step_of = [&](Eigen::MatrixXd const& normal, Eigen::VectorXd const& slope, double damping) {
+    Eigen::MatrixXd damped = normal;
+    damped.diagonal() += damping * normal.diagonal();
+    for (Eigen::Index k = 0; k < count; ++k)
+      if (!(damped(k, k) > 0.0)) damped(k, k) = 1.0;   // a parameter that nothing depends on
+    return Eigen::VectorXd(damped.ldlt().solve(slope));
+  };
+  auto const is_least = [&](Eigen::MatrixXd const& normal, Eigen::VectorXd const& slope) {   // else the full step would gain something
+    return slope.dot(step_of(normal, slope, least_damping)) <= options.tolerance * found.sum_of_squares;
+  };
+
   double damping = 1e-3;
-  while (!found.converged && found.iterations < options.iterations) {
+  bool has_ended = false;
+  while (!has_ended && found.iterations < options.iterations) {
     ++found.iterations;
     Eigen::MatrixXd const jj = j.transpose() * j;
     Eigen::VectorXd slope = j.transpose() * r;
@@ -154,25 +170,25 @@ LeastSquares minimise_least_squares(Problem const& problem, Eigen::VectorXd star
     Eigen::MatrixXd const normal = normal_of_free(jj);
     for (Eigen::Index k = 0; k < count; ++k)
       if (found.at_bound[static_cast<std::size_t>(k)]) slope[k] = 0.0;
-    for (;;) {
-      Eigen::MatrixXd damped = normal;
-      damped.diagonal() += damping * normal.diagonal();
-      for (Eigen::Index k = 0; k < count; ++k)
-        if (!(damped(k, k) > 0.0)) damped(k, k) = 1.0;   // a parameter that nothing depends on
-      Eigen::VectorXd const trial = (found.parameters - damped.ldlt().solve(slope)).cwiseMax(lower);
+    for (bool is_blocked = false;;) {
+      Eigen::VectorXd const trial = (found.parameters - step_of(normal, slope, damping)).cwiseMax(lower);
       problem.evaluate(trial, trial_r, trial_j);
       double const sum = trial_r.squaredNorm();
-      if (is_finite(trial) && is_finite(trial_j) && sum <= found.sum_of_squares) {   // false for a NaN
-        found.converged = found.sum_of_squares - sum <= options.tolerance * found.sum_of_squares;
+      bool const is_computable = is_finite(trial) && is_finite(trial_r) && is_finite(trial_j);
+      if (is_computable && sum <= found.sum_of_squares) {
+        has_ended = found.sum_of_squares - sum <= options.tolerance * found.sum_of_squares;
+        if (has_ended) found.converged = !is_blocked || is_least(normal, slope);
         found.parameters = trial;
         found.sum_of_squares = sum;
         r.swap(trial_r), j.swap(trial_j);
-        damping = std::max(damping / 10.0, 1e-12);
+        damping = std::max(damping / 10.0, least_damping);
         break;
       }
+      is_blocked = is_blocked || !is_computable;
       damping *= 10.0;
       if (damping > 1e16) {   // no step, however small, is an improvement
-        found.converged = true;
+        has_ended = true;
+        found.converged = !is_blocked || is_least(normal, slope);
         break;
       }
     }

@@ -62,6 +62,21 @@ inline MeasuredRange speeds_of(std::span<Measurement const> measurements) {
   return measurements.empty() ? MeasuredRange{} : MeasuredRange{low->speed, high->speed};
 }
 
+namespace detail {
+
+/// Throws `InvalidArgument`, in the name of who is to fit them, for a value that is not finite, and a negative depth or speed.
+inline void require_usable(char const* who, std::span<Measurement const> measurements) {
+  for (std::size_t k = 0; k < measurements.size(); ++k)
+    for (double const value : {measurements[k].depth, measurements[k].speed, measurements[k].force})
+      if (!std::isfinite(value)) throw InvalidArgument(message(who, ": measurement ", k, " holds ", value, "; give finite numbers"));
+  for (std::size_t k = 0; k < measurements.size(); ++k)
+    if (measurements[k].depth < 0.0 || measurements[k].speed < 0.0)
+      throw InvalidArgument(message(who, ": measurement ", k, " is at ", measurements[k].depth, " m and ", measurements[k].speed,
+                                    " m/s; give both zero or more, the phase says which way"));
+}
+
+}  // namespace detail
+
 /// Reads a file of comma-separated text with the header depth_m,speed_m_s,phase,force_N, a measurement a line; lines that start with # are
 /// comments. The phase is "indenting", "loading" or "unloading".
 /// Errors     FileError with the line for anything else, for a value that is not finite, a negative depth or speed, a depth outside `tool_depth`
