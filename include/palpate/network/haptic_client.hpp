@@ -60,6 +60,8 @@ struct HapticClientStatistics : HapticClientCounts {
 /// Errors         InvalidArgument for options or a duration that make no sense. NetworkError where there is no first connection within `connect_timeout`, or
 ///                the server refuses it. Error where a device's own clock stands still. Whatever happens, zero is written last.
 /// Threads        `stop`, `statistics`: any. `shown`: one, besides. All else: that which runs.
+/// Limits         a run ends no sooner than the system has looked the server's name up, whatever `connect_timeout` says: where names may be slow, as with no
+///                network, give an address in numbers.
 template <class Device, class Force = SurfaceThenTissue<double>>
 class HapticClient {
  public:

@@ -38,6 +38,7 @@ struct OnlookerStatistics {
 ///            nor one whose triangles belong to other points.
 /// Errors     InvalidArgument for options that make no sense. A server that is not there is none: `statistics` says how it stands.
 /// Threads    `fetch`, `latest`: one. `statistics`: any.
+/// Limits     its end waits until the system has looked the server's name up; see HapticClient.
 class Onlooker {
  public:
   explicit Onlooker(OnlookerOptions const& options)
