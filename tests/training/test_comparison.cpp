@@ -241,6 +241,26 @@ TEST_CASE("who never touched what the expert touched has no points, and nobody h
   }
 }
 
+TEST_CASE("who touches something else alone has no points either, who comes to the place from elsewhere has some", "[training][score]") {
+  Session const expert = session_on(stroke());
+  auto const aside = [&](double begin, double end) {   // in y, from one to the other
+    return compare(expert, session_on(stroke(), [=](Tick& tick) { tick.tip.y() += begin + (end - begin) * tick.time / 3.0; }));
+  };
+  Comparison const elsewhere = aside(0.1, 0.1);
+  CHECK(elsewhere.trainee.contacts == 1);
+  CHECK(elsewhere.did_nothing);
+  CHECK(score(elsewhere).total == 0.0);
+  Comparison const slides_in = aside(0.02, 0.0);
+  CHECK(slides_in.unintended_contacts == 1);
+  CHECK_FALSE(slides_in.did_nothing);
+  CHECK(score(slides_in).total > 0.0);
+  CHECK_FALSE(aside(0.004, 0.004).did_nothing);
+  CHECK_FALSE(compare(expert, expert).did_nothing);
+  Session const hovering = session_on(stroke(), [](Tick& tick) { tick.tip.z() += 0.02; });
+  CHECK(compare(expert, hovering).did_nothing);
+  CHECK_FALSE(compare(hovering, expert).did_nothing);   // the expert touched nothing
+}
+
 TEST_CASE("weights and halves do what they say", "[training][score]") {
   Comparison comparison;
   comparison.mean_deviation = 0.004;       // two halves: 25 points

@@ -54,6 +54,7 @@ struct Comparison {
   double excess_jerk = 0.0;         ///< ln of the trainee's T⁵ ∫ |x‴|² dt over the expert's; below zero where the trainee is smoother
   double excess_time = 0.0;         ///< seconds of work more than the expert's, as a share of those; below zero where the trainee is faster
   int unintended_contacts = 0;      ///< contacts outside the expert's region, and those in it that are more than the expert's
+  bool did_nothing = false;         ///< the expert touched tissue, and the trainee none of that region
 
   Alignment alignment{};            ///< of the trainee's ticks with the expert's
 };
@@ -177,13 +178,20 @@ inline Comparison compare(Session const& expert, Session const& trainee, Compari
   for (std::size_t k = 0; k < every.count(); ++k)
     if (others[every.at(k)].phase != CuttingPhase::no_contact) meant.push_back(others[every.at(k)].tip);
   for (std::size_t const start : detail::contacts_of(expert.recording, options.contact_gap * expert.device.rate)) meant.push_back(others[start].tip);
+  auto const is_meant = [&](Tick const& tick) {
+    return std::any_of(meant.begin(), meant.end(), [&](auto const& tip) { return (tip - tick.tip).norm() <= options.region; });
+  };
   int inside = 0;
   for (std::size_t const start : detail::contacts_of(trainee.recording, options.contact_gap * trainee.device.rate)) {
-    bool const is_inside =
-        std::any_of(meant.begin(), meant.end(), [&](auto const& tip) { return (tip - ticks[start].tip).norm() <= options.region; });
-    ++(is_inside ? inside : result.unintended_contacts);
+    ++(is_meant(ticks[start]) ? inside : result.unintended_contacts);
   }
   result.unintended_contacts += std::max(0, inside - result.expert.contacts);
+  result.did_nothing = result.expert.contacts > 0 && inside == 0;   // unless a contact that began elsewhere comes there
+  detail::Samples const each(ticks.size(), options.alignment.samples);
+  for (std::size_t k = 0; result.did_nothing && k < each.count(); ++k) {
+    Tick const& tick = ticks[each.at(k)];
+    result.did_nothing = tick.phase == CuttingPhase::no_contact || !is_meant(tick);
+  }
   return result;
 }
 

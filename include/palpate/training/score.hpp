@@ -56,7 +56,7 @@ struct Score {
 
 /// The score of a comparison.
 ///   points = 100 · 2^(−error / half), total = 100 − Σ weight · (100 − points) / Σ weight; an error below zero (smoother, faster) counts as zero
-/// A trainee who never touched what the expert touched has no points.
+/// A trainee who never touched what the expert touched, within `ComparisonOptions::region`, has no points.
 /// Invariant  a session and itself: 100 in all. No part and not the total grows when an error does.
 /// Errors     `InvalidArgument` for a weight below zero, a half that is not positive, or no weight at all.
 inline Score score(Comparison const& comparison, ScoreOptions const& options = {}) {
@@ -69,7 +69,7 @@ inline Score score(Comparison const& comparison, ScoreOptions const& options = {
                                                                       {options.overshoot, comparison.overshoot},
                                                                       {options.contacts, static_cast<double>(comparison.unintended_contacts)}}};
   Score result;
-  bool const did_nothing = comparison.expert.contacts > 0 && comparison.trainee.contacts == 0;   // smooth, quick and never too deep
+  bool const did_nothing = comparison.did_nothing || (comparison.expert.contacts > 0 && comparison.trainee.contacts == 0);   // smooth, quick and never too deep
   double weights = 0.0;
   for (std::size_t k = 0; k < score_parts; ++k) {
     auto const part = static_cast<ScorePart>(k);
