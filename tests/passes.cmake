@@ -14,23 +14,27 @@ set(long_tests "^native/tissue/test_(nodal_pressure|stiffness_rows|viscoelastic)
 # Only plainly: numbers (orders, closed forms, statistics), which compute for long and touch little memory that others do not. What random strokes, edits
 # and whole runs reach is left to the sanitizers.
 set(plain_tests
-  "^body/test_(aliasing|allocation|archetypes|damping|execution|gravity|implicit_body|reference|reference_scene|stability_limits|stable_step|step|touch)[.]"
+  "^body/test_(aliasing|allocation|archetypes|critical_stiffness|damping|execution|gravity|implicit_body|reference)[.]"
+  "^body/test_(reference_scene|slide|stability_limits|stable_step|step|substeps|touch|volume)[.]"
   "^body/test_(truncation|zone)[.]"
   "^core/test_(similarity|triple_buffer|units)[.]"
   "^cutting/test_(allocation|archetypes|blade_edge|counts|crossings_per_tick|cube_cutter|edges_per_tick|material_path|quality|rest_area)[.]"
   "^cutting/test_(separating_counts|separating_rest_lengths|separating_states|states|strokes)[.]"
   "^cutting/test_volume_cutter_(follows|force|scenes|springs)[.]"
   "^device/test_(concept|lifecycle|limit|trajectory_shapes)[.]"
-  "^fitting/test_(fit|fit_network|fit_stiffness|least_squares)[.]"
+  "^fitting/test_(fit|fit_network|fit_stiffness|fitted_force|least_squares)[.]"
   "^force/test_(band_limited_noise|blade|concept|contact_laws|curve|curve_report|cutting_force|indentation_spring|liver|needle_force)[.]"
   "^force/test_(network_training|noise|organ_force|tissue_reaction|trainer)[.]"
-  "^haptics/test_(contact_coupling|coupled_force|filtered_wall|handover_jumps|passivity|passivity_walls|patch_handover|patch_update|plane_handover)[.]"
+  "^haptics/test_(contact_coupling|coupled_force|facet_planes|filtered_wall|handover_jumps|implicit_contact|local_model)[.]"
+  "^haptics/test_(passivity|passivity_walls|patch_handover|patch_update|plane_handover|shaded_normal|surface_fit)[.]"
   "^haptics/test_(plane_set|press_then_cut|solid|spring_then_tissue|surface_proxy|surface_sensor|velocity_estimate|virtual_coupling|workspace_mapping)[.]"
   "^(contact|extend|integrator|material|native|parallel|scene|statics)/"
   "^network/test_(bodies|network_simulation|nodes)[.]"
   "^phantom/test_phantom_simulator[.]"
-  "^simulator/test_(body_loop|closed_loop|force_along_strokes|many_hands|pacer|proxy_force|tick_statistics|trocar_option)[.]"
-  "^tissue/test_(corotated_tensor_mass|cubes|element|element_tissue|finite_elements|float_tangent|long_elements|mass_scaling|maximum_elongation)[.]"
+  "^simulator/test_(body_loop|closed_loop|contact_energy|coupled_force|force_along_strokes|many_hands|pacer)[.]"
+  "^simulator/test_(proxy_force|servo_guard|servo_guard_strokes|stiffness_limit|tick_statistics|torque|trocar_option)[.]"
+  "^tissue/test_(corotated_tensor_mass|cubes|element|element_tissue|finite_elements|float_tangent)[.]"
+  "^tissue/test_(long_elements|mass_scaling|maximum_elongation|move_rest|solid_fields)[.]"
   "^tissue/test_(models_touched|nodal_pressure|solid_solver|solid_yardsticks|spring_law|stiffness_rows|supported|tensor_mass|two_layers)[.]"
   "^tissue/test_(vertex_rings|viscoelastic|young_springs)[.]"
   "^tool/test_(forceps|forceps_simulator|hands_at_rest|hook|random_poses|rod_contact|tool_shape|trocar)[.]"
@@ -40,14 +44,14 @@ set(plain_tests
 # Only under the sanitizers, as far as they are not among those above: what changes meshes and searches in them, and what talks to devices and files.
 set(sanitized_tests
   "^(collision|collision_fcl|cutting|device|force_dimension|haply|json|mesh|phantom|region|tool|volume|vtk)/"
-  "^network/test_(protocol|sockets)[.]")
+  "^body/test_(edits|pieces)[.]" "^fitting/test_measurements[.]" "^network/test_(picture_messages|protocol|sockets)[.]"
+  "^simulator/test_(recording|seqlock|snapshot)[.]" "^training/test_(replay_address|session)[.]")
 
 # The ones that compute so much that they are optimised in the other two passes, as are all that are only compiled plainly, but the brief ones.
 set(optimised_tests
   "^body/test_surface_changes[.]"
   "^(collision|collision_fcl|cutting|tool|volume)/"
   "^device/test_(scripted_device|simulated_hand)[.]"
-  "^haptics/test_(facet_planes|implicit_contact)[.]"
   "^json/test_network_file[.]"
   "^mesh/test_(generators|tetrahedral_edits)[.]"
   "^network/test_sockets[.]"
@@ -56,17 +60,17 @@ set(optimised_tests
 
 # Of those, the ones that take less than 5 s without: less than what optimising them does.
 set(brief_tests
-  "^body/test_(aliasing|archetypes)[.]"
+  "^body/test_(aliasing|archetypes|critical_stiffness|slide|substeps|volume)[.]"
   "^contact/test_free_motion[.]"
   "^cutting/test_(archetypes|rest_area)[.]"
   "^device/test_(concept|lifecycle|limit|trajectory_shapes)[.]"
   "^extend/test_(device|force|integrator|law|material|tissue)[.]"
-  "^fitting/test_(fit|least_squares)[.]"
+  "^fitting/test_(fit|fitted_force|least_squares)[.]"
   "^force/test_(band_limited_noise|blade|concept|contact_laws|curve|indentation_spring|liver|noise|organ_force|tissue_reaction|trainer)[.]"
-  "^haptics/test_(handover_jumps|patch_update|press_then_cut|velocity_estimate|virtual_coupling|workspace_mapping)[.]"
+  "^haptics/test_(handover_jumps|local_model|patch_update|press_then_cut|shaded_normal|surface_fit|velocity_estimate|virtual_coupling|workspace_mapping)[.]"
   "^integrator/test_(implicit|motion_forecast|order)[.]" "^material/"
-  "^simulator/test_(pacer|tick_statistics)[.]"
-  "^tissue/test_(element|spring_law|stiffness_rows)[.]"
+  "^simulator/test_(contact_energy|coupled_force|pacer|servo_guard|servo_guard_strokes|stiffness_limit|tick_statistics|torque)[.]"
+  "^tissue/test_(element|move_rest|solid_fields|spring_law|stiffness_rows)[.]"
   "^tool/test_(tool_shape|trocar)[.]"
   "^vtk/test_series[.]")
 
