@@ -542,3 +542,50 @@ TEST_CASE("what forceps hold of cubes stays what it was as cubes are split and j
   CHECK(!first.empty());
   CHECK(body.renumberings() > before + 1);
 }
+
+// Where both lips have one place at rest. Yardstick: where the particles are, which a split elsewhere does not move.
+TEST_CASE("forceps at a wound in cubes hold the same of its lips, each once, as cubes are split", "[tool][forceps][cubes]") {
+  auto const shape = make_forceps_shape<double>({.opening = 0.003});
+  for (double const pretension : {0.1, 0.0}) {   // the wound gapes, and is closed
+    Cubes<double> body(make_box<double>({0, 0, 0}, {0.08, 0.08, 0.04}), {.edge = 0.01, .young = 5000, .pretension = pretension, .levels = 1});
+    for (int i = 0; i < body.size(); ++i)
+      if (body.reference_position(i).z() < 0.001) body.nail(i);
+    for (int c = 0; c < body.cubes(); ++c)   // at the wound
+      if (Vector3<double> const off = body.middle(c) - Vector3<double>(0.04, 0.045, 0.035); off.cwiseAbs().maxCoeff() < 0.006) body.split(c);
+    REQUIRE(body.cut({0.0401, -1, 0.021}, {0.0401, -1, 1}, {0.0401, 1, 0.021}, {0.0401, 1, 1}) > 0);
+    body.solve_statics(1e-4);
+    Vector3<double> left(1, 0, 0), right(-1, 0, 0);   // the lips at the middle
+    for (int i = 0; i < body.size(); ++i)
+      if ((body.reference_position(i) - Vector3<double>(0.04, 0.04, 0.04)).norm() < 1e-6) {
+        Vector3<double> const x = body.positions().col(i);
+        if (x.x() < left.x()) left = x;
+        if (x.x() > right.x()) right = x;
+      }
+    bool const gapes = pretension > 0;
+    REQUIRE((right.x() - left.x() > 4e-4) == gapes);
+    for (double const off : {0.0, 0.0013}) {   // both lips are between the jaws, and, where the wound gapes, the left one alone
+      auto pressed = body;
+      auto const pose = at<double>(left - Vector3<double>(off, 0, 0), 1);
+      Grasp<double> grasp({.width = 0.025});
+      grasp.take(pressed, pose, {shape.rods[0].at(1.0), shape.rods[1].at(1.0)});
+      auto const places = [&] {
+        std::vector<Vector3<double>> all;
+        for (auto const& each : grasp.particles()) all.push_back(pressed.positions().col(each.particle));
+        return all;
+      };
+      auto const before = places();
+      CAPTURE(pretension, off);
+      REQUIRE(before.size() == (gapes && off > 0 ? 4u : 8u));
+      for (int const cube : {0, 63}) {
+        pressed.split(cube);
+        grasp.advance(pressed, pose);
+        auto const now = places();
+        REQUIRE(now.size() == before.size());
+        for (std::size_t k = 0; k < now.size(); ++k) {
+          CHECK((now[k] - before[k]).norm() < 1e-12);
+          for (std::size_t other = 0; other < k; ++other) CHECK(grasp.particles()[k].particle != grasp.particles()[other].particle);
+        }
+      }
+    }
+  }
+}

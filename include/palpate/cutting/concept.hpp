@@ -119,9 +119,9 @@ concept PressesTissue = Cutter<C, Body> && requires(C& cutter, C const& seen, Bo
 
 namespace detail {
 
-/// Means to be one: whoever has a haptic point presses, or was written with a mistake.
-template <class C>
-concept MeansToPress = requires(C& cutter) { cutter.haptic_point(); };
+/// Means to be one: whoever has a haptic point, or a press, presses, or was written with a mistake.
+template <class C, class Body>
+concept MeansToPress = requires(C& cutter) { cutter.haptic_point(); } || requires(C& cutter, Body& body, typename Body::Scalar share) { cutter.press(body, share, share); };
 
 }  // namespace detail
 

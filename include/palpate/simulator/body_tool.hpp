@@ -31,7 +31,7 @@ concept CutterFor = (SimulatedBody<Body> && Cutter<C, Body>) || Body::template t
 template <class BodyType, class CutterType>
 class BodyTool {
   static_assert(SimulatedBody<BodyType> && Cutter<CutterType, BodyType>);
-  static_assert(!detail::MeansToPress<CutterType> || PressesTissue<CutterType, BodyType>,
+  static_assert(!detail::MeansToPress<CutterType, BodyType> || PressesTissue<CutterType, BodyType>,
                 "palpate: the tool does not press; declare: template <class Body> Vector3<Scalar> press(Body& body, Scalar share, Scalar h), which applies its forces and returns the "
                 "force on the tool, and Vector3<Scalar> const& haptic_point() const.");
 

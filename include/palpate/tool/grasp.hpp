@@ -44,6 +44,7 @@ struct GraspedParticle {
   int particle = -1;
   Vector3<Scalar> place = Vector3<Scalar>::Zero();   ///< m, in the tool's frame, where it was when it was grasped
   Vector3<Scalar> home = Vector3<Scalar>::Zero();    ///< m, of the undisturbed body
+  Vector3<Scalar> seen = Vector3<Scalar>::Zero();    ///< m, where it was in the last step
   Matrix<Scalar, 3, 3> gradient = Matrix<Scalar, 3, 3>::Identity();   ///< of places in the tool's frame by homes, round it, when it was grasped
   Vector3<Scalar> force = Vector3<Scalar>::Zero();   ///< N, on the tool in the last step
 };
@@ -147,7 +148,7 @@ class Grasp {
         each.particle = -1;
         continue;
       }
-      each.force = -on_tissue;
+      each.force = -on_tissue, each.seen = body.positions().col(i);
       body.apply_force(i, on_tissue);
       force += each.force;
       moment += (Vector(body.positions().col(i)) - poses.now.position).cross(each.force);
@@ -222,7 +223,7 @@ class Grasp {
 
   template <class Body>
   void hold(Body const& body, Pose const& pose, int p) {
-    held_.push_back({.particle = p, .place = in_tool(pose, body.positions().col(p)), .home = body.reference_position(p)});
+    held_.push_back({.particle = p, .place = in_tool(pose, body.positions().col(p)), .home = body.reference_position(p), .seen = body.positions().col(p)});
     Matrix<Scalar, 3, 3> const gradient = pose.orientation.conjugate().toRotationMatrix() * gradient_at(body, p);
     if (is_finite(gradient)) held_.back().gradient = gradient;
   }
@@ -261,14 +262,17 @@ class Grasp {
   void follow(Body const& body) {
     int const size = static_cast<int>(body.positions().cols());
     first_new_ = std::min(first_new_, size);   // numbers that were given back since are handed out again
+    bool is_renumbered = false;
     if constexpr (RenumbersParticles<Body>)
       if (renumberings_ != body.renumberings()) {
-        for (auto& each : held_)   // what has its place at rest now, if anything has
-          if (each.particle >= size || body.reference_position(each.particle) != each.home) {
-            each.particle = 0;
-            while (each.particle < size && body.reference_position(each.particle) != each.home) ++each.particle;
-          }
-        renumberings_ = body.renumberings(), first_new_ = 0;
+        for (auto each = held_.begin(); each != held_.end(); ++each) {   // what has its place at rest now, of several, on the lips of a wound, that which is nearest to where it was
+          each->particle = size;
+          Scalar least = std::numeric_limits<Scalar>::infinity();
+          for (int n = 0; n < size; ++n)
+            if (body.reference_position(n) == each->home && std::none_of(held_.begin(), each, [n](auto const& other) { return other.particle == n; }))
+              if (Scalar const away = (Vector(body.positions().col(n)) - each->seen).squaredNorm(); away < least) least = away, each->particle = n;
+        }
+        renumberings_ = body.renumberings(), first_new_ = 0, is_renumbered = true;
         let_go_.clear();
       }
     auto const is_gone = [&](GraspedParticle<Scalar>& each) {
@@ -280,10 +284,14 @@ class Grasp {
     };
     std::erase_if(held_, is_gone);
     std::erase_if(let_go_, [&](int p) { return p >= size; });
+    auto const is_apart = [&](int n, int p) {   // of those that any number may be: not a copy of now, but of the other lip
+      return is_renumbered && !((Vector(body.positions().col(n)) - Vector(body.positions().col(p))).norm() <= jaws_[1].radius / 1000);
+    };
     auto const count = held_.size();
     for (int n = first_new_; n < size; ++n)
       for (std::size_t k = 0; k < count; ++k)
-        if (held_[k].particle != n && held_[k].home == body.reference_position(n) && !holds(n) && std::find(let_go_.begin(), let_go_.end(), n) == let_go_.end()) {
+        if (held_[k].particle != n && held_[k].home == body.reference_position(n) && !is_apart(n, held_[k].particle) && !holds(n) &&
+            std::find(let_go_.begin(), let_go_.end(), n) == let_go_.end()) {
           GraspedParticle<Scalar> copy = held_[k];
           copy.particle = n;
           held_.push_back(copy);

@@ -241,7 +241,7 @@ inline void prefault_stack(std::size_t bytes, RealtimeItem& item) noexcept {
     ::pthread_attr_destroy(&attributes);
   }
   std::uintptr_t const left = here - reinterpret_cast<std::uintptr_t>(lowest);
-  if (!known || left < bytes + margin) {
+  if (!known || left < margin || left - margin < bytes) {
     item.reason = "the thread's stack is not that large";
     return;
   }
