@@ -16,8 +16,10 @@
 #include <palpate/simulator/simulator.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -174,6 +176,28 @@ TEST_CASE("a blade that cuts is resisted with toughness times its length in tiss
     if (tick.time > 0.7 && tick.time < 1.15) forces.push_back(-tick.force[0]);
   std::nth_element(forces.begin(), forces.begin() + std::ssize(forces) / 2, forces.end());
   CHECK(forces[forces.size() / 2] == Approx((toughness + friction) * depth).epsilon(0.15));
+}
+
+TEST_CASE("a blade is resisted along what of it is in the tissue, and not where it goes through a gap", "[volume_cutter][cut_force]") {
+  // Yardstick: φ L, L the heights of both blocks; the gap between them is wider or narrower than half an edge.
+  for (double const gap : {0.0005, 0.002, 0.0024, 0.004}) {
+    INFO("a gap of " << gap << " m");
+    auto const block = make_block<double>(4, 4, 3, 0.005, BlockPattern::alternating);
+    Eigen::Index const points = block.points.cols(), tetrahedra = block.tetrahedra.cols();
+    TetrahedralMesh<double> both{Matrix3X<double>(3, 2 * points), Matrix<int, 4, Dynamic>(4, 2 * tetrahedra)};
+    both.points.leftCols(points) = both.points.rightCols(points) = block.points;
+    both.points.rightCols(points).row(2).array() += 0.010 + gap;
+    both.tetrahedra.leftCols(tetrahedra) = block.tetrahedra;
+    both.tetrahedra.rightCols(tetrahedra) = block.tetrahedra.array() + static_cast<int>(points);
+    SoftBody body(FiniteElements<double, StableNeoHookean<double>>(both, {.density = 1000, .material = {6e4, 0.4}}), BackwardEuler{});
+    Knife knife({.lip_friction = 100});
+    for (double const y : {0.0061, 0.0066, 0.0071}) {
+      std::array<Vector3<double>, 3> const blade{Vector3<double>(0.0071, y, -0.01), Vector3<double>(0.0071, y, 0.0083), Vector3<double>(0.0071, y, 0.04)};
+      knife.advance(body, std::span<Vector3<double> const>(blade));
+    }
+    REQUIRE(knife.grip());
+    CHECK(knife.grip()->slip_force == Approx(100 * 0.020).epsilon(1e-6));
+  }
 }
 
 TEST_CASE("the way back through a cut costs friction alone", "[volume_cutter][cut_force]") {

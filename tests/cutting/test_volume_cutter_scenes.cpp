@@ -9,6 +9,7 @@
 #include <palpate/body/soft_body.hpp>
 #include <palpate/core/random.hpp>
 #include <palpate/cutting/aspirator.hpp>
+#include <palpate/cutting/detail/traced_blade.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/mesh/block.hpp>
@@ -272,6 +273,52 @@ struct Across {
 };
 
 }  // namespace
+
+// Both walls of a closed wound are as near. Yardsticks: the area that the stroke sweeps, of which a rim of an edge at the blade's ends may stay closed; points
+// within tetrahedra, known by their weights.
+TEMPLATE_LIST_TEST_CASE("a blade that is all within the tissue is found there, and cuts, beside closed wounds as well", "[volume_cutter][scenes]", Solids) {
+  for (double const off : {-0.0016, -0.0012}) {
+    auto body = make_body<TestType>(6, 5, 5, BlockPattern::kuhn);
+    VolumeCutter<double> first;
+    for (int tick = 0; tick <= 30; ++tick) first.advance(body, {{0.0113, -0.005 + 0.001 * tick, -0.01}, {0.0113, -0.005 + 0.001 * tick, 0.03}});
+    first.lift(body);
+    VolumeCutter<double> buried;
+    for (int tick = 0; tick <= 30; ++tick)
+      buried.advance(body, {{0.0113 + off, 0.004 + 0.0004 * tick, 0.0041}, {0.0113 + 2 * off, 0.004 + 0.0004 * tick, 0.0163}});
+    CAPTURE(off);
+    double const swept = 0.012 * std::hypot(0.0122, off);
+    CHECK(buried.area() > 0.6 * swept);
+    CHECK(buried.area() < swept);
+  }
+  auto body = make_body<TestType>(5, 5, 5, BlockPattern::kuhn);
+  for (auto const& [from, way] : {std::pair(Place(0.0071, -0.005, 0), Place(0, 0.001, 0)), {Place(-0.005, 0.0121, 0), Place(0.001, 0, 0.0001)}}) {
+    VolumeCutter<double> knife;
+    for (int tick = 0; tick <= 30; ++tick) {
+      Place const tip = from + tick * way;
+      knife.advance(body, {tip - Place(0, 0, 0.01), tip + Place(0.001, 0.002, 0.03)});
+    }
+    knife.lift(body);
+  }
+  Random random(Seed{5});
+  detail::TracedBlade<double> traced;
+  int tetrahedra = 0;
+  for (int t = 0; t < body.tissue().topology().tetrahedron_count(); ++t, ++tetrahedra) {
+    auto const c = body.tissue().topology().corners(t);
+    std::array<Place, 2> blade;
+    for (Place& end : blade) {
+      Eigen::Vector4d weights;
+      for (double& w : weights) w = 0.05 + random.uniform<double>();
+      weights /= weights.sum();
+      end.setZero();
+      for (int k = 0; k < 4; ++k) end += weights[k] * body.positions().col(c[static_cast<std::size_t>(k)]);
+    }
+    traced.clear();
+    traced.trace(body, std::span<Place const>(blade));
+    CAPTURE(t, blade[0].transpose(), blade[1].transpose());
+    REQUIRE(traced.length_inside() == Approx((blade[1] - blade[0]).norm()));
+  }
+  CHECK(tetrahedra > 1000);
+}
 
 TEST_CASE("a blade that is shorter than the mesh resolves says so, and so does a slice too thin to come off", "[volume_cutter][scenes]") {
   // Yardstick: 5 mm edges. A blade of 0.6 mm between them cuts no face; one of 12 mm does. A second cut 0.2 and 0.5 mm beside the first is within what snaps.

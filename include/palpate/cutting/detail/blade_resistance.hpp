@@ -116,7 +116,7 @@ class BladeResistance {
   template <class Visit>
   static void for_each_piece(std::span<BladeSample const> samples, std::span<Vector3<double> const> at, Visit const& visit) {
     for (std::size_t i = 0; i + 1 < samples.size(); ++i)
-      if (samples[i].is_inside() && samples[i + 1].is_inside())
+      if (samples[i].is_inside() && !samples[i].leaves && samples[i + 1].is_inside())
         if (double const piece = (at[i + 1] - at[i]).norm(); piece > 0) visit(i, piece);
   }
 

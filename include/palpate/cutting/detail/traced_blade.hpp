@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <span>
 #include <utility>
 #include <vector>
@@ -19,6 +20,7 @@ struct BladeSample {
   int tetrahedron = -1;
   std::array<double, 4> weights{};
   Vector3<double> offset = Vector3<double>::Zero();   // m, world
+  bool leaves = false;   // from here to the next sample it is in the air, be it a wound narrower than half an edge
 
   bool is_inside() const noexcept {
     return is_zero(offset) && std::ranges::all_of(weights, [](double w) { return w >= -1e-9; });
@@ -41,7 +43,7 @@ class TracedBlade {
   bool is_inside() const noexcept { return is_inside_; }
   /// Of it that is in the tissue [m].
   double length_inside() const noexcept { return inside_; }
-  void clear() noexcept { samples_.clear(), is_inside_ = false, inside_ = 0; }
+  void clear() noexcept { samples_.clear(), leaves_.clear(), is_inside_ = false, inside_ = 0; }
 
   /// Follows a blade from point to point through the body as it is now.
   template <class Body>
@@ -57,6 +59,10 @@ class TracedBlade {
     samples_.swap(sorted_);
     // Where it goes through an edge or a vertex there are several at one place.
     samples_.erase(std::unique(samples_.begin(), samples_.end(), [](BladeSample const& a, BladeSample const& b) { return b.share - a.share < 1e-7; }), samples_.end());
+    for (double const share : leaves_) {
+      auto const after = std::ranges::upper_bound(samples_, share, {}, &BladeSample::share);
+      if (after != samples_.begin()) std::prev(after)->leaves = true;
+    }
   }
 
   /// Puts the samples elsewhere, as the blade has come so far; each is carried by the tetrahedron that it is in, or by the last one on the way there.
@@ -161,12 +167,13 @@ class TracedBlade {
     for (std::size_t k = hits_.size(); k-- > 0;)
       if (!hits_[k].enters && !hits_[k].done) from_hit(hits_[k], false);
     if (hits_.empty())
-      if (int const t = holding(body, from, p); t >= 0) march(t, -1, 0, true);
+      if (int const t = holding(body, from, to); t >= 0) march(t, -1, 0, true);
     is_inside_ = is_inside_ || !within_.empty();
     std::sort(within_.begin(), within_.end());
     double begin = 0;
     for (auto const& [enters, leaves] : within_) {
       if (begin < enters) add_in_air(body, p, q, first, begin, enters);
+      if (enters - begin >= 1e-7) leaves_.push_back(first + begin);
       begin = std::max(begin, leaves);
     }
     if (begin < 1) add_in_air(body, p, q, first, begin, 1);
@@ -266,25 +273,53 @@ class TracedBlade {
     return u;
   }
 
-  /// The tetrahedron that holds a point, of a piece that does not go through the border, or −1.
+  /// The tetrahedron that holds the first point of a piece that does not go through the border, or −1. Where the walls of a wound lie on each other, or in one
+  /// another, the nearest may be the wrong one: there by the line of the piece, straight back from where it comes out of the tissue.
   template <class Body>
-  int holding(Body& body, Vector3<Scalar> const& point, Vector const& x) const {
-    for (int const start : {hint_, behind_nearest(body, point)}) {
-      int const t = start >= 0 && start < body.tissue().topology().tetrahedron_count() ? near(body, start, x) : -1;
-      if (t >= 0 && holds(body, t, x)) return t;
+  int holding(Body& body, Vector3<Scalar> const& from, Vector3<Scalar> const& to) {
+    Vector const p = from.template cast<double>();
+    auto const& solid = body.tissue().topology();
+    auto const foot = body.nearest_point(from);
+    for (int const start : {hint_, foot.found() ? solid.border_face(foot.triangle).tetrahedron : -1}) {
+      int const t = start >= 0 && start < solid.tetrahedron_count() ? near(body, start, p) : -1;
+      if (t >= 0 && holds(body, t, p)) return t;
+    }
+    if (!foot.found() || !body.tissue().is_wound(foot.triangle)) return -1;
+    int found = -1;
+    for (Scalar const way : {Scalar(1), Scalar(-1)}) {
+      Vector3<Scalar> const out = from + way * 2 * body.home_diagonal() * (to - from).normalized();
+      find_hits(body, from, out);
+      for (auto hit = hits_.begin(); found < 0 && hit != hits_.end(); ++hit)
+        if (!hit->enters) found = straight_to(body, p, out.template cast<double>(), solid.border_face(hit->triangle).tetrahedron);
+    }
+    hits_.clear();
+    return found;
+  }
+  /// The tetrahedron that holds x, on the straight way there from the one whose border face a point beyond sees; −1 where the border is in the way.
+  template <class Body>
+  static int straight_to(Body const& body, Vector const& x, Vector const& beyond, int t) noexcept {
+    for (int steps = 0; t >= 0 && steps < 100000; ++steps) {
+      auto const c = corners(body, t);
+      Weights const here = weights(c, x), there = weights(c, beyond);
+      if (std::ranges::all_of(here, [](double w) { return w >= -1e-9; })) return t;
+      int leaves = -1;
+      double farthest = -1;   // of the faces that look to x the first that is met from beyond, as a share of the way from x
+      for (int k = 0; k < 4; ++k) {
+        auto const i = static_cast<std::size_t>(k);
+        if (!(here[i] < 0 && there[i] > here[i])) continue;
+        if (double const share = here[i] / (here[i] - there[i]); share > farthest) farthest = share, leaves = k;
+      }
+      if (leaves < 0) return -1;
+      t = body.tissue().topology().neighbour(t, leaves);
     }
     return -1;
-  }
-  template <class Body>
-  static int behind_nearest(Body& body, Vector3<Scalar> const& point) {
-    auto const foot = body.nearest_point(point);
-    return foot.found() ? body.tissue().topology().border_face(foot.triangle).tetrahedron : -1;
   }
 
   std::vector<BladeSample> samples_, sorted_;
   std::vector<std::pair<double, std::size_t>> order_;   // of the samples, as they came
   std::vector<Hit> hits_;
   std::vector<std::pair<double, double>> within_;   // where a piece is in the tissue
+  std::vector<double> leaves_;                      // shares at which the blade comes out of the tissue
   bool is_inside_ = false;
   double inside_ = 0;   // m
   int hint_ = -1;
