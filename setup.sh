@@ -279,8 +279,9 @@ run_long_tests() {
 
   step "clang 16, thread sanitizer"
   configure tsan -D CMAKE_CXX_COMPILER=clang++-16
-  cmake --build --preset tsan --parallel "$jobs" --target test_simulator_body_collision_device_core_phantom
-  part "$PALPATE_EXCHANGES exchanges between threads: buffers and snapshots" with_plain_addresses build/tsan/tests/test_simulator_body_collision_device_core_phantom '[exchanges]'
+  cmake --build --preset tsan --parallel "$jobs" --target test_core test_simulator
+  part "$PALPATE_EXCHANGES exchanges between threads: buffers" with_plain_addresses build/tsan/tests/test_core '[exchanges]'
+  part "$PALPATE_EXCHANGES exchanges between threads: snapshots" with_plain_addresses build/tsan/tests/test_simulator '[exchanges]'
 
   step "clang 16, libFuzzer"
   configure fuzz -D CMAKE_CXX_COMPILER=clang++-16
