@@ -48,8 +48,8 @@ enum class HapticPoint {
 /// Frame      the tool's: its origin is the tip, where the device says that the tool is, and the reference point of moments; z points from the tip to the hand.
 /// Units      m.
 /// Source     \cite bielser2002: graphics, collision (lines, each deforming or cutting), haptics (one point of the colliding lines, chosen or averaged).
-/// Invariant  checked by validate(): at least one rod, all of them finite, a radius that is not negative, above zero where the rod deforms; triangles of the
-///            picture have corners in it; `chosen` is a rod that deforms.
+/// Invariant  checked by validate(): at least one rod, all of them finite and at most 2 m long, radii of 0 to 0.2 m, above 0 where the rod deforms; triangles of
+///            the picture have corners in it; `chosen` is a rod that deforms.
 template <RealScalar Scalar>
 struct ToolShape {
   TriangleMesh<Scalar> picture = {};            ///< built in, or read from a file; may be empty

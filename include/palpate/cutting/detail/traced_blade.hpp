@@ -287,6 +287,7 @@ class TracedBlade {
     if (!foot.found() || !body.tissue().is_wound(foot.triangle)) return -1;
     int found = -1;
     for (Scalar const way : {Scalar(1), Scalar(-1)}) {
+      if (found >= 0) break;
       Vector3<Scalar> const out = from + way * 2 * body.home_diagonal() * (to - from).normalized();
       find_hits(body, from, out);
       for (auto hit = hits_.begin(); found < 0 && hit != hits_.end(); ++hit)
