@@ -526,6 +526,25 @@ TEST_CASE("a tool that goes through a block from side to side cuts it in two at 
       }
 }
 
+TEST_CASE("a tool that has left before its cut has come to where it went out cuts the rest all the same", "[volume_cutter][scenes]") {
+  // Yardstick: the area of the plane, 20 x 20 mm, by hand.
+  for (int const most : {1, 5, 20})
+    for (double const toughness : {0.0, 60.0}) {
+      CAPTURE(most, toughness);
+      auto body = make_body(5, 5, 5, BlockPattern::alternating);
+      auto const before = invariants_of(body);
+      VolumeCutter<double> knife({.edge = {{0, 0, -0.03}, {0, 0, 0.01}}, .toughness = toughness, .most_tetrahedra = most});
+      for (double y = -0.0031; y < 0.06; y += 0.009) knife.advance(body, ToolPose<double>{.position = {0.0031, y, 0.019}});
+      for (int tick = 0; tick < 200 && knife.state() != CuttingPhase::no_contact; ++tick) {   // it waits above meanwhile
+        knife.advance(body, ToolPose<double>{.position = {0.0031, 0.03, 0.06}});
+        CHECK(testing::to_text(before.check(body)) == "");
+      }
+      CHECK(knife.state() == CuttingPhase::no_contact);
+      CHECK(knife.area() == Approx(0.02 * 0.02).epsilon(1e-6));
+      CHECK(volumes(body).size() == 2);
+    }
+}
+
 TEMPLATE_LIST_TEST_CASE("each piece that a cut has made has six modes without a force, and no more", "[volume_cutter][scenes]", Solids) {
   // Yardstick: the eigenvalues of the stiffness at rest, forces differenced.
   auto body = make_body<TestType>(4, 4, 3, BlockPattern::alternating);

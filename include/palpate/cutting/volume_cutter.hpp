@@ -284,12 +284,16 @@ class VolumeCutter {
     int const taken = removed_.tetrahedra;
     if (!contact.touching) {
       if (state_ == CuttingPhase::moving) {
+        if (!leaves_) last_blade_.assign(blade_.begin(), blade_.end());
         leaves_ = true;
-        cut(body, std::span<Vector const>(blade_), Scalar(0));   // out of the tissue
+        cut(body, std::span<Vector const>(last_blade_), Scalar(0));   // out of the tissue, to where it was then
+        if (is_behind_) return;                                       // the next ticks cut the rest of that way
         lift(body);
       }
       state_ = CuttingPhase::no_contact;
-    } else if (state_ != CuttingPhase::moving) {
+    } else if (state_ == CuttingPhase::moving) {
+      leaves_ = false;
+    } else {
       state_ = CuttingPhase::indenting;
       if (!(contact.depth < options_.puncture_depth) || force >= options_.puncture_force) {
         state_ = CuttingPhase::moving;
