@@ -245,7 +245,7 @@ run_long_tests() {
   failed=0
 
   step "gcc: every test, example and benchmark, and what runs for long"
-  configure ci -D CMAKE_CXX_COMPILER=g++ -D PALPATE_TEST_PASS= -D PALPATE_EXAMPLES= -D PALPATE_BUILD_BENCHMARKS=ON
+  configure ci -D CMAKE_CXX_COMPILER=g++ -D PALPATE_TEST_PASS= -D PALPATE_EXAMPLES= -D PALPATE_BUILD_BENCHMARKS=ON -D PALPATE_PRECOMPILE=ON
   cmake --build --preset ci --parallel "$jobs"
   part "every test and example in double, gcc" as_often_as_always with_display ctest --preset ci --parallel "$jobs" --tests-regex '^(test|example)_|_(precision|training)$'
   part "every mistake, as either compiler tells it" ctest --preset ci --parallel "$jobs" --tests-regex '^compile_fail[.]'
