@@ -7,7 +7,8 @@
 #
 # palpate_stays_apart(<out> <source>): whether it is such a source.
 function(palpate_stays_apart out source)
-  file(STRINGS "${source}" apart REGEX "^(#if|namespace [a-z])" LIMIT_COUNT 1)
+  file(STRINGS "${source}" lines REGEX "^(#if|#include|namespace [a-z])")
+  string(REGEX MATCH "(^|;)namespace|#if.*#include" apart "${lines}")
   set(${out} "${apart}" PARENT_SCOPE)
 endfunction()
 

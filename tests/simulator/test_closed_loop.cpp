@@ -3,6 +3,7 @@
 // yields to what it feels. Yardsticks: rest is rest; the energy that a sampled spring can leak, ½ K |Δx|² a tick; the limits asked for.
 // PALPATE_SOAK_SESSIONS sets how many sessions (3 if not set; the long run is 100), PALPATE_SOAK_TICKS how long one is (6,000; the long run has 100,000).
 #include "catch.hpp"
+#include "heap_in_use.hpp"
 
 #include "simulator/scene.hpp"
 
@@ -18,26 +19,14 @@
 #include <cmath>
 #include <cstdlib>
 
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
-
 using namespace palpate;
+using palpate_test::heap_in_use;
 
 namespace {
 
 long asked_for(char const* name, long otherwise) {
   char const* const asked = std::getenv(name);
   return asked ? std::atol(asked) : otherwise;
-}
-
-/// Bytes that the program holds of the heap; 0 where nobody counts them, as under a sanitizer.
-std::size_t heap_in_use() {
-#if defined(__GLIBC__) && (__GLIBC__ > 2 || __GLIBC_MINOR__ >= 33)
-  return ::mallinfo2().uordblks;
-#else
-  return 0;
-#endif
 }
 
 /// Touches and lifts, then punctures, draws and lifts, in 3 s.
