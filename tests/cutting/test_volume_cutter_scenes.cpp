@@ -535,13 +535,42 @@ TEST_CASE("a tool that has left before its cut has come to where it went out cut
       auto const before = invariants_of(body);
       VolumeCutter<double> knife({.edge = {{0, 0, -0.03}, {0, 0, 0.01}}, .toughness = toughness, .most_tetrahedra = most});
       for (double y = -0.0031; y < 0.06; y += 0.009) knife.advance(body, ToolPose<double>{.position = {0.0031, y, 0.019}});
-      for (int tick = 0; tick < 200 && knife.state() != CuttingPhase::no_contact; ++tick) {   // it waits above meanwhile
+      for (int tick = 0; tick < 200 && knife.is_behind(); ++tick) {   // it waits above meanwhile
         knife.advance(body, ToolPose<double>{.position = {0.0031, 0.03, 0.06}});
         CHECK(testing::to_text(before.check(body)) == "");
       }
       CHECK(knife.state() == CuttingPhase::no_contact);
       CHECK(knife.area() == Approx(0.02 * 0.02).epsilon(1e-6));
       CHECK(volumes(body).size() == 2);
+    }
+}
+
+TEST_CASE("a tool that comes down elsewhere before its last cut is done presses there first, and cuts nothing in between", "[volume_cutter][scenes]") {
+  // Yardstick: the area of the plane, 40 x 20 mm, by hand; the flesh that is seen lies in that plane.
+  for (int const most : {1, 5})
+    for (int const wait : {0, 2}) {
+      CAPTURE(most, wait);
+      auto body = make_body(9, 9, 5, BlockPattern::alternating);
+      auto const before = invariants_of(body);
+      VolumeCutter<double> knife({.edge = {{0, 0, -0.03}, {0, 0, 0.03}}, .puncture_depth = 0.004, .most_tetrahedra = most});
+      auto const go = [&](double x, double y, double z) { knife.advance(body, ToolPose<double>{.position = {x, y, z}}); };
+      for (double y = -0.0031; y < 0.06; y += 0.009) go(0.0063, y, 0.009);
+      CHECK(knife.is_behind());
+      CHECK(knife.state() == CuttingPhase::no_contact);
+      CHECK(!knife.grip());
+      for (int tick = 0; tick < wait; ++tick) go(0.0063, 0.0589, 0.03);
+      go(0.0163, 0.040, 0.03), go(0.0263, 0.030, 0.03), go(0.0313, 0.0223, 0.022);
+      for (int tick = 0; tick < 5; ++tick) go(0.0313, 0.0223, 0.021 - 0.0005 * tick);   // a millimetre deep
+      for (int tick = 0; tick < 300; ++tick) go(0.0313, 0.0223, 0.019);
+      CHECK(knife.state() == CuttingPhase::indenting);
+      CHECK(knife.area() == Approx(0.04 * 0.02).epsilon(1e-6));
+      CHECK(volumes(body).size() == 2);
+      double off = 0;
+      auto const solid = body.rest_solid();
+      for (int t = 0; t < body.tissue().surface().triangle_count(); ++t)
+        for (int k = 0; k < 3 && body.tissue().is_wound(t); ++k) off = std::max(off, std::abs(solid.points(0, body.triangles()(k, t)) - 0.0063));
+      CHECK(off < 1e-9);
+      CHECK(testing::to_text(before.check(body)) == "");
     }
 }
 

@@ -263,6 +263,24 @@ TEST_CASE("A thin rod that jumps through a sheet in one tick still pushes it; on
   CHECK(tool.press(body, 1.0, 5e-4).z() > 0);
 }
 
+TEST_CASE("A tool in contact that is said to be farther away than squares can tell does not touch, and touches again afterwards", "[tool][rod_contact]") {
+  for (double const far : {1e155, 1e200, 1e300}) {
+    auto body = block<double>();
+    RodContact<double> tool(make_hook_shape<double>());
+    auto const press = [&] {
+      for (int tick = 0; tick < 10; ++tick) tool.advance(body, lying({0.03, 0.02, 0.018})), tool.press(body, 1.0, 5e-4), body.step(5e-4);
+    };
+    press();
+    REQUIRE(tool.touches().size() > 0);
+    tool.advance(body, lying({-far, far, -far}));
+    CHECK(tool.press(body, 1.0, 5e-4).allFinite());
+    tool.reset();
+    press();
+    CHECK(tool.touches().size() > 0);
+    CHECK(body.positions().allFinite());
+  }
+}
+
 TEST_CASE("A tool's tick allocates nothing once it has touched", "[tool][rod_contact]") {
   auto body = block<double>();
   RodContact<double> tool(make_hook_shape<double>());

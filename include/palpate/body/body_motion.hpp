@@ -259,6 +259,7 @@ class BodyMotion : public BodyShape<TissueType> {
     std::size_t numbering;
     typename BodySystem<Tissue, ExecutionType>::Layout layout;
     ModalSearch<Scalar> search;      // of explicit bodies' fastest modes,
+    typename detail::LayoutOf<Tissue>::type search_layout;
     ModalBounds<Scalar> modes;       // and what it found last,
     std::size_t modes_of;            // at this revision
     bool modes_are_known;
@@ -276,7 +277,7 @@ class BodyMotion : public BodyShape<TissueType> {
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, disturbed_, this->evened_, moving_.save(),
             gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, this->numbering_, system_.layout(),
-            modal_estimate_.search(), known_modes_, modes_of_, modes_are_known_, this->tree_, tree_is_fitted_};
+            modal_estimate_.search(), modal_estimate_.layout(), known_modes_, modes_of_, modes_are_known_, this->tree_, tree_is_fitted_};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
@@ -285,7 +286,7 @@ class BodyMotion : public BodyShape<TissueType> {
     forces_.restore(state_, saved.forced);
     moving_.restore(saved.moving);
     system_.restore(saved.layout);
-    modal_estimate_.resume(saved.search);
+    modal_estimate_.resume(saved.search, saved.search_layout);
     known_modes_ = saved.modes, modes_of_ = saved.modes_of, modes_are_known_ = saved.modes_are_known;
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;

@@ -24,20 +24,6 @@
 
 namespace palpate {
 
-namespace detail {
-
-/// What assemblies that follow edits say of their order; of others nothing.
-template <class Tissue>
-struct LayoutOf {
-  struct type {};
-};
-template <FollowsEdits Tissue>
-struct LayoutOf<Tissue> {
-  using type = typename Tissue::Assembly::Layout;
-};
-
-}  // namespace detail
-
 /// The moving particles of a body as an integrator sees them (concept `System`): columns 0 … n−1, with the particles that hold the
 /// border of the moving set behind them.
 /// Where all of the body moves, the columns are the body's own; else they are gathered, stay from step to step, and are handed back

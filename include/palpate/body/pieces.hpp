@@ -88,7 +88,7 @@ Body part_of(Body const& body, std::span<int const> particles) {
   state.evened = state.disturbed.size();
   state.tissue = std::move(tissue);
   state.solid_edits.clear();   // it is made of what it is made of now
-  state.layout = {};
+  state.layout = {}, state.search_layout = {};
   state.particles = state.particles.part(particles);
   state.tree = SurfaceTree<typename Body::Scalar>(state.particles.position.view(), state.tissue.surface().triangles());
   state.tree_is_fitted = true;

@@ -55,7 +55,9 @@ namespace detail {
 
 /// The tangent of a whole tissue by its Assembly, of one that says it is faster so.
 template <class Tissue>
-struct WholeTangent {};
+struct WholeTangent {
+  typename LayoutOf<Tissue>::type layout() const noexcept { return {}; }
+};
 template <HasFastTangent Tissue>
 class WholeTangent<Tissue> {
  public:
@@ -66,10 +68,10 @@ class WholeTangent<Tissue> {
     if (d_.size() != tissue.size() || revision_ != tissue.revision()) {
       all_.resize(static_cast<std::size_t>(tissue.size()));
       std::iota(all_.begin(), all_.end(), 0);
-      bool const is_another = d_.size() == 0;
       if constexpr (FollowsEdits<Tissue>)
-        if (!is_another) tissue.follow_edits(all_, assembly_);
-      if (is_another || !FollowsEdits<Tissue>) tissue.assemble(all_, assembly_);
+        tissue.follow_edits(all_, assembly_);
+      else
+        tissue.assemble(all_, assembly_);
       d_.resize(tissue.size()), y_.resize(tissue.size());
       revision_ = tissue.revision();
     }
@@ -83,8 +85,17 @@ class WholeTangent<Tissue> {
     assembly_.multiply_tangent(Scalar(0), damping, stiffness, d_.padded_view().data(), y_.padded_view().data());
     y = y_.view();
   }
-  /// The tissue is another.
-  void forget() noexcept { d_.resize(0); }
+  /// The order of its sums, and the tissue is another one whose tangent had that.
+  typename LayoutOf<Tissue>::type layout() const {
+    if constexpr (FollowsEdits<Tissue>)
+      return assembly_.layout();
+    else
+      return {};
+  }
+  void take([[maybe_unused]] typename LayoutOf<Tissue>::type const& layout) {
+    if constexpr (FollowsEdits<Tissue>) assembly_.take(layout);
+    d_.resize(0);
+  }
 
  private:
   typename Tissue::Assembly assembly_;
@@ -158,10 +169,11 @@ class ModalEstimate {
   }
 
   ModalSearch<Scalar> const& search() const noexcept { return search_; }
-  /// The tissue is another one, whose search has come so far.
-  void resume(ModalSearch<Scalar> const& search) {
+  typename detail::LayoutOf<Tissue>::type layout() const { return whole_.layout(); }
+  /// The tissue is another one, whose search has come so far with sums in that order.
+  void resume(ModalSearch<Scalar> const& search, typename detail::LayoutOf<Tissue>::type const& layout) {
     search_ = search;
-    if constexpr (HasFastTangent<Tissue>) whole_.forget();
+    if constexpr (HasFastTangent<Tissue>) whole_.take(layout);
   }
 
   /// What the last answer cost: products with the stiffness and with the damping.

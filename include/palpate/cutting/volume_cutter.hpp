@@ -209,7 +209,7 @@ class VolumeCutter {
   Scalar tip_radius() const noexcept { return touch_.tip_radius(); }
   /// What of the tissue resists the blade, for the coupling to the hand; nothing without toughness and friction.
   std::optional<BladeGrip<Scalar>> grip() const noexcept {
-    return resistance_.holds() ? std::optional(resistance_.grip()) : std::nullopt;
+    return resistance_.holds() && !leaves_ ? std::optional(resistance_.grip()) : std::nullopt;
   }
   /// What the tissue has resisted the tool with, through that grip, since the last tick, in the mean [N]: the hand's work is counted by that, or by the spring of
   /// the grip where it is not told.
@@ -283,19 +283,17 @@ class VolumeCutter {
     SurfaceContact<Scalar> const& contact = touch_.update(skin, tool.position, state_ == CuttingPhase::moving);
     int const taken = removed_.tetrahedra;
     if (!contact.touching) {
-      if (state_ == CuttingPhase::moving) {
-        if (!leaves_) last_blade_.assign(blade_.begin(), blade_.end());
-        leaves_ = true;
-        cut(body, std::span<Vector const>(last_blade_), Scalar(0));   // out of the tissue, to where it was then
-        if (is_behind_) return;                                       // the next ticks cut the rest of that way
-        lift(body);
-      }
+      if (state_ == CuttingPhase::moving) left_at_.assign(blade_.begin(), blade_.end()), leaves_ = true;
       state_ = CuttingPhase::no_contact;
-    } else if (state_ == CuttingPhase::moving) {
-      leaves_ = false;
-    } else {
+    }
+    if (leaves_) {   // the rest of the way out of the tissue, to where it was then, in this tick and the next ones
+      cut(body, std::span<Vector const>(left_at_), Scalar(0));
+      if (!is_behind_) lift(body);
+      if (removed_.tetrahedra != taken) touch_.update(skin, tool.position);   // what it touches again may be gone
+    }
+    if (contact.touching && state_ != CuttingPhase::moving) {
       state_ = CuttingPhase::indenting;
-      if (!(contact.depth < options_.puncture_depth) || force >= options_.puncture_force) {
+      if (!leaves_ && (!(contact.depth < options_.puncture_depth) || force >= options_.puncture_force)) {   // the last cut is done
         state_ = CuttingPhase::moving;
         if (!last_blade_.empty()) cut(body, std::span<Vector const>(last_blade_), Scalar(0));   // from where it was in the last tick: from outside
       }
@@ -468,7 +466,7 @@ class VolumeCutter {
   detail::Removal removal_;
   RemovedTissue removed_;
   detail::BladeResistance<Scalar> resistance_;
-  std::vector<Vector> blade_, last_blade_, target_;   // of a tool: now, and in the last tick
+  std::vector<Vector> blade_, last_blade_, left_at_, target_;   // of a tool: now, in the last tick, and when it was first out of the tissue
   detail::TracedBlade<Scalar> traced_;   // where it was at the end of the last sweep
   detail::BladeTrail<Scalar> trail_;
   std::vector<Vector3<double>> at_;      // its samples: where they were then,

@@ -251,6 +251,20 @@ concept FollowsEdits = HasSubsetForces<T> && requires(T const& tissue, std::span
   assembly.take(layout);
 };
 
+namespace detail {
+
+/// What assemblies that follow edits say of their order; of others nothing.
+template <class Tissue>
+struct LayoutOf {
+  struct type {};
+};
+template <FollowsEdits Tissue>
+struct LayoutOf<Tissue> {
+  using type = typename Tissue::Assembly::Layout;
+};
+
+}  // namespace detail
+
 /// Refinement: says what moves it when the host names no integrator: `using DefaultIntegrator = BackwardEuler;`.
 template <class T>
 concept HasDefaultIntegrator = requires { typename T::DefaultIntegrator; };

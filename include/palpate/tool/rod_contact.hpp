@@ -300,6 +300,7 @@ class RodContact {
     Vector const a = moved(body, corners[0], seconds), b = moved(body, corners[1], seconds), c = moved(body, corners[2], seconds);
     auto const near = closest_points<Scalar>(from, to, a, b, c);
     touch.distance = std::sqrt(near.squared_distance);
+    if (!std::isfinite(touch.distance) || !is_finite(near.barycentric)) return false;   // so far away that its square is no number
     if (!(touch.distance < reach * rod.radius) && !was_engaged(touch)) return false;
     touch.parameter = near.parameter, touch.barycentric = near.barycentric / near.barycentric.sum();
     touch.point = near.on_triangle, touch.on_axis = near.on_segment;
