@@ -264,21 +264,28 @@ TEST_CASE("A thin rod that jumps through a sheet in one tick still pushes it; on
 }
 
 TEST_CASE("A tool in contact that is said to be farther away than squares can tell does not touch, and touches again afterwards", "[tool][rod_contact]") {
-  for (double const far : {1e155, 1e200, 1e300}) {
-    auto body = block<double>();
-    RodContact<double> tool(make_hook_shape<double>());
-    auto const press = [&] {
-      for (int tick = 0; tick < 10; ++tick) tool.advance(body, lying({0.03, 0.02, 0.018})), tool.press(body, 1.0, 5e-4), body.step(5e-4);
-    };
-    press();
-    REQUIRE(tool.touches().size() > 0);
-    tool.advance(body, lying({-far, far, -far}));
-    CHECK(tool.press(body, 1.0, 5e-4).allFinite());
-    tool.reset();
-    press();
-    CHECK(tool.touches().size() > 0);
-    CHECK(body.positions().allFinite());
-  }
+  for (double const far : {1e155, 1e200, 1e300})
+    for (Vector3<double> const& there : {Vector3<double>(-far, 0.01 * far, far), Vector3<double>(0.03, 0.02, far), Vector3<double>(-far, far, -far)}) {
+      auto body = block<double>();
+      RodContact<double> tool(make_probe_shape<double>());
+      auto const at = [&](Vector3<double> const& place) {
+        tool.advance(body, ToolPose<double>{.position = place});
+        for (double const share : {0.5, 1.0}) {
+          CHECK(tool.press(body, share, 5e-4).allFinite());
+          body.step(5e-4);
+        }
+      };
+      auto const press = [&] {
+        for (int tick = 0; tick < 40; ++tick) at({0.03, 0.02, 0.024 - 2e-4 * tick});
+      };
+      press();
+      REQUIRE(tool.touches().size() > 0);
+      at(there);
+      tool.reset();
+      press();
+      CHECK(tool.touches().size() > 0);
+      CHECK(body.positions().allFinite());
+    }
 }
 
 TEST_CASE("A tool's tick allocates nothing once it has touched", "[tool][rod_contact]") {

@@ -113,7 +113,8 @@ struct VolumeCutOptions {
 ///            larger vertex numbers first, so that a face's diagonal goes to the smaller of the old vertices.
 /// Blade      moves straight between two ticks; in a deformed solid it is followed at points half a mean edge apart.
 /// Force      with a toughness Gc or a friction φ of the lips the tissue resists the blade: it stays where it is until the tool pulls it with Gc L⊥ + φ L, L the
-///            blade's length in tissue and L⊥ its part across the way. So the hand's work is Gc times the area cut or more, but for what is still owed where the blade leaves; see grip().
+///            blade's length in tissue and L⊥ its part across the way. So the hand's work is Gc times the area cut or more, but for what is still owed
+///            where the blade leaves, and what it cuts by turning; see grip().
 /// Debris     where a stroke that has cut ends, pieces with a wound and fewer tetrahedra than `debris`, none of them nailed or held, go as under an Aspirator.
 /// Cost       O(tetrahedra near the way of the blade). Memory grows as the body does. With debris, at a stroke's end, O(triangles of wounds · debris²).
 /// Errors     InvalidArgument where the blade or what it is pressed with is not finite, where a piece of it has no length or all of it is longer than 4,000 mean
