@@ -746,3 +746,29 @@ TEMPLATE_TEST_CASE("a tick through the chain allocates nothing", "[haptics][safe
   CHECK(count == 0);
   CHECK(largest > S(0));
 }
+
+// Yardstick: the limits by the second of docs/haptics.md, 500 N/s and a ramp of 100 ms, with ticks five times as often as the device said, and in bursts.
+TEST_CASE("ticks before their time bring no more force a second than ticks in time", "[haptics][safety]") {
+  for (double const elapsed : {1e-3, 2e-4, 1e-6, 0.0, 5e-3}) {
+    Bench bench;
+    bench.reading.elapsed = elapsed;
+    bench.begin_armed();
+    double last = 0;
+    for (int k = 0; k < 20; ++k) {
+      double const now = bench.tick({0, 0, 0.8}).norm();
+      CHECK(now - last <= 500.0 * std::min(elapsed, 1e-3) + 1e-12);
+      last = now;
+    }
+    if (elapsed >= 2e-4) CHECK(last == Approx(0.8));
+  }
+  Bench bench;   // its body was late for a while: the force comes back by and by
+  bench.begin_armed();
+  double const recover = bench.chain.limits().recover, elapsed = 2e-4;
+  for (int k = 0; k < 20; ++k) bench.tick({0, 0, 0.8});
+  bench.wanted.age = 1.0;
+  for (int k = 0; k < 400; ++k) bench.tick();
+  bench.wanted.age = 0.0, bench.reading.elapsed = elapsed;
+  int ticks = 0;
+  for (; bench.tick({0, 0, 0.8}).norm() < 0.799 && ticks < 100000; ++ticks) CHECK(bench.chain.gain() <= (ticks + 1) * elapsed / recover + 1e-9);
+  CHECK(ticks * elapsed == Approx(recover).epsilon(0.02));
+}

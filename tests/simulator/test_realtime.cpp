@@ -546,11 +546,11 @@ namespace {
 /// A device whose driver calls the servo: a thread of its own, which may stand still after some ticks.
 class ClockedDevice {
  public:
-  explicit ClockedDevice(std::uint64_t stops_after = ~std::uint64_t{0}, double rate = 1000.0) : state_(std::make_unique<State>()) {
-    state_->stops_after = stops_after, state_->rate = rate;
+  explicit ClockedDevice(std::uint64_t stops_after = ~std::uint64_t{0}, double rate = 1000.0, double declared = 1000.0) : state_(std::make_unique<State>()) {
+    state_->stops_after = stops_after, state_->rate = rate, state_->declared = declared;
   }
 
-  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = 1000.0, .moves_a_hand = false}; }
+  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = state_->declared, .moves_a_hand = false}; }
   DeviceStatus read(DeviceState<double>& state) noexcept {
     if (std::this_thread::get_id() != state_->driver) state_->called_elsewhere = true;
     state.position = {0.0312, 0.0533, 0.002 - 1e-5 * double(state_->reads++)};
@@ -585,7 +585,7 @@ class ClockedDevice {
     std::atomic<bool> runs{false};
     std::uint64_t stops_after = 0, reads = 0;
     bool called_elsewhere = false;
-    double felt = 0.0, rate = 0.0;
+    double felt = 0.0, rate = 0.0, declared = 0.0;
   };
   std::unique_ptr<State> state_;
 };
@@ -623,6 +623,29 @@ TEST_CASE("ticks that a device's own clock leaves out are counted, also of one c
 TEST_CASE("a device whose clock stands still ends the run with a sentence", "[simulator][realtime][threads]") {
   Simulator simulator(ClockedDevice(50), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, NoForce{});
   CHECK_THROWS_WITH(simulator.run_realtime(10.0), says("after 50 ticks", "check that it is connected"));
+}
+
+TEST_CASE("a run that is stopped after the device's clock has stopped ends with the ticks there were", "[simulator][realtime][threads]") {
+  Simulator simulator(ClockedDevice(50), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, NoForce{});
+  std::thread stopper([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    simulator.stop();
+  });
+  std::size_t ticks = 0;
+  CHECK_NOTHROW(ticks = simulator.run_realtime(10.0).ticks().size());
+  stopper.join();
+  CHECK(ticks == 50);
+}
+
+TEST_CASE("who waits for a device's clock is not asked to spin", "[simulator][realtime][threads]") {
+  SimulatorOptions options;
+  options.realtime.spin = std::chrono::microseconds(50);
+  auto const run = [&](auto device) {
+    Simulator simulator(std::move(device), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, NoForce{}, options);
+    return simulator.run_realtime(0.001).ticks().size();
+  };
+  CHECK(run(ClockedDevice(~std::uint64_t{0}, 1000.0, 30000.0)) == 30);
+  CHECK_THROWS_WITH(run(ScriptedDevice<double>(stroke<double>(), {.rate = 30000.0})), says("a spin of 50000 ns"));
 }
 
 TEST_CASE("a run is stopped from another thread, which hears of every tick", "[simulator][realtime][threads]") {

@@ -338,3 +338,18 @@ TEST_CASE("a restoration fades what the hand felt, and silences nothing where it
   stage.model.restorations = 0;   // a session in real time begins with a model of no body yet
   CHECK(stage.tick().force == Vector3<double>(0, 0, 2));
 }
+
+TEST_CASE("a tick that takes no time, or no number of it, leaves the velocity as it was", "[simulator][servo_loop]") {
+  for (double const h : {0.0, -1e-3, not_a_number}) {
+    Stage<double> stage;
+    stage.model.valid = false;
+    double z = 0;
+    for (int k = 0; k < 10; ++k) stage.tick({0, 0, z -= 1e-5});
+    REQUIRE(stage.servo.velocity().z() == Approx(-0.01));
+    stage.strings.next.position = {0, 0, z -= 1e-5};
+    stage.servo.read(h);
+    CHECK(stage.servo.velocity().z() == Approx(-0.01));
+    for (int k = 0; k < 3; ++k) stage.tick({0, 0, z -= 1e-5});
+    CHECK(stage.servo.velocity().z() == Approx(-0.01));
+  }
+}

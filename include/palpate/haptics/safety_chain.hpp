@@ -30,6 +30,7 @@ struct SafetyReading {
   Vector3<S> position = Vector3<S>::Zero();   ///< in the device's frame
   Eigen::Quaternion<S> orientation = Eigen::Quaternion<S>::Identity();   ///< device ← tool; one that is no unit quaternion gives no torque
   double seconds = 0.001;                     ///< since the last tick
+  double elapsed = std::numeric_limits<double>::infinity();   ///< s since then on a clock, where a tick may come before its time: force grows by no more
   std::uint32_t buttons = 0;
   Calibration calibration = Calibration::good;
 };
@@ -60,7 +61,7 @@ struct WantedForce {
 ///            change is slewed.
 /// Units      SI; forces enter in the world frame and leave in the device's frame.
 /// Source     order and numbers: practice of haptic libraries; the passivity controller \cite hannaford2002.
-/// Invariant  |out| ≤ max_force; |out − the last out| ≤ slew · period, unless out is zero; out is finite. Of the torque likewise, with max_torque and the
+/// Invariant  |out| ≤ max_force; |out − the last out| ≤ slew · period, of a tick before its time slew · elapsed, unless out is zero; out is finite. Of the torque likewise, with max_torque and the
 ///            slew at `SafetyLimits::lever`.
 /// Cost       O(1), noexcept, no allocation: allowed in the servo tick.
 template <RealScalar S>
@@ -116,6 +117,7 @@ class SafetyChain {
   /// The device was read. After it `interrupted()` says whether what was known of the hand's motion still holds.
   void read(SafetyReading<S> const& reading) noexcept {
     seconds_ = reading.seconds >= 0.0 ? reading.seconds : std::numeric_limits<double>::infinity();   // a time that is none is a gap
+    elapsed_ = reading.elapsed >= 0.0 ? reading.elapsed : 0.0;
     if (thermal_ && std::isfinite(seconds_)) thermal_->add(static_cast<double>(out_.norm()), seconds_);
     interrupted_ = false;
     since_sample_ += seconds_;
@@ -365,11 +367,14 @@ class SafetyChain {
     tell(SafetyEvent::arming_waits);
   }
 
+  /// s: a late tick does not bring the force back faster, nor do early ones.
+  double tick() const noexcept { return std::min(elapsed_, limits_.period); }
+
   void advance_ramp(bool quiet) noexcept {
     if (!stage_.may_render() || interrupted_) return;
     bool const down = stale_ || quiet;
     double const time = down ? limits_.fade : recovers_ ? limits_.recover : limits_.ramp;
-    double const passed = down ? seconds_ : std::min(seconds_, limits_.period), step = time > passed ? passed / time : 1.0;   // a late tick does not bring the force back faster
+    double const passed = down ? seconds_ : std::min(seconds_, tick()), step = time > passed ? passed / time : 1.0;
     if (down) {
       gain_ = std::max(0.0, gain_ - step);
       return;
@@ -383,7 +388,7 @@ class SafetyChain {
   /// Slew, thermal limit and ramp of a force, or a torque, at most `warm`, after `last`. The slew limit holds for what is written, so it takes into account by
   /// how much thermal limit and ramp are about to shrink the largest one, and they wait where that would be too fast.
   Vector3<S> ramped(Vector3<S> const& last, Vector3<S> const& wanted, double warm, double slew) noexcept {
-    double const most = slew * limits_.period, before = static_cast<double>(last.norm());
+    double const most = slew * tick(), before = static_cast<double>(last.norm());
     double const reach = std::isfinite(most) ? std::max(gain_ * warm, before - most) : gain_ * warm, outside = before - reach;
     Vector3<S> next = static_cast<S>(gain_) * wanted;
     if (std::isfinite(most)) {
@@ -407,7 +412,7 @@ class SafetyChain {
   std::array<double, 65> not_finite_at_{};   // s of the session, of the last ones that were not finite
   std::uint64_t not_finite_in_all_ = 0;
   double clock_ = 0.0;   // s of the session
-  double gain_ = 0.0, seconds_ = 0.0, since_sample_ = 0.0, earlier_energy_ = 0.0;
+  double gain_ = 0.0, seconds_ = 0.0, elapsed_ = 0.0, since_sample_ = 0.0, earlier_energy_ = 0.0;
   double felt_ = 1.0, work_ = 1.0;   // κ s and κ/s of the mapping
   Vector3<S> out_ = Vector3<S>::Zero(), torque_ = Vector3<S>::Zero(), position_ = Vector3<S>::Zero();
   Eigen::Quaternion<S> orientation_ = Eigen::Quaternion<S>::Identity(), turned_from_ = Eigen::Quaternion<S>::Identity();   // now; when work was counted last

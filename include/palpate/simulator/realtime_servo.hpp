@@ -64,7 +64,7 @@ class RealtimeServo {
         flags_(flags),
         ticks_(ticks),
         started_at_(servo.time()),
-        pacer_(servo.loop.rate(), options.spin),
+        pacer_(servo.loop.rate(), spin()),
         recording_(ticks),
         poses_(Pose{.tool = servo.loop.tool(), .time = started_at_, .pose_discontinuities = servo.loop.pose_discontinuities()}),
         models_(LocalModel<Scalar>{.valid = false}) {}
@@ -99,15 +99,16 @@ class RealtimeServo {
   }
 
   bool runs() const noexcept { return runs_.load(std::memory_order_acquire); }
-  /// Throws where a device that has the clock has not ticked for a second: nobody waits for ever.
+  /// Throws where a device that has the clock has not ticked for a second, or three of its periods: nobody waits for ever. A run that was asked to stop ends.
   void watch() {
     if (!is_driven_ || !runs()) return;
     std::uint64_t const beats = beats_.load(std::memory_order_relaxed);
     auto const now = std::chrono::steady_clock::now();
     if (beats != seen_beats_ || !is_watched_) {
       is_watched_ = true, seen_beats_ = beats, seen_at_ = now;
-    } else if (now - seen_at_ > std::chrono::seconds(1)) {
-      throw Error(message("the device's clock has stopped after ", beats, " ticks: no call for 1 s; check that it is connected, and that no other program uses it"));
+    } else if (double const most = std::max(1.0, 3.0 / servo_.loop.rate()); std::chrono::duration<double>(now - seen_at_).count() > most) {
+      if (flags_.stop.load(std::memory_order_acquire)) return runs_.store(false, std::memory_order_release);
+      throw Error(message("the device's clock has stopped after ", beats, " ticks: no call for ", most, " s; check that it is connected, and that no other program uses it"));
     }
   }
 
@@ -133,6 +134,12 @@ class RealtimeServo {
       if (auto* const clock = servo_.loop.device().clock()) use(*clock);
   }
 
+  /// Who waits for the clock of a device does not spin.
+  Schedule::Duration spin() {
+    auto spin = options_.spin;
+    with_clock([&](auto const&) { spin = {}; });
+    return spin;
+  }
   bool goes_on() const noexcept {
     return done_ < ticks_ && flags_.body_runs.load(std::memory_order_acquire) && !flags_.stop.load(std::memory_order_acquire);
   }
@@ -166,11 +173,11 @@ class RealtimeServo {
     double const rate = loop.rate();
     auto const started = std::chrono::steady_clock::now();
     if (done_ == 0) begun_ = last_ = started;
-    double const periods = std::max(1.0, std::round(std::chrono::duration<double>(started - last_).count() * rate));
+    double const elapsed = done_ == 0 ? 1.0 / rate : std::chrono::duration<double>(started - last_).count(), periods = std::max(1.0, std::round(elapsed * rate));
     last_ = started;
     double const time = started_at_ + static_cast<double>(done_) / rate, now = std::chrono::duration<double>(started - begun_).count();
     if (is_driven_) servo_.statistics.add_skipped(static_cast<std::uint64_t>(periods) - 1);
-    loop.read(static_cast<Scalar>(periods / rate));
+    loop.read(static_cast<Scalar>(periods / rate), elapsed);
     if (loop.placed()) {
       poses_.back() = {loop.tool(), time, now, loop.pose_discontinuities()};
       poses_.publish();

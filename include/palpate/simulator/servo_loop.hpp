@@ -98,8 +98,9 @@ class ServoLoop {
   }
 
   /// Reads the device. The tip and its velocity are then known; without velocity from the device it is the way from one new sample to the next over the time
-  /// between them, and stays while there is no new one.
-  void read(Scalar h) noexcept {
+  /// between them, and stays while there is no new one. A tick may come before its time: `elapsed` [s] is what has passed on the clock then, and no rule
+  /// that counts by the second lets more through.
+  void read(Scalar h, double elapsed = std::numeric_limits<double>::infinity()) noexcept {
     since_last_ = h;
     DeviceState<DeviceScalar> state = state_;
     DeviceStatus const status = device_.read(state);
@@ -112,6 +113,7 @@ class ServoLoop {
                  .position = position,
                  .orientation = state.orientation.template cast<Scalar>(),
                  .seconds = static_cast<double>(h),
+                 .elapsed = elapsed,
                  .buttons = state.buttons,
                  .calibration = calibration()});
     if (chain_.interrupted()) follows_ = false;
@@ -143,7 +145,7 @@ class ServoLoop {
       velocity_ = reported;
     else if (!follows_)
       velocity_.setZero();
-    else if (fresh)
+    else if (fresh && since_sample_ > 0)
       velocity_ = (tip - tip_) / static_cast<Scalar>(since_sample_);
     if (fresh) since_sample_ = 0;
     tip_ = tip;
