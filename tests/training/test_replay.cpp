@@ -182,3 +182,18 @@ TEST_CASE("the first tick that differs is found", "[training][replay]") {
   for (int i = 0; i < 5; ++i) c.append({.time = i / 1000.0, .force = {0, i == 3 ? -0.0 : 0.0, 0}});
   CHECK(first_difference(a, c) == 3u);
 }
+
+TEST_CASE("a session of a run in real time is not taken for one that lock-step repeats", "[training][replay][realtime]") {
+  auto simulator = scene<double>(RecordedDevice(ScriptedDevice<double>(stroke<double>(0.010, 0.25)), 900));
+  Session const session = make_session(simulator.run_realtime(0.05), simulator.device(), configuration(), seed);
+  REQUIRE(session.recording.ticks().size() == session.hand.size());
+  Session const read = session_from_bytes(to_bytes(session));
+  CHECK(read.events == session.events);
+  for (Session const& one : {session, read}) {
+    CHECK(unsaid(message_of([&] { replay(one, configuration(), seed); }), "it ran in real time", "replay_whatever(session)") == "");
+    CHECK(replay_whatever(one).duration() > 0.0);
+  }
+  Session made = session;   // by a host, without make_session
+  made.events.clear();
+  CHECK_FALSE(replay_obstacles(made, configuration(), seed).empty());
+}

@@ -95,6 +95,7 @@ class RealtimeServo {
   }
   Recording take_recording() {
     recording_.set_saturation(servo_.loop.chain().saturation());
+    recording_.set_real_time();
     return std::move(recording_);
   }
 

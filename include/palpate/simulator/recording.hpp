@@ -107,12 +107,16 @@ class Recording {
     ticks_.clear();
     dropped_ = 0;
     saturation_ = {};
+    is_of_real_time_ = false;
   }
 
   /// Whether the limit of force cut off forces of this run, and how far: look there before `largest_force` is taken for the tissue's. A file does
   /// not keep it: a recording that was read has none.
   ForceSaturation const& saturation() const noexcept { return saturation_; }
   void set_saturation(ForceSaturation const& saturation) noexcept { saturation_ = saturation; }
+  /// Whether its run was in real time, and so not one that lock-step repeats; its ticks' times do not say so. A file does not keep it, a session does.
+  bool is_of_real_time() const noexcept { return is_of_real_time_; }
+  void set_real_time() noexcept { is_of_real_time_ = true; }
 
   /// Whether a solid was cut.
   bool has_area() const noexcept {
@@ -186,6 +190,7 @@ class Recording {
   std::vector<Tick> ticks_;
   std::size_t dropped_ = 0;
   ForceSaturation saturation_{};
+  bool is_of_real_time_ = false;
 };
 
 /// One contact of a recording, from the tick before the touch to the one in which it ends, and what the hand put into it.

@@ -40,9 +40,11 @@ inline std::vector<std::string> replay_obstacles(Session const& session, Configu
   auto const& ticks = session.recording.ticks();
   for (std::size_t k = 0; k < ticks.size(); ++k)
     if (double const time = static_cast<double>(k) / session.device.rate; !(std::abs(ticks[k].time - ticks[0].time - time) <= 1e-3 / session.device.rate)) {
-      add("tick ", k, " is at ", ticks[k].time - ticks[0].time, " s after the first, a run in lock-step has it at ", time, " s: it ran in real time, or ticks are missing");
+      add("tick ", k, " is at ", ticks[k].time - ticks[0].time, " s after the first, a run in lock-step has it at ", time, " s: ticks are missing");
       break;
     }
+  if (session.recording.is_of_real_time() || std::ranges::any_of(session.events, [](auto const& event) { return event.name == real_time_event; }))
+    add("it ran in real time, where each answer of the body comes when it comes");
   return obstacles;
 }
 

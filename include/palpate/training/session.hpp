@@ -109,12 +109,17 @@ struct Session {
   }
 };
 
-/// The session of a recording, its events those of the phases. A `RecordedDevice` that was recorded from its first tick on adds the hand's
-/// samples; any other device tells its capabilities alone.
+/// The event that says of a session that its run was in real time: no run in lock-step is the same to the byte.
+inline constexpr std::string_view real_time_event = "real time";
+
+/// The session of a recording, its events those of the phases, before them `real_time_event` where it was in real time. A `RecordedDevice` that was
+/// recorded from its first tick on adds the hand's samples; any other device tells its capabilities alone.
 template <class Device>
 Session make_session(Recording recording, Device const& device, Configuration configuration = {}, Seed seed = {}) {
   Session session{.seed = seed, .configuration = std::move(configuration), .device = device.capabilities()};
   session.events = phase_events(recording);
+  if (recording.is_of_real_time())
+    session.events.insert(session.events.begin(), {recording.ticks().empty() ? 0.0 : recording.ticks().front().time, std::string(real_time_event)});
   if constexpr (RecordsSamples<Device>) {
     if (device.samples().size() != recording.ticks().size())
       throw InvalidArgument(detail::message("make_session: the device kept ", device.samples().size(), " samples of the hand for ", recording.ticks().size(),
