@@ -308,6 +308,7 @@ TEMPLATE_TEST_CASE("contact begins where the tip's ball meets the surface", "[bo
   CHECK(touch.update(body, at<S>(0.0449, 0.051, 0.0049 + over - 1e-5)).touching);
   CHECK_THROWS_AS(Touch<S>(S(-0.001)), InvalidArgument);
   CHECK_THROWS_AS(Touch<S>(std::numeric_limits<S>::quiet_NaN()), InvalidArgument);
+  CHECK_THROWS_WITH(Touch<S>(S(2)), Catch::Contains("the tip radius is 2 m") && Catch::Contains("in mm it would be 0.002 m"));
 }
 
 TEMPLATE_TEST_CASE("on a deformed sheet the contact is the one that all triangles agree on", "[body][touch]", PALPATE_TEST_SCALARS) {

@@ -154,6 +154,7 @@ TEMPLATE_TEST_CASE("a blade in cubes refuses what is not finite, and allocates n
   CHECK_THROWS_AS(CubeCutter<S>({.edge = {Vector3<S>::Zero(), Vector3<S>(0, nan, 0)}}), InvalidArgument);
   CHECK_THROWS_AS(CubeCutter<S>({.edge = {Vector3<S>::Zero(), Vector3<S>::Zero()}}), InvalidArgument);
   CHECK_THROWS_AS(CubeCutter<S>({.puncture_depth = -1}), InvalidArgument);
+  CHECK_THROWS_WITH(CubeCutter<S>({.puncture_depth = 2}), Catch::Contains("the puncture depth is 2 m") && Catch::Contains("in mm it would be 0.002 m"));
   CHECK_THROWS_AS(CubeCutter<S>({.tip_radius = -1}), InvalidArgument);
   auto body = block<S>();
   auto cutter = knife<S>();

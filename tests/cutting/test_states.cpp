@@ -90,6 +90,7 @@ TEST_CASE("a tip that is not finite, and options without meaning, are refused in
   CHECK_THROWS_AS(cutter.advance(body, {nan, 0.0, 0.0}), InvalidArgument);
   CHECK_THROWS_AS(ProgressiveCutter<double>({.puncture_depth = -1.0}), InvalidArgument);
   CHECK_THROWS_AS(ProgressiveCutter<double>({.snap = nan}), InvalidArgument);
+  CHECK_THROWS_WITH(ProgressiveCutter<double>({.puncture_depth = 2}), Catch::Contains("puncture_depth is 2 m") && Catch::Contains("in mm it would be 0.002 m"));
   CHECK(body.size() == 16);
 }
 
@@ -214,4 +215,21 @@ TEST_CASE("no contact is deeper than the body is long") {
   finger.advance(body, {0.0233, 0.0217, -1.01 * diagonal});
   CHECK(cutter.state() == CuttingPhase::no_contact);
   CHECK_FALSE(finger.contact().touching);
+}
+
+// Yardstick: a cutter that has cut nothing before.
+TEST_CASE("a cutter that is taken to another body in mid-cut begins anew there", "[cutting]") {
+  auto first = grid(10), other = grid(10), third = grid(10);
+  auto cutter = scalpel(), fresh = scalpel();
+  for (int k = 0; k < 30; ++k) cutter.advance(first, {0.0212 + 0.001 * k, 0.0533, k < 3 ? 0.01 : -0.004});
+  REQUIRE(cutter.state() == CuttingPhase::moving);
+  REQUIRE(first.size() > 100);
+  for (int k = 0; k < 30; ++k) {
+    Vector3<double> const tip(0.0212 + 0.001 * k, 0.0333, k < 3 ? 0.01 : -0.004);
+    cutter.advance(other, tip), fresh.advance(third, tip);
+    REQUIRE(cutter.state() == fresh.state());
+  }
+  CHECK(other.size() > 100);
+  CHECK(other.positions() == third.positions());
+  CHECK(other.triangles() == third.triangles());
 }

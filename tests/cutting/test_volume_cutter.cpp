@@ -469,6 +469,7 @@ TEST_CASE("what can not be cut with is refused in a sentence, and leaves the bod
   CHECK_THROWS_WITH(knife.advance(body, std::span<Vector const>(point)), Catch::Contains("at least two"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.snap = 0.5}), Catch::Contains("snap is 0.5"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.puncture_depth = -1}), Catch::Contains("puncture depth is -1"));
+  CHECK_THROWS_WITH(VolumeCutter<double>({.puncture_depth = 2}), Catch::Contains("the puncture depth is 2 m") && Catch::Contains("in mm it would be 0.002 m"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.most_tetrahedra = 0}), Catch::Contains("at least 1"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.edge = {{0, 0, 0}, {0, 0, 1}, {1, 1, INFINITY}}}), Catch::Contains("point 2 of the edge is (1, 1, inf) m"));
   CHECK_THROWS_WITH(knife.advance(body, {Vector(0, 0, 1), Vector(0, 0, 1)}),

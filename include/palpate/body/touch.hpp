@@ -6,6 +6,7 @@
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/units.hpp>
 
 #include <algorithm>
 #include <array>
@@ -68,6 +69,7 @@ class Touch {
   Touch() = default;
   explicit Touch(Scalar tip_radius) : radius_(tip_radius) {
     detail::require_non_negative("the tip radius", tip_radius, "m");
+    require_length("the tip radius", static_cast<double>(tip_radius), tool_radius);
   }
 
   SurfaceContact<Scalar> const& contact() const noexcept { return contact_; }
@@ -93,10 +95,10 @@ class Touch {
     remember(body);
   }
 
-  /// Whether the body was restored since the last update: the triangle that was touched may not exist any more.
+  /// Whether the body was restored since the last update, or is another one with fewer edits: the triangle that was touched may not exist any more.
   template <class Body>
   bool was_restored(Body const& body) const noexcept {
-    return restorations_ != body.restorations();
+    return restorations_ != body.restorations() || body.topology_revision() < revision_;
   }
 
   /// The body was restored to how it was when this was copied: the contact is as it was then.
@@ -112,7 +114,7 @@ class Touch {
   template <class Body>
   void move(Body& body, Vector const& tip, bool keep_beside) {
     if (!is_finite(tip)) return;
-    if (was_restored(body)) end();
+    if (was_restored(body)) end(), revision_ = body.topology_revision();
     restorations_ = body.restorations();
     if (contact_.touching && !is_still_there(body) && !find_again(body)) end();
     if (contact_.touching) {

@@ -32,6 +32,8 @@ inline constexpr LengthRange organ_extent{0.001, 2.0};
 inline constexpr LengthRange tool_depth{0.0, 0.3};
 /// Of a tool's parts, and of a ball at one's end.
 inline constexpr LengthRange tool_length{0.0, 2.0}, tool_radius{0.0, 0.2};
+/// How deep a tool may have to press before it cuts; one that shall not cut may have the largest.
+inline constexpr LengthRange puncture_depth_range{0.0, 1.0};
 
 /// For the message that refuses `number` [unit], a length outside `range`: "208 m, outside 0.001 … 2 m; in mm it would be 0.208 m", with every unit
 /// in which it would be within.
@@ -50,6 +52,11 @@ inline std::string unlikely_length(double number, std::string_view unit, LengthR
     separator = ", in ";
   }
   return text;
+}
+
+/// Throws InvalidArgument for a length [m] outside `range`.
+inline void require_length(std::string_view what, double metres, LengthRange range) {
+  if (!range.contains(metres)) throw InvalidArgument(detail::message(what, " is ", unlikely_length(metres, "m", range), "; give it in m"));
 }
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/core/tool_pose.hpp>
+#include <palpate/core/units.hpp>
 #include <palpate/cutting/concept.hpp>
 #include <palpate/cutting/detail/skin_of.hpp>
 
@@ -31,6 +32,7 @@ struct CubeCutOptions {
     for (std::size_t k = 0; k < edge.size(); ++k) length += (edge[k] - edge[k > 0 ? k - 1 : 0]).norm();
     detail::require_positive("CubeCutter: the length of the edge", length, "m");
     detail::require_non_negative("CubeCutter: the puncture depth", puncture_depth, "m");
+    require_length("CubeCutter: the puncture depth", static_cast<double>(puncture_depth), puncture_depth_range);
   }
 };
 

@@ -76,6 +76,7 @@ struct VolumeCutOptions {
       if (!is_finite(edge[k])) detail::require_finite(detail::message("VolumeCutter: point ", k, " of the edge"), edge[k], "m in the tool's frame");
     detail::require_pieces("the edge", std::span<Vector3<Scalar> const>(edge), "m in the tool's frame");
     detail::require_non_negative("VolumeCutter: the puncture depth", puncture_depth, "m");
+    require_length("VolumeCutter: the puncture depth", static_cast<double>(puncture_depth), puncture_depth_range);
     if (!(puncture_force > 0)) throw InvalidArgument(detail::message("VolumeCutter: the puncture force is ", puncture_force, " N; it must be positive"));
     detail::require_non_negative("VolumeCutter: the toughness", toughness, "J/m2");
     detail::require_non_negative("VolumeCutter: the friction of the lips", lip_friction, "N/m");

@@ -67,7 +67,7 @@ struct ToolShape {
       if (!(rod.radius >= 0) || !std::isfinite(rod.radius)) refuse("the radius of rod ", k, " is ", rod.radius, " m; it must be finite and not negative");
       if (double const length = static_cast<double>((rod.to - rod.from).norm()); !tool_length.contains(length))
         refuse("rod ", k, " is ", unlikely_length(length, "m", tool_length), " long; give its ends in m");
-      if (!tool_radius.contains(static_cast<double>(rod.radius))) refuse("the radius of rod ", k, " is ", unlikely_length(static_cast<double>(rod.radius), "m", tool_radius), "; give it in m");
+      require_length(detail::message("ToolShape: the radius of rod ", k), static_cast<double>(rod.radius), tool_radius);
       if (rods[k].use == RodUse::deforming && !(rod.radius > 0)) refuse("rod ", k, " deforms, and its radius is 0; give it one, or .use = RodUse::cutting");
     }
     for (Eigen::Index t = 0; t < picture.triangles.cols(); ++t)

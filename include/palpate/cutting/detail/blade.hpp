@@ -6,6 +6,7 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 #include <palpate/core/tool_pose.hpp>
+#include <palpate/core/units.hpp>
 #include <palpate/cutting/blade_edge.hpp>
 #include <palpate/cutting/detail/rest_walk.hpp>
 #include <palpate/cutting/detail/snapping.hpp>
@@ -34,6 +35,7 @@ class Blade {
       : puncture_depth_(puncture_depth), puncture_force_(puncture_force), edge_(edge), touch_(tip_radius) {
     if (edge_) turn(edge_->axis);
     require_positive("puncture_depth", puncture_depth, "m");
+    require_length("puncture_depth", static_cast<double>(puncture_depth), puncture_depth_range);
     require_positive("puncture_force", puncture_force, "N");
   }
 
