@@ -137,6 +137,9 @@ TEST_CASE("each malformed path says what, where, and what to do", "[trajectory][
     CHECK(unsaid(complaint(header + "0,0,0,0\n0,1,0,0\n"), "line 3: time_s is 0 after 0") == "");
     CHECK(unsaid(complaint(header + "-1e308,0,0,0\n1e308,1,0,0\n"), "line 3: time_s") == "");
   }
+  SECTION("a speed that is no number") {
+    CHECK(unsaid(complaint(header + "0,0,0,0\n1e-320,45,0,0\n"), "line 3: the way from the row before, in 9.99988867e-321 s, is too fast to be a number") == "");
+  }
   SECTION("cut short") {
     CHECK(unsaid(complaint(header + "0,0,0,0\n1,0,0\n"), "line 3: there are 3 cells where the first line names 4 columns") == "");
     CHECK(unsaid(complaint(header + "0,0,0,0,0\n"), "line 2: there are 5 cells") == "");

@@ -58,6 +58,7 @@ TEST_CASE("a force's file is the documented text, and makes the force again") {
   CHECK(force.speeds().high == 0.05);
   CHECK(force(touching(CuttingPhase::indenting, 0.006)).z() == Approx(0.1 * std::expm1(1.5)).epsilon(1e-12));
   auto narrow = parse_force<float>(small_text);
+  CHECK_THROWS_WITH(parse_force<float>(replaced(small_text, "0.1,", "1e308,")), Catch::Contains("which the scalar asked for can hold"));
   CHECK(double(narrow({.phase = CuttingPhase::indenting, .depth = 0.006F, .previous_depth = 0.006F}).z()) == Approx(0.1 * std::expm1(1.5)).epsilon(1e-5));
 
   ScratchFolder const folder;

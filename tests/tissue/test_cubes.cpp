@@ -651,7 +651,8 @@ TEMPLATE_TEST_CASE("a force that waits on a split cube is not lost where cubes a
 }
 
 TEST_CASE("cubes say what is wrong with an edge in millimetres, a missing clock and another body's state", "[tissue][cubes]") {
-  auto const sphere = make_sphere<double>(0.05, 6);
+  auto const sphere_of = [](double radius) { return make_sphere<double>(radius, 6); };
+  auto const sphere = sphere_of(0.05);
   CHECK_THROWS_WITH(Cubes<double>(sphere, {.edge = 8, .young = young}), says("an edge of 8 m is longer than the surface", "in metres"));
   CHECK_THROWS_WITH(Cubes<double>(sphere, {.edge = 0.01, .young = young, .seconds = 1e-3, .clock = nullptr}), says(".seconds is a limit", ".clock is null"));
   Cubes<double> body(sphere, {.edge = 0.01, .young = young});
@@ -663,6 +664,8 @@ TEST_CASE("cubes say what is wrong with an edge in millimetres, a missing clock 
   Matrix3X<double> const before = flat.positions();
   CHECK_THROWS_WITH(flat.restore(row.save()), says("lie in another way", "another body's"));
   CHECK_THROWS_WITH(flat.restore(turned.save()), says("lie in another way", "another body's"));
+  Cubes<double> const larger(sphere_of(0.1), {.edge = 0.02, .young = young});   // the same cubes, of twice the size
+  CHECK_THROWS_WITH(body.restore(larger.save()), says("a body 0.3", "m across", "another body's"));
   CHECK(flat.positions() == before);
   flat.restore(block<double>(4, 2, 1).save());
 }

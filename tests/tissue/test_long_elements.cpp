@@ -284,6 +284,11 @@ TEMPLATE_TEST_CASE("long elements: saved and restored to the byte", "[tissue][lo
   CHECK(body.restorations() == 1);
   LongElements<S> finer(organ, {.spacing = S(0.01), .young = S(3000)});   // as many vertices, more columns
   CHECK_THROWS_AS(body.restore(finer.save()), InvalidArgument);
+  auto larger = organ;
+  larger.points *= S(2);
+  LongElements<S> const twice_as_large(larger, {.spacing = S(0.04), .young = S(3000)});   // as many of both
+  REQUIRE(twice_as_large.size() == body.size());
+  CHECK_THROWS_WITH(body.restore(twice_as_large.save()), says("m across with edges of", "it is another body's"));
   CHECK((body.positions() == x && body.restorations() == 1));
 }
 

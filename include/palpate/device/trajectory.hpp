@@ -265,7 +265,7 @@ class Trajectory {
 /// Columns    time_s and x_m, y_m, z_m, or tip_x_m, tip_y_m, tip_z_m as in a recording; found by name, others are not looked at.
 ///            Time counts from the first row. Blank lines and lines that begin with # are skipped.
 /// Errors     `FileError` with the line for a file that is missing or empty, a column that is missing, a cell that is not a
-///            finite number, a time that does not grow, a line cut short, fewer than two rows.
+///            finite number, a time that does not grow, a speed that is none, a line cut short, fewer than two rows.
 template <RealScalar Scalar>
 Trajectory<Scalar> read_trajectory(std::filesystem::path const& path) {
   using detail::message;
@@ -313,6 +313,8 @@ Trajectory<Scalar> read_trajectory(std::filesystem::path const& path) {
       if (!(values[0] > last) || !(elapsed > trajectory.duration()) || !std::isfinite(elapsed))
         table.fail_here(message("time_s is ", row[columns[0]], " after ", last, "; times must grow from row to row: sort the "
                                 "rows and remove repeated ones"));
+      if (Scalar const seconds = static_cast<Scalar>(elapsed - trajectory.duration()); !is_finite(Vector3<Scalar>((point - trajectory.end()) / seconds)))
+        table.fail_here(message("the way from the row before, in ", seconds, " s, is too fast to be a number; give metres and seconds"));
       trajectory.line(point, elapsed - trajectory.duration());
     }
     last = values[0];

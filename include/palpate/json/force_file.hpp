@@ -76,7 +76,11 @@ FittedForce<S> read_force(JsonValue const& document) {
     if (document.has("network")) document.at("network").fail("belongs to the model \"network\"; remove it, or name that model");
     ForcePreset preset{model.text(), {}, depths, speeds, source};
     auto const coefficients = document.at("coefficients");
-    for (std::string const& key : coefficients.keys()) preset.coefficients.emplace_back(key, coefficients.at(key.c_str()).template number<double>());
+    for (std::string const& key : coefficients.keys()) {
+      auto const coefficient = coefficients.at(key.c_str());
+      static_cast<void>(coefficient.template number<S>());   // throws for what the force can not hold
+      preset.coefficients.emplace_back(key, coefficient.template number<double>());
+    }
     return FittedForce<S>(preset);
   } catch (InvalidArgument const& error) {
     document.fail(message("makes no force: ", error.what()));

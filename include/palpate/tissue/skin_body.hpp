@@ -177,11 +177,18 @@ class SkinBody {
   struct SkinState {
     std::vector<char> nailed;
     std::size_t revision;
+    Scalar mean_edge, diagonal;   // whose
   };
-  SkinState save_skin() const { return {skin_.nailed_, skin_.revision_}; }
+  SkinState save_skin() const { return {skin_.nailed_, skin_.revision_, mean_edge_, diagonal_}; }
   void require_own(SkinState const& state) const {
     if (state.nailed.size() != skin_.nailed_.size())
       throw InvalidArgument(detail::message("a state of ", state.nailed.size(), " particles can not be restored in a body of ", skin_.nailed_.size(), "; it is another body's"));
+    require_shape(state);
+  }
+  void require_shape(SkinState const& state) const {
+    if (state.mean_edge != mean_edge_ || state.diagonal != diagonal_)
+      throw InvalidArgument(detail::message("a state of a body ", state.diagonal, " m across with edges of ", state.mean_edge, " m can not be restored in one of ", diagonal_,
+                                            " m with edges of ", mean_edge_, " m; it is another body's"));
   }
   void restore_skin(SkinState const& state) {
     require_own(state);

@@ -118,6 +118,7 @@ class Cubes : public detail::CubeRelaxation<ScalarType> {
     if (state.grid != grid_.mark()) throw InvalidArgument("Cubes: a state of as many cubes that lie in another way can not be restored; it is another body's");
     if (state.levels != this->options_.levels)
       throw InvalidArgument(detail::message("Cubes: a state of a body that splits over ", state.levels, " levels can not be restored in one of ", this->options_.levels, "; it is another body's"));
+    this->require_shape(state.skin);
     grid_.set_opened(state.opened);
     begin_anew();
     this->refine(state.split);
