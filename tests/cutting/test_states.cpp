@@ -224,6 +224,7 @@ TEST_CASE("a cutter that is taken to another body in mid-cut begins anew there",
   for (int k = 0; k < 30; ++k) cutter.advance(first, {0.0212 + 0.001 * k, 0.0533, k < 3 ? 0.01 : -0.004});
   REQUIRE(cutter.state() == CuttingPhase::moving);
   REQUIRE(first.size() > 100);
+  cutter.advance(other, {0.0512, 0.0533, -0.004}), fresh.advance(third, {0.0512, 0.0533, -0.004});   // behind the surface
   for (int k = 0; k < 30; ++k) {
     Vector3<double> const tip(0.0212 + 0.001 * k, 0.0333, k < 3 ? 0.01 : -0.004);
     cutter.advance(other, tip), fresh.advance(third, tip);
