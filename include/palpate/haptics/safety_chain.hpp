@@ -61,8 +61,8 @@ struct WantedForce {
 ///            change is slewed.
 /// Units      SI; forces enter in the world frame and leave in the device's frame.
 /// Source     order and numbers: practice of haptic libraries; the passivity controller \cite hannaford2002.
-/// Invariant  |out| ≤ max_force; |out − the last out| ≤ slew · period, of a tick before its time slew · elapsed, unless out is zero; out is finite. Of the torque likewise, with max_torque and the
-///            slew at `SafetyLimits::lever`.
+/// Invariant  |out| ≤ max_force; |out − the last out| ≤ slew · period, of a tick before its time slew · elapsed, unless out is zero; out is finite. Of the
+///            torque likewise, with max_torque and the slew at `SafetyLimits::lever`.
 /// Cost       O(1), noexcept, no allocation: allowed in the servo tick.
 template <RealScalar S>
 class SafetyChain {
