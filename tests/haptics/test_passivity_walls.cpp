@@ -160,6 +160,22 @@ TEST_CASE("what the mechanics have taken in the air pays for nothing later") {
   }
 }
 
+// Yardstick: at 1 m/s what gives b v is paid for by the mechanics, and no more is left of a force along the motion; or 11 N less, the limit.
+TEST_CASE("C8-O4: a tick that is late is damped as fast as the hand was, and pays for no more than the mechanics took") {
+  for (int const periods : {1, 2, 3, 5})
+    for (double const known : {0.0, 0.5})
+      for (double const force : {3.0, 40.0}) {
+        PassivityController<double> controller({.max_damping = 11.0, .device_damping = known});
+        double const seconds = 1e-3 * periods;
+        Vector none = Vector::Zero();
+        controller(none, none);
+        controller.sent(none);
+        CAPTURE(periods, known, force);
+        CHECK(controller({seconds, 0, 0}, {force, 0, 0}, 0.0, none, none, seconds).x() == Approx(std::max(known, force - 11.0)).margin(1e-12));
+        CHECK(controller.damping() <= 11.0);
+      }
+}
+
 // Yardstick: the same hand and wall without the 5 J; and 100 ms, in which 5 mJ are gone at 0.05 W.
 TEST_CASE("C8-O5: 5 J that were taken beforehand do not hide a vibrating wall") {
   for (double const stiffness : {5000.0, 10000.0, 20000.0}) {

@@ -747,6 +747,24 @@ TEMPLATE_TEST_CASE("a tick through the chain allocates nothing", "[haptics][safe
   CHECK(largest > S(0));
 }
 
+// Yardstick: 11 N·s/m at the speed of the hand, whether its ticks are late or its samples.
+TEST_CASE("C8-O4: late ticks and late samples are damped by the speed of the hand", "[haptics][safety]") {
+  for (int const late : {1, 4})
+    for (bool const sampled_late : {false, true}) {
+      Bench bench;
+      bench.options = unlimited();
+      bench.options.damping = 11.0;
+      bench.begin_armed();
+      double const speed = 0.2;   // m/s
+      for (int round = 0; round < 20; ++round) {
+        for (int k = 1; sampled_late && k < late; ++k) bench.reading.fresh = false, bench.tick({3, 0, 0});
+        bench.reading.fresh = true, bench.reading.seconds = sampled_late ? 1e-3 : 1e-3 * late;
+        bench.reading.position.x() += speed * 1e-3 * late;
+        CHECK(bench.tick({3, 0, 0}).x() == Approx(3.0 - 11.0 * speed));
+      }
+    }
+}
+
 // Yardstick: the limits by the second of docs/haptics.md, 500 N/s and a ramp of 100 ms, with ticks five times as often as the device said, and in bursts.
 TEST_CASE("ticks before their time bring no more force a second than ticks in time", "[haptics][safety]") {
   for (double const elapsed : {1e-3, 2e-4, 1e-6, 0.0, 5e-3}) {

@@ -24,6 +24,7 @@ struct PassivityOptions {
 ///   E ← E + b |Δx|²/T, up to U          the least that the mechanics have dissipated: it offsets a gain and is never stored
 ///   W = E − F·Δx + b |Δx|²/T            if the force wanted now were held over the same displacement again
 ///   W < 0:  F ← F − α Δx/T,   α = min(α_max, −W T/|Δx|²)
+/// T is the period, or what has passed since the last sample, where that is more: a tick may be late.
 /// With a torque τ besides, and Δθ the rotation since the last tick: F·Δx + τ·Δθ for F·Δx, |Δx|² + ℓ² |Δθ|² for the |Δx|² in α, and τ ← τ − α ℓ² Δθ/T.
 /// F is the force on the hand, so the hand puts −F·Δx into what it touches. The observer is exact for a force that is held between
 /// samples.
@@ -58,8 +59,10 @@ class PassivityController {
     Vector3<S> none = Vector3<S>::Zero();
     return (*this)(position, wanted, elastic, none, none);
   }
-  /// The same with a torque, which becomes the passive one, and the rotation since the last tick [rad].
-  Vector3<S> operator()(Vector3<S> const& position, Vector3<S> const& wanted, double elastic, Vector3<S> const& turned, Vector3<S>& torque) noexcept {
+  /// The same with a torque, which becomes the passive one, the rotation since the last tick [rad], and what has passed since then [s], where that may be
+  /// more than a period.
+  Vector3<S> operator()(Vector3<S> const& position, Vector3<S> const& wanted, double elastic, Vector3<S> const& turned, Vector3<S>& torque, double seconds = 0.0) noexcept {
+    double const period = std::isfinite(seconds) ? std::max(options_.period, seconds) : options_.period;
     Vector3<double> const way = has_position_ ? Vector3<double>(position.template cast<double>() - position_) : Vector3<double>(Vector3<double>::Zero());
     Vector3<double> const turn = has_position_ ? Vector3<double>(turned.template cast<double>()) : Vector3<double>(Vector3<double>::Zero());
     position_ = position.template cast<double>();
@@ -72,17 +75,17 @@ class PassivityController {
     }
     total_ += work;
     min_ = std::min(min_, total_);
-    double const square = way.squaredNorm(), taken = options_.device_damping / options_.period * square;
+    double const square = way.squaredNorm(), taken = options_.device_damping / period * square;
     double const held = std::fmax(elastic, 0.0);   // 0 for a NaN
     energy_ = std::min(energy_ + work, options_.reservoir + held);
     if (energy_ < held) energy_ = std::min(energy_ + taken, held);
     double const next = energy_ + taken - wanted.template cast<double>().dot(way) - torque.template cast<double>().dot(turn);
     double const moved = square + lever * turn.squaredNorm();
     if (!(next < 0.0) || !(moved > 0.0) || !(options_.max_damping > 0.0)) return wanted;
-    damping_ = std::min(options_.max_damping, -next * options_.period / moved);
+    damping_ = std::min(options_.max_damping, -next * period / moved);
     ++damped_;
-    torque = (torque.template cast<double>() - damping_ * lever / options_.period * turn).template cast<S>();
-    return (wanted.template cast<double>() - damping_ / options_.period * way).template cast<S>();
+    torque = (torque.template cast<double>() - damping_ * lever / period * turn).template cast<S>();
+    return (wanted.template cast<double>() - damping_ / period * way).template cast<S>();
   }
 
   /// The force that was written after all limits, and the torque; they act until the next tick.

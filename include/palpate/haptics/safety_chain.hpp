@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace palpate {
 
@@ -100,7 +101,7 @@ class SafetyChain {
     missing_ = waits_for_ = ArmingWaitsFor::sample;
     told_waiting_ = false;
     has_position_ = has_sample_ = held_before_ = stale_ = diverged_ = interrupted_ = false;
-    since_sample_ = 0.0;
+    since_sample_ = way_seconds_ = 0.0;
     out_.setZero(), torque_.setZero();
     event_count_ = 0;
   }
@@ -294,7 +295,7 @@ class SafetyChain {
     }
     position_ = position;
     has_position_ = true;
-    if (fresh) has_sample_ = true, since_sample_ = 0.0;
+    if (fresh) has_sample_ = true, way_seconds_ = std::exchange(since_sample_, 0.0);
   }
 
   void check_model(WantedForce<S> const& wanted) noexcept {
@@ -322,7 +323,7 @@ class SafetyChain {
     }
     auto const damped = passivity_.damped();
     Vector3<S> const place = mapping.velocity_to_world(position_);   // the hand's own way, also while a clutch holds the tip
-    Vector3<S> const result = passivity_(place, force, wanted.elastic, turned, torque);
+    Vector3<S> const result = passivity_(place, force, wanted.elastic, turned, torque, way_seconds_);
     counts_.damped += passivity_.damped() - damped;
     return result;
   }
@@ -412,7 +413,7 @@ class SafetyChain {
   std::array<double, 65> not_finite_at_{};   // s of the session, of the last ones that were not finite
   std::uint64_t not_finite_in_all_ = 0;
   double clock_ = 0.0;   // s of the session
-  double gain_ = 0.0, seconds_ = 0.0, elapsed_ = 0.0, since_sample_ = 0.0, earlier_energy_ = 0.0;
+  double gain_ = 0.0, seconds_ = 0.0, elapsed_ = 0.0, since_sample_ = 0.0, way_seconds_ = 0.0, earlier_energy_ = 0.0;
   double felt_ = 1.0, work_ = 1.0;   // κ s and κ/s of the mapping
   Vector3<S> out_ = Vector3<S>::Zero(), torque_ = Vector3<S>::Zero(), position_ = Vector3<S>::Zero();
   Eigen::Quaternion<S> orientation_ = Eigen::Quaternion<S>::Identity(), turned_from_ = Eigen::Quaternion<S>::Identity();   // now; when work was counted last
