@@ -23,8 +23,12 @@
 #include <vtkStringArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkUnstructuredGridWriter.h>
+#include <vtkXMLPolyDataReader.h>
+#include <vtkXMLPolyDataWriter.h>
+#include <vtkXMLWriter.h>
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -275,6 +279,40 @@ TEST_CASE("a coordinate that is not finite is named", "[vtk][read][error]") {
 }
 
 // Cells and corners that VTK's surface filter would follow, or its reader before that.
+// VTK makes room for as many blocks as compressed data announce, and for the block: 6 GB and two minutes for a file of 2 kB.
+TEST_CASE("compressed data that announce more than a file can hold are refused at once", "[vtk][read][error]") {
+  ScratchFolder const folder;
+  vtkNew<vtkXMLPolyDataReader> reader;
+  reader->ReadFromInputStringOn(), reader->SetInputString(vtp), reader->Update();
+  for (auto const mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended})
+    for (bool const encodes : {true, false})
+      for (bool const is_wide : {true, false}) {
+        vtkNew<vtkXMLPolyDataWriter> writer;
+        writer->SetInputData(reader->GetOutput());
+        writer->SetDataMode(mode), writer->SetEncodeAppendedData(encodes), writer->SetCompressorTypeToZLib();
+        is_wide ? writer->SetHeaderTypeToUInt64() : writer->SetHeaderTypeToUInt32();
+        writer->WriteToOutputStringOn(), writer->Write();
+        std::string const whole = writer->GetOutputString();
+        CAPTURE(mode, encodes, is_wide);
+        CHECK(read_mesh<double>(folder.write("whole.vtp", whole)).triangles.cols() == 4);
+        if (mode == vtkXMLWriter::Ascii) continue;
+        bool const is_inline = mode == vtkXMLWriter::Binary;
+        std::size_t const start = is_inline ? whole.find_first_not_of(" \n", whole.find('>', whole.find("format=\"binary\"")) + 1) : whole.find('_', whole.find("<AppendedData")) + 1;
+        std::size_t const header = is_wide ? 8 : 4;
+        for (std::size_t const word : {std::size_t{0}, std::size_t{1}}) {   // how many blocks, how long they are
+          std::string damaged = whole;
+          std::size_t const at = word * header;
+          if (is_inline || encodes)
+            damaged.replace(start + (at + 2) / 3 * 4, 4, "////");
+          else
+            damaged.replace(start + at + 1, 3, "\xff\xff\xff");
+          auto const before = std::chrono::steady_clock::now();
+          CHECK_THAT(error_of(folder.write("damaged.vtp", damaged)), says("damaged.vtp", "compressed data announce more than this file can hold", "cut short"));
+          CHECK(std::chrono::steady_clock::now() - before < std::chrono::seconds(5));
+        }
+      }
+}
+
 TEST_CASE("a damaged legacy file does not reach VTK's filters", "[vtk][read][error]") {
   ScratchFolder const folder;
   auto const said = [&](std::string text, std::string const& from, std::string const& to) {
