@@ -91,6 +91,7 @@ TEST_CASE("too few measurements and malformed options are refused with a reason"
   using Net = Network<double, 1, 5, 1>;
   std::vector<Measurement> const few(5, Measurement{.depth = 0.001, .force = 1.0});
   CHECK_THROWS_WITH(fit_network<Net>(few), says("16 weights", "5 of the 5 measurements", "as many"));
+  CHECK_THROWS_WITH(fit_network<Net>(std::vector<Measurement>(40, Measurement{.depth = 0.01, .force = 1.0})), says("all 40 measurements are at a depth of 0.01 m"));
   CHECK_THROWS_AS(fit_network<Net>(of_liver(0.0, 1), {.folds = 1}), InvalidArgument);
   CHECK_THROWS_AS(fit_network<Net>(of_liver(0.0, 1), {.cap = 0.5}), InvalidArgument);
   auto loading = of_liver(0.0, 1);

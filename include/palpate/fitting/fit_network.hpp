@@ -82,6 +82,9 @@ auto fit_network(char const* who, std::span<Measurement const> measurements, Net
   if (used.size() < static_cast<std::size_t>(Net::parameter_count))
     throw InvalidArgument(message(who, ": the network has ", Net::parameter_count, " weights and stands for ", used.size(), " of the ", measurements.size(),
                                   " measurements, those of loading", Net::inputs == 2 && !by_speed ? " and unloading" : "", "; give as many as it has weights, or more"));
+  MeasuredRange const depths = depths_of(used), speeds = speeds_of(used);
+  if (!(depths.low < depths.high))
+    throw InvalidArgument(message(who, ": all ", used.size(), " measurements are at a depth of ", depths.low, " m; give some at other depths"));
   if (static_cast<std::size_t>(options.folds) > used.size())
     throw InvalidArgument(message(who, ": .folds is ", options.folds, " for ", used.size(), " measurements; give no more than there are"));
   if constexpr (Net::inputs == 2 && !by_speed)
@@ -96,7 +99,6 @@ auto fit_network(char const* who, std::span<Measurement const> measurements, Net
     largest = std::max(largest, m.force);
     residuals.push_back(m.force - network(network_input<Net, by_speed>(m))[0]);
   }
-  MeasuredRange const depths = depths_of(used), speeds = speeds_of(used);
   Goodness const good = goodness(used, residuals);
   double left_out_rms = std::numeric_limits<double>::quiet_NaN();
   if (options.folds > 0 && used.size() >= 2 * static_cast<std::size_t>(Net::parameter_count)) {
@@ -130,7 +132,7 @@ auto fit_network(char const* who, std::span<Measurement const> measurements, Net
 /// Trains a network on measurements: of depth alone on those of loading, of depth and phase on loading and unloading.
 ///   auto const found = fit_network<Network<double, 2, 5, 1>>(measurements);
 ///   CuttingForce force(found.law);
-/// Errors     InvalidArgument for fewer measurements than the network has weights, none of a phase that it asks for, values that are not finite, negative depths and speeds, and options out of their meaning.
+/// Errors     InvalidArgument for fewer measurements than the network has weights, none of a phase that it asks for, one depth alone, values that are not finite, negative depths and speeds, and options out of their meaning.
 /// Cost       Offline: allocates.
 template <class Net>
 NetworkFit<NetworkCurve<Net>> fit_network(std::span<Measurement const> measurements, NetworkFitOptions const& options = {}) {
