@@ -5,6 +5,7 @@
 #include <palpate/training/alignment.hpp>
 #include <palpate/training/comparison.hpp>
 #include <palpate/training/configuration.hpp>
+#include <palpate/training/even_recording.hpp>
 #include <palpate/training/guidance.hpp>
 #include <palpate/training/replay.hpp>
 #include <palpate/training/replay_address.hpp>

@@ -543,31 +543,41 @@ TEST_CASE("a device faster than any clock is refused before a thread starts", "[
 
 namespace {
 
+/// What the clock of a device does.
+struct Clock {
+  double rate = 1000.0, declared = 1000.0;            // Hz
+  std::uint64_t stops_after = ~std::uint64_t{0};   // calls
+  int burst = 1;                                      // calls one after the other, at times that are as much further apart
+};
+
 /// A device whose driver calls the servo: a thread of its own, which may stand still after some ticks.
 class ClockedDevice {
  public:
-  explicit ClockedDevice(std::uint64_t stops_after = ~std::uint64_t{0}, double rate = 1000.0, double declared = 1000.0) : state_(std::make_unique<State>()) {
-    state_->stops_after = stops_after, state_->rate = rate, state_->declared = declared;
-  }
+  explicit ClockedDevice(Clock const& clock = {}, double speed = 0.01) : state_(std::make_unique<State>()) { state_->clock = clock, state_->speed = speed; }
 
-  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = state_->declared, .moves_a_hand = false}; }
+  Capabilities capabilities() const noexcept { return {.max_force = 3.3, .rate = state_->clock.declared, .moves_a_hand = false}; }
   DeviceStatus read(DeviceState<double>& state) noexcept {
     if (std::this_thread::get_id() != state_->driver) state_->called_elsewhere = true;
-    state.position = {0.0312, 0.0533, 0.002 - 1e-5 * double(state_->reads++)};
+    state.position = {0.0312, 0.0533, 0.002 - state_->speed * 1e-3 * double(state_->reads++)};
     return DeviceStatus::ok;
   }
   DeviceStatus write(Wrench<double> const& wrench) noexcept {
-    state_->felt = std::max(state_->felt, wrench.force.norm());
+    state_->felt = std::max(state_->felt, state_->feels = wrench.force.norm());
     return DeviceStatus::ok;
   }
   void start(void (*tick)(void*) noexcept, void* context) {
     state_->runs = true;
     state_->thread = std::thread([this, tick, context] {
       state_->driver = std::this_thread::get_id();
-      Pacer pacer(state_->rate);
+      auto const burst = static_cast<std::uint64_t>(state_->clock.burst);
+      Pacer pacer(state_->clock.rate / state_->clock.burst);
       for (std::uint64_t k = 0; state_->runs.load(); ++k) {
-        pacer.wait();
-        if (k < state_->stops_after) tick(context);
+        if (k % burst == 0) pacer.wait();
+        auto const before = std::chrono::steady_clock::now();
+        double const felt = state_->feels;
+        if (k < state_->clock.stops_after) tick(context);
+        if (felt == 0.0) state_->rises_from = before;
+        if (state_->feels > felt) state_->rose_for = std::chrono::duration<double>(std::chrono::steady_clock::now() - state_->rises_from).count();
       }
     });
   }
@@ -576,16 +586,19 @@ class ClockedDevice {
     if (state_->thread.joinable()) state_->thread.join();
   }
   bool called_elsewhere() const noexcept { return state_->called_elsewhere; }
-  double felt() const noexcept { return state_->felt; }
+  double felt() const noexcept { return state_->felt; }           // N, at most
+  double rose_for() const noexcept { return state_->rose_for; }   // s, of the driver's clock, from before the first tick with a force to the end of the last in which it grew
 
  private:
   struct State {
     std::thread thread;
     std::thread::id driver;
     std::atomic<bool> runs{false};
-    std::uint64_t stops_after = 0, reads = 0;
+    Clock clock{};
+    std::uint64_t reads = 0;
     bool called_elsewhere = false;
-    double felt = 0.0, rate = 0.0, declared = 0.0;
+    double speed = 0.0, felt = 0.0, feels = 0.0, rose_for = 0.0;
+    std::chrono::steady_clock::time_point rises_from{};
   };
   std::unique_ptr<State> state_;
 };
@@ -613,20 +626,48 @@ TEST_CASE("a clock is found in a device that was chosen while the program runs",
 TEST_CASE("ticks that a device's own clock leaves out are counted, also of one chosen while the program runs", "[simulator][realtime][threads]") {
   auto const skipped = [](auto device) {
     Simulator simulator(std::move(device), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, TissueReaction{});
-    simulator.run_realtime(0.05);   // 50 ticks, 5 ms from each to the next
-    return simulator.statistics().servo.skipped();
+    Recording const recording = simulator.run_realtime(0.05);   // 50 ticks, 5 ms from each to the next
+    std::uint64_t missed = 0;
+    for (Tick const& tick : recording.ticks()) missed += tick.missed;
+    CHECK(missed == simulator.statistics().servo.skipped());
+    return missed;
   };
-  CHECK(skipped(ClockedDevice(~std::uint64_t{0}, 200.0)) >= 150);
-  CHECK(skipped(AnyDevice<double>(ClockedDevice(~std::uint64_t{0}, 200.0))) >= 150);
+  CHECK(skipped(ClockedDevice({.rate = 200.0})) >= 150);
+  CHECK(skipped(AnyDevice<double>(ClockedDevice({.rate = 200.0}))) >= 150);
+}
+
+namespace {
+
+/// Pushes with 3 N from the 300th tick on.
+struct Push {
+  Vector3<double> operator()(ToolContact<double> const&) const noexcept { return Vector3<double>::Zero(); }
+  Vector3<double> overlay(ToolMotion<double> const&) noexcept { return {0, 0, ++ticks > 300 ? 3.0 : 0.0}; }
+
+  int ticks = 0;
+};
+
+}  // namespace
+
+// Yardstick: the driver's own watch. At 500 N/s a force of 3 N, of which the first tick brings 0.5 N, takes 5 ms.
+TEST_CASE("a clock that calls too often, or in bursts, brings no more force a second", "[simulator][realtime][threads][safety]") {
+  SimulatorOptions options;
+  options.servo.safety.slew = 500.0;
+  for (Clock const& clock : {Clock{}, Clock{.rate = 10000.0}, Clock{.burst = 20}}) {
+    Simulator simulator(ClockedDevice(clock, 0.0), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, Push{}, options);
+    INFO(clock.rate << " Hz, " << clock.burst << " at once");
+    simulator.run_realtime(1.0);
+    CHECK(simulator.device().felt() == Approx(3.0));
+    CHECK(simulator.device().rose_for() >= 2.5 / 500.0);
+  }
 }
 
 TEST_CASE("a device whose clock stands still ends the run with a sentence", "[simulator][realtime][threads]") {
-  Simulator simulator(ClockedDevice(50), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, NoForce{});
+  Simulator simulator(ClockedDevice({.stops_after = 50}), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, NoForce{});
   CHECK_THROWS_WITH(simulator.run_realtime(10.0), says("after 50 ticks", "check that it is connected"));
 }
 
 TEST_CASE("a run that is stopped after the device's clock has stopped ends with the ticks there were", "[simulator][realtime][threads]") {
-  Simulator simulator(ClockedDevice(50), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, NoForce{});
+  Simulator simulator(ClockedDevice({.stops_after = 50}), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, NoForce{});
   std::thread stopper([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     simulator.stop();
@@ -644,7 +685,7 @@ TEST_CASE("who waits for a device's clock is not asked to spin", "[simulator][re
     Simulator simulator(std::move(device), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, NoForce{}, options);
     return simulator.run_realtime(0.001).ticks().size();
   };
-  CHECK(run(ClockedDevice(~std::uint64_t{0}, 1000.0, 30000.0)) == 30);
+  CHECK(run(ClockedDevice({.declared = 30000.0})) == 30);
   CHECK_THROWS_WITH(run(ScriptedDevice<double>(stroke<double>(), {.rate = 30000.0})), says("a spin of 50000 ns"));
 }
 

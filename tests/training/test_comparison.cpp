@@ -5,16 +5,21 @@
 #include "device/message.hpp"
 
 #include <palpate/core/random.hpp>
+#include <palpate/device/scripted_device.hpp>
 #include <palpate/device/trajectory.hpp>
 #include <palpate/training/comparison.hpp>
+#include <palpate/training/even_recording.hpp>
+#include <palpate/training/replay.hpp>
 #include <palpate/training/score.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 
 using namespace palpate;
 using palpate_test::message_of;
@@ -101,10 +106,73 @@ TEST_CASE("a delayed copy deviates by nothing but its time", "[training][compari
   Comparison const slower = compare(expert, slow);
   CHECK(slower.excess_time == Approx(0.5).epsilon(0.01));
   CHECK(slower.largest_deviation < 1e-8);
-  CHECK(slower.excess_jerk == Approx(0.0).margin(0.05));   // the dimensionless jerk does not depend on pace
+  CHECK(slower.excess_jerk == Approx(0.0).margin(0.06));   // the dimensionless jerk does not depend on pace
   CHECK(score(slower)[ScorePart::time].points == Approx(50.0).epsilon(0.01));   // half of the points at the error called half
   CHECK(compare(slow, expert).excess_time == Approx(-1.0 / 3).epsilon(0.01));
   CHECK(score(compare(slow, expert))[ScorePart::time].points == 100.0);   // faster costs nothing
+}
+
+// Yardstick: a reach of minimum jerk has the same jerk at any pace, and rests are no part of it; 204.8 over all of it, of which the time of work is this share.
+TEST_CASE("neither pace nor rests make a reach smoother or rougher", "[training][comparison]") {
+  auto const reach = [](double seconds, double rest) {
+    Path path = Path::start({0, 0, 0.01});
+    if (rest > 0) path.hold(rest);
+    path.line({0.1, 0, 0.01}, seconds, Pace::minimum_jerk);
+    if (rest > 0) path.hold(rest);
+    return session_on(path);
+  };
+  Session const expert = reach(1.0, 0.5);
+  for (double const seconds : {0.5, 2.0, 4.0, 8.0}) {
+    INFO(seconds << " s");
+    Comparison const found = compare(expert, reach(seconds, 0.5));
+    CHECK(found.excess_jerk == Approx(0.0).margin(seconds < 1.0 ? 0.15 : 0.05));   // the window rounds where a reach begins, of a quick one more
+    double const work = found.trainee.seconds / seconds;
+    CHECK(work == Approx(0.907).margin(0.005));   // 10 τ³ = 10⁻³ at either end
+    CHECK(found.trainee.smoothness.dimensionless_jerk == Approx(204.8 * std::pow(work, 3)).epsilon(seconds < 1.0 ? 0.2 : 0.06));
+  }
+  CHECK(compare(expert, reach(1.0, 0.0)).excess_jerk == Approx(0.0).margin(0.06));
+}
+
+// Yardstick: the same movement with all of its ticks.
+TEST_CASE("ticks that a run in real time missed change neither jerk nor time", "[training][comparison]") {
+  Random random(Seed{11});
+  Session const expert = session_on(stroke());
+  for (double const share : {0.001, 0.01, 0.1}) {
+    Recording recording;
+    std::uint32_t missed = 0, all = 0;
+    for (Tick tick : expert.recording.ticks()) {
+      if (recording.ticks().size() > 1 && missed < 4 && random.uniform() < share) {
+        ++missed, ++all;
+        continue;
+      }
+      tick.time = static_cast<double>(recording.ticks().size()) / 1000.0;
+      tick.missed = std::exchange(missed, 0u);
+      recording.append(tick);
+    }
+    recording.set_real_time();
+    Session const late = make_session(recording, ScriptedDevice<double>(stroke()));
+    INFO(all << " missed");
+    REQUIRE(all > 0);
+    Recording const even = even_recording(late);
+    CHECK(even.ticks().size() == late.recording.ticks().size() + all - missed);
+    CHECK(even.ticks().back().time == Approx(expert.recording.ticks()[even.ticks().size() - 1].time));
+    Comparison const found = compare(expert, late);
+    CHECK(found.excess_jerk == Approx(0.0).margin(0.01));
+    CHECK(found.excess_time == Approx(0.0).margin(0.002));
+    CHECK(found.largest_deviation < 1e-5);
+    CHECK(score(found).total > 99.0);
+    CHECK(unsaid(message_of([&] { replay<double>(late, {}, {}); }), "real time") == "");
+  }
+  Session gap = expert;   // a second that is missing in the times themselves
+  gap.recording.clear();
+  for (Tick tick : expert.recording.ticks()) {
+    if (tick.tip == expert.recording.ticks().back().tip) tick.time += 1.0;
+    gap.recording.append(tick);
+  }
+  CHECK(even_recording(gap).ticks().size() == expert.recording.ticks().size() + 1000);
+  CHECK(compare(expert, gap).excess_time == Approx(0.0).margin(1e-3));   // at rest
+  gap.recording.append({.time = 1e6});
+  CHECK(unsaid(message_of([&] { even_recording(gap); }), "leave out the time in which nothing was recorded") == "");
 }
 
 TEST_CASE("an offset aside is the deviation; one in depth is a depth error and an overshoot, with its force", "[training][comparison]") {

@@ -18,6 +18,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <thread>
 #include <utility>
@@ -177,17 +178,18 @@ class RealtimeServo {
     double const elapsed = done_ == 0 ? 1.0 / rate : std::chrono::duration<double>(started - last_).count(), periods = std::max(1.0, std::round(elapsed * rate));
     last_ = started;
     double const time = started_at_ + static_cast<double>(done_) / rate, now = std::chrono::duration<double>(started - begun_).count();
-    if (is_driven_) servo_.statistics.add_skipped(static_cast<std::uint64_t>(periods) - 1);
+    std::uint64_t const missed = is_driven_ ? static_cast<std::uint64_t>(periods) - 1 : slot.skipped;
     loop.read(static_cast<Scalar>(periods / rate), elapsed);
     if (loop.placed()) {
       poses_.back() = {loop.tool(), time, now, loop.pose_discontinuities()};
       poses_.publish();
     }
-    Tick const tick = loop.respond(models_.read(), time, now);
+    Tick tick = loop.respond(models_.read(), time, now);
+    tick.missed = static_cast<std::uint32_t>(std::min<std::uint64_t>(missed, std::numeric_limits<std::uint32_t>::max()));
     recording_.try_append(tick);
     static_cast<void>(servo_.ticks->push(tick));
     servo_.statistics.add(TickTiming{slot.due, started, std::chrono::steady_clock::now()});
-    servo_.statistics.add_skipped(slot.skipped);
+    servo_.statistics.add_skipped(missed);
     if (done_ % live_every == 0) servo_.publish();
   }
 

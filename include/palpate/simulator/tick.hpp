@@ -4,6 +4,8 @@
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/phase.hpp>
 
+#include <cstdint>
+
 namespace palpate {
 
 /// One servo tick as it was: where the tip was, what it did, what the hand felt.
@@ -16,6 +18,7 @@ struct Tick {
   Vector3<double> tip = Vector3<double>::Zero();
   double depth = 0.0;
   CuttingPhase phase = CuttingPhase::no_contact;
+  std::uint32_t missed = 0;   ///< ticks that should have been before it, in real time; `time` goes on as if there had been none. Not in files of recordings
   Vector3<double> force = Vector3<double>::Zero();
   double energy = 0.0;
   double cut_area = 0.0;

@@ -6,6 +6,7 @@
 #include <palpate/core/phase.hpp>
 #include <palpate/force/concept.hpp>
 #include <palpate/training/alignment.hpp>
+#include <palpate/training/even_recording.hpp>
 #include <palpate/training/session.hpp>
 #include <palpate/training/smoothness.hpp>
 
@@ -30,7 +31,7 @@ struct ComparisonOptions {
 /// Units      s, m, N.
 struct Performance {
   double seconds = 0.0;   ///< of work; see `ComparisonOptions::still`
-  Smoothness smoothness{};
+  Smoothness smoothness{};   ///< over these seconds: a single reach of minimum jerk, of which `still` cuts off a twentieth at either end, has 153, at any pace
   double path_length = 0.0;
   double largest_depth = 0.0;
   double largest_force = 0.0;
@@ -56,7 +57,7 @@ struct Comparison {
   int unintended_contacts = 0;      ///< contacts outside the expert's region, and those in it that are more than the expert's
   bool did_nothing = false;         ///< the expert touched tissue, and the trainee none of that region
 
-  Alignment alignment{};            ///< of the trainee's ticks with the expert's
+  Alignment alignment{};            ///< of the trainee's ticks with the expert's; of those of even_recording(), where some were missed
 };
 
 namespace detail {
@@ -93,9 +94,12 @@ inline Performance performance_of(Session const& session, Matrix3X<double> const
   auto const [first, last] = work_of(tips, options.still);
   double const rate = session.device.rate;
   performance.seconds = static_cast<double>(last - first) / rate;
-  auto const margin = static_cast<Eigen::Index>(std::min(std::ceil(options.smoothness.window * rate), static_cast<double>(tips.cols())));   // the ends of a reach are a part of it
+  double const ends = std::ceil(std::max(options.smoothness.window * rate, 0.1 * static_cast<double>(last - first)));   // of a reach, which are a part of it
+  auto const margin = static_cast<Eigen::Index>(std::min(ends, static_cast<double>(tips.cols())));
   Eigen::Index const from = std::max(Eigen::Index(0), first - margin), to = std::min(tips.cols() - 1, last + margin);
   if (to - from + 1 >= 7) performance.smoothness = smoothness(tips.middleCols(from, to - from + 1), rate, options.smoothness);
+  double const measured = std::exchange(performance.smoothness.seconds, performance.seconds);   // rests beside the work are no part of its pace
+  if (measured > 0.0) performance.smoothness.dimensionless_jerk *= std::pow(performance.seconds / measured, 3);
   for (Eigen::Index i = 1; i < tips.cols(); ++i) performance.path_length += (tips.col(i) - tips.col(i - 1)).norm();
   for (Tick const& tick : session.recording.ticks())
     if (tick.phase != CuttingPhase::no_contact) performance.largest_depth = std::max(performance.largest_depth, tick.depth);
@@ -118,23 +122,26 @@ auto between(std::vector<Tick> const& ticks, double tick, Value value) {
 ///   Both paths are aligned in time first (see `align`); force and depth are then compared with the expert's at the place that belongs to a tick.
 ///   Jerk is compared as T⁵/A² ∫ |x‴|² dt (\cite hogan2009) with one amplitude A for both: it does not depend on pace, and a stronger tremor always
 ///   counts for more, while the log dimensionless jerk saturates where a tremor is faster than the movement.
+///   Of a run in real time that missed ticks the recordings are made even first (see `even_recording`).
 /// Errors     `InvalidArgument` for sessions of other rates, of fewer than two ticks, or with values that are not finite, and for options
 ///            out of their meaning.
 /// Cost       that of `align` and `smoothness`: two sessions of 60 s at 1 kHz take well under a second (release).
 /// Limits     It says what differs, not what matters: a trainee who does well by another path is called deviating.
-inline Comparison compare(Session const& expert, Session const& trainee, ComparisonOptions const& options = {}) {
-  if (expert.device.rate != trainee.device.rate)
-    throw InvalidArgument(detail::message("compare: the expert's rate is ", expert.device.rate.value, " Hz, the trainee's ", trainee.device.rate.value,
+inline Comparison compare(Session const& recorded_expert, Session const& recorded_trainee, ComparisonOptions const& options = {}) {
+  if (recorded_expert.device.rate != recorded_trainee.device.rate)
+    throw InvalidArgument(detail::message("compare: the expert's rate is ", recorded_expert.device.rate.value, " Hz, the trainee's ", recorded_trainee.device.rate.value,
                                           " Hz; record both at one rate"));
   for (auto const& [name, value] : {std::pair(".still", options.still), {".region", options.region}, {".contact_gap", options.contact_gap}})
     if (!(value >= 0.0) || !std::isfinite(value))
       throw InvalidArgument(detail::message("compare: ", name, " is ", value, "; give a finite number, zero or more"));
   detail::OptionCheck{"compare", true}(options.smoothness.window > 0.0, ".smoothness.window", options.smoothness.window, " s", "give a positive time, for example 0.1");
-  for (Session const* const session : {&expert, &trainee})
+  for (Session const* const session : {&recorded_expert, &recorded_trainee})
     for (Tick const& tick : session->recording.ticks())
       if (!std::isfinite(tick.depth) || !is_finite(tick.force))
         throw InvalidArgument(detail::message("compare: depth or force at ", tick.time, " s is not finite; leave such ticks out"));
 
+  auto const even = [](Session const& session) { return Session{.device = session.device, .recording = even_recording(session)}; };
+  Session const expert = even(recorded_expert), trainee = even(recorded_trainee);
   Comparison result;
   Matrix3X<double> const path = detail::tips_of(trainee.recording), model = detail::tips_of(expert.recording);
   result.alignment = align(path, model, options.alignment);

@@ -11,12 +11,16 @@
 #include <palpate/simulator/recording.hpp>
 #include <palpate/training/configuration.hpp>
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -77,7 +81,7 @@ inline std::vector<SessionEvent> phase_events(Recording const& recording) {
 ///   session_io.hpp writes and reads it, replay.hpp repeats it, comparison.hpp compares two.
 /// Units      s, m, m/s, N, Hz.
 /// Invariant  `hand` is empty or has one sample a tick; checked by `validate`, which writing calls.
-/// Limits     how many ticks a real-time run dropped is not kept, nor whether the device lost its calibration meanwhile: then a replay goes on where the session felt nothing.
+/// Limits     whether the device lost its calibration meanwhile is not kept: then a replay goes on where the session felt nothing.
 struct Session {
   std::string version = PALPATE_VERSION_STRING;   ///< of the library that recorded it
   Seed seed{};
@@ -112,7 +116,22 @@ struct Session {
 /// The event that says of a session that its run was in real time: no run in lock-step is the same to the byte.
 inline constexpr std::string_view real_time_event = "real time";
 
-/// The session of a recording, its events those of the phases, before them `real_time_event` where it was in real time. A `RecordedDevice` that was
+namespace detail {
+
+/// Of an event "missed 3": how many ticks of real time there should have been before the one at that time. Of others 0.
+inline std::uint32_t missed_ticks(SessionEvent const& event) noexcept {
+  std::string_view name = event.name;
+  std::uint32_t count = 0;
+  if (!name.starts_with("missed ")) return 0;
+  name.remove_prefix(7);
+  auto const [end, error] = std::from_chars(name.data(), name.data() + name.size(), count);
+  return error == std::errc{} && end == name.data() + name.size() ? count : 0;
+}
+
+}  // namespace detail
+
+/// The session of a recording, its events those of the phases, before them `real_time_event` where it was in real time, and "missed 3" at a tick before which
+/// three were missed: even_recording() reads that. A `RecordedDevice` that was
 /// recorded from its first tick on adds the hand's samples; any other device tells its capabilities alone.
 template <class Device>
 Session make_session(Recording recording, Device const& device, Configuration configuration = {}, Seed seed = {}) {
@@ -120,6 +139,9 @@ Session make_session(Recording recording, Device const& device, Configuration co
   session.events = phase_events(recording);
   if (recording.is_of_real_time())
     session.events.insert(session.events.begin(), {recording.ticks().empty() ? 0.0 : recording.ticks().front().time, std::string(real_time_event)});
+  for (Tick const& tick : recording.ticks())
+    if (tick.missed > 0) session.events.push_back({tick.time, detail::message("missed ", tick.missed)});
+  std::ranges::stable_sort(session.events, {}, &SessionEvent::time);
   if constexpr (RecordsSamples<Device>) {
     if (device.samples().size() != recording.ticks().size())
       throw InvalidArgument(detail::message("make_session: the device kept ", device.samples().size(), " samples of the hand for ", recording.ticks().size(),
