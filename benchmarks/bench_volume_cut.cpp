@@ -12,10 +12,11 @@
 #include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 
+#include "thread_time.hpp"
+
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <numeric>
 #include <span>
@@ -27,9 +28,7 @@ namespace {
 
 using namespace palpate;
 
-double microseconds_since(std::chrono::steady_clock::time_point start) {
-  return 1e6 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+double now() { return 1e6 * benchmarks::thread_time(); }   // µs
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
@@ -46,14 +45,14 @@ class Elements : public FiniteElements<double, StableNeoHookean<double>> {
       : Solid(make_block<double>(n, n, n, 0.005, BlockPattern::alternating),
               {.density = 1000.0, .material = {.young = 1e4, .poisson = 0.4}, .pressure = is_nodal ? Pressure::nodal : Pressure::element}) {}
   void finish_edits() {
-    auto const now = std::chrono::steady_clock::now();
+    double const start = now();
     Solid::finish_edits();
-    finishing += microseconds_since(now);
+    finishing += now() - start;
   }
   void follow_edits(std::span<int const> moving, Assembly& assembly) const {
-    auto const now = std::chrono::steady_clock::now();
+    double const start = now();
     Solid::follow_edits(moving, assembly);
-    *packing += microseconds_since(now);
+    *packing += now() - start;
   }
 
   double finishing = 0;                                                  // µs
@@ -70,7 +69,7 @@ auto make_body(std::type_identity<Springs>, int n) {
                   LeapfrogVerlet{});
 }
 
-/// Argument: vertices along each side of the block. 60 % of it is cut through, 40 ticks an edge, 100 to 500 at most, down to 40 % of its height; a step after each tick.
+/// Argument: vertices along each side of the block. 60 % of it is cut through, 40 ticks an edge, 500 at most, down to 40 % of its height; a step after each tick.
 ///   us_each            of a tick, for each tetrahedron that it makes: cutter, topology, masses, border, search, neighbours; of this
 ///   us_each_finish     neighbours, row bounds, with nodal pressure its stars;
 ///   us_each_packs      in the step after it: packs that forces are computed in
@@ -85,9 +84,9 @@ void cut_block(benchmark::State& state) {
   double const side = 0.005 * (n - 1);
   constexpr bool is_timed = !std::is_same_v<Kind, Springs>;
   for (auto _ : state) {
-    auto const start = std::chrono::steady_clock::now();
+    double const start = now();
     auto body = make_body(std::type_identity<Kind>{}, n);
-    double const made_in = microseconds_since(start);
+    double const made_in = now() - start;
     auto const& tissue = body.tissue();
     int const tetrahedra = tissue.topology().tetrahedron_count();
     body.reserve(body.size() + body.size() / 5, 20 * n * n);
@@ -104,9 +103,9 @@ void cut_block(benchmark::State& state) {
         return 0.0;
     };
     auto const step = [&] {
-      auto const now = std::chrono::steady_clock::now();
+      double const stepped_at = now();
       body.step(1e-6);
-      return microseconds_since(now);
+      return now() - stepped_at;
     };
     step();
     std::vector<double> each, warm, packs_warm, packs_look, finish, packs, idle, touching, steps, steps_after;
@@ -118,17 +117,17 @@ void cut_block(benchmark::State& state) {
       double const y = -0.002 + 0.6 * side * tick / (40.0 * n);
       int const before = solid.tetrahedron_count();
       cut_body.nearest_vertex({side / 2, y, side});   // fits the search tree, as a tool that touches does
-      auto const now = std::chrono::steady_clock::now();
+      double const cut_at = now();
       blade.advance(cut_body, {{side / 2 + 0.0013, y, 0.4 * side}, {side / 2 + 0.0013, y, side + 0.01}});
-      return std::pair(microseconds_since(now), solid.tetrahedron_count() - before);
+      return std::pair(now() - cut_at, solid.tetrahedron_count() - before);
     };
-    int const ticks = std::min(40 * n, n > 24 ? 100 : 500);
+    int const ticks = std::min(40 * n, 500);
     for (int tick = 0; tick <= ticks; ++tick) {
       double const finished = finishing(), packed = packing();
       auto const [took, made] = cut(body, knife, tick);
-      auto const now = std::chrono::steady_clock::now();
+      double const touched_at = now();
       touch.update(body, {side / 4, side / 4 + 0.4 * side * tick / ticks, side - 0.0005});
-      double const touched = microseconds_since(now), stepped = step();
+      double const touched = now() - touched_at, stepped = step();
       if (made > 0)
         each.push_back(took / made), finish.push_back((finishing() - finished) / made), packs.push_back((packing() - packed) / made), steps_after.push_back(stepped);
       else
@@ -142,9 +141,9 @@ void cut_block(benchmark::State& state) {
       assembly.reserve(again.tissue(), again.size() + again.size() / 5, 0);
       auto const follow = [&] {
         while (static_cast<int>(chosen.size()) < again.size()) chosen.push_back(static_cast<int>(chosen.size()));
-        auto const now = std::chrono::steady_clock::now();
+        double const followed_at = now();
         if constexpr (is_timed) again.tissue().follow_edits(chosen, assembly);
-        return microseconds_since(now);
+        return now() - followed_at;
       };
       follow();
       for (int tick = 0; tick <= ticks; ++tick)
@@ -169,9 +168,9 @@ void cut_block(benchmark::State& state) {
     std::iota(all.begin(), all.end(), 0);
     typename std::remove_cvref_t<decltype(tissue)>::Assembly assembly;
     tissue.assemble(all, assembly);
-    auto const now = std::chrono::steady_clock::now();
+    double const packed_at = now();
     tissue.assemble(all, assembly);
-    state.counters["ms_packs_anew"] = microseconds_since(now) / 1e3;
+    state.counters["ms_packs_anew"] = (now() - packed_at) / 1e3;
     state.counters["ms_made_anew"] = made_in / 1e3;
   }
 }
