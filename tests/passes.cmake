@@ -5,8 +5,8 @@
 #
 # palpate_select_tests(<variable> <pass>): takes out of the list of folder/file.cpp what other passes are for. A pass of "" keeps everything.
 
-# As most hosts are compiled: the packs of numbers, and the force loops for this processor.
-set(host_tests "^core/" "^native/(core/test_simd|body/test_execution|tissue/test_(finite_elements|mass_spring))[.]")
+# As most hosts are compiled: the packs of numbers.
+set(host_tests "^core/" "^native/core/test_simd[.]")
 
 # Only by `setup.sh test --long`.
 set(long_tests "^native/tissue/test_(nodal_pressure|stiffness_rows|viscoelastic)[.]")
