@@ -39,7 +39,7 @@ set(plain_tests
   "^tissue/test_(vertex_rings|viscoelastic|young_springs)[.]"
   "^tool/test_(forceps|forceps_simulator|hands_at_rest|hook|random_poses|rod_contact|tool_shape|trocar)[.]"
   "^training/test_(alignment|comparison|guidance|replay|smoothness)[.]"
-  "^vtk/test_(plot|series)[.]")
+  "^volume/test_filled_body[.]" "^vtk/test_(plot|series)[.]")
 
 # Only under the sanitizers, as far as they are not among those above: what changes meshes and searches in them, and what talks to devices and files.
 set(sanitized_tests
