@@ -69,7 +69,7 @@ auto make_body(std::type_identity<Springs>, int n) {
                   LeapfrogVerlet{});
 }
 
-/// Argument: vertices along each side of the block. 60 % of it is cut through, 40 ticks an edge, 500 at most, down to 40 % of its height; a step after each tick.
+/// Argument: vertices along each side of the block. 60 % of it is cut through, 40 ticks an edge, 250 to 500 at most, down to 40 % of its height; a step after each tick.
 ///   us_each            of a tick, for each tetrahedron that it makes: cutter, topology, masses, border, search, neighbours; of this
 ///   us_each_finish     neighbours, row bounds, with nodal pressure its stars;
 ///   us_each_packs      in the step after it: packs that forces are computed in
@@ -121,7 +121,7 @@ void cut_block(benchmark::State& state) {
       blade.advance(cut_body, {{side / 2 + 0.0013, y, 0.4 * side}, {side / 2 + 0.0013, y, side + 0.01}});
       return std::pair(now() - cut_at, solid.tetrahedron_count() - before);
     };
-    int const ticks = std::min(40 * n, 500);
+    int const ticks = std::min(40 * n, n > 24 ? 250 : 500);
     for (int tick = 0; tick <= ticks; ++tick) {
       double const finished = finishing(), packed = packing();
       auto const [took, made] = cut(body, knife, tick);
