@@ -233,6 +233,38 @@ TEMPLATE_TEST_CASE("late estimates of the velocity need no more damping of the d
   CHECK(least(0.25) < -1e-6);
 }
 
+// Yardstick: the same hand with a tick and a sample each millisecond. A coupling that took every tick for one of those pulled with 8 N where five come at once.
+TEST_CASE("late ticks, late samples and early ticks do not shake a coupled tool", "[haptics]") {
+  Capabilities const record{.max_force = 3.3, .rate = 1000.0, .moves_a_hand = true};
+  auto const local = coupled_plane(400.0);
+  enum class Late { tick, sample, early };
+  auto const largest = [&](double wall, Late what, int n) {   // N, from what it is on average, in the second half of two seconds
+    CoupledForce<ProxyForce<double>> force(stiff_proxy(400.0), {.stiffness = 500.0});
+    force.begin_session(record, WorkspaceMapping<double>{}, 1000.0);
+    SampledMass<double> const plant({.mass = 0.045 + 0.15, .damping = 2.0, .stiffness = 100.0, .rate = 10000.0});
+    Vector x(0, 0, wall), v = Vector::Zero(), told = x, felt = Vector::Zero();
+    double most = 0.0;
+    for (int k = 0; k < 20000; ++k) {   // steps of 0.1 ms
+      int const every = what == Late::tick ? 10 * n : what == Late::sample ? 10 : 10 / n;
+      if (k % every == 0) {
+        bool const fresh = what != Late::sample || k % (10 * n) == 0;
+        if (fresh) told = x;
+        double const before = felt.z();
+        felt = force.on_surface(local, {.tip = told, .seconds = k == 0 ? 1e-3 : 1e-4 * every, .continues = true, .fresh = fresh});
+        if (k > 10000) most = std::max(most, std::abs(felt.z() - before));
+      }
+      plant.step(x, v, felt, Vector(0, 0, wall));
+    }
+    return most;
+  };
+  for (double const wall : {0.01, -0.01})
+    for (Late const what : {Late::tick, Late::sample, Late::early})
+      for (int const n : {1, 2, 5}) {
+        CAPTURE(wall, static_cast<int>(what), n);
+        CHECK(largest(wall, what, n) < 0.01);
+      }
+}
+
 TEST_CASE("a tick of a coupled force allocates nothing, and a tip that is no number is let go", "[haptics]") {
   CoupledForce force(stiff_proxy(1000.0), {.stiffness = 400.0});
   force.begin_session(1000.0, 500.0);

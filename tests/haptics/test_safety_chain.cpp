@@ -747,6 +747,49 @@ TEMPLATE_TEST_CASE("a tick through the chain allocates nothing", "[haptics][safe
   CHECK(largest > S(0));
 }
 
+// Yardstick: the speed of the hand.
+TEST_CASE("a hand that is too fast feels nothing, however late its samples are", "[haptics][safety]") {
+  for (int const late : {1, 3, 5, 20})
+    for (double const speed : {2.0, 0.5}) {
+      Bench bench;
+      bench.begin_armed();
+      int felt = 0, ticks = 0;
+      for (int k = 1; k <= 400; ++k) {
+        bench.reading.fresh = k % late == 0;
+        if (bench.reading.fresh) bench.reading.position.x() += speed * 1e-3 * late;
+        bool const feels = !is_zero(bench.tick({0, 0.3, 0}));
+        if (k > 2 * late) ++ticks, felt += feels;
+      }
+      CAPTURE(late, speed, ticks);
+      CHECK(felt == (speed > 1.0 ? 0 : ticks));
+      CHECK(bench.told(SafetyEvent::overspeed) == (speed > 1.0 ? 1 : 0));
+    }
+}
+
+// Yardstick: the clock of the driver, five times as fast as it said.
+TEST_CASE("speed, fades and warmth go by the clock where ticks come before their time", "[haptics][safety]") {
+  for (double const speed : {4.0, 0.5}) {
+    Bench bench;
+    bench.reading.elapsed = 2e-4;
+    bench.begin_armed();
+    bool feels = false;
+    for (int k = 0; k < 500; ++k) {
+      bench.reading.position.x() += speed * 2e-4;
+      feels = !is_zero(bench.tick({0, 0.3, 0}));
+    }
+    CHECK(feels == (speed < 1.0));
+  }
+  Bench bench;
+  bench.reading.elapsed = 2e-4;
+  bench.begin_armed();
+  for (int k = 0; k < 1000; ++k) bench.tick({0, 0, 0.5});
+  REQUIRE(bench.tick({0, 0, 0.5}).norm() == Approx(0.5));
+  bench.wanted.age = 1.0;   // its body is late
+  int ticks = 0;
+  while (!is_zero(bench.tick()) && ticks < 100000) ++ticks;
+  CHECK(ticks * 2e-4 == Approx(bench.chain.limits().fade).epsilon(0.02));
+}
+
 // Yardstick: 11 N·s/m at the speed of the hand, whether its ticks are late or its samples.
 TEST_CASE("C8-O4: late ticks and late samples are damped by the speed of the hand", "[haptics][safety]") {
   for (int const late : {1, 4})

@@ -21,6 +21,7 @@ struct ToolMotion {
   Vector3<S> velocity = Vector3<S>::Zero();
   S seconds = S(0.001);     ///< since the last servo tick
   bool continues = false;   ///< it was asked in the tick before; false at first, and after a tick in which nothing was to be felt
+  bool fresh = true;        ///< the device had a new sample; else the tip is still where the last one was
 };
 
 /// A force on the hand [N] that does not come from the tissue: guidance along a path, a forbidden region. Beyond the syntax: called once

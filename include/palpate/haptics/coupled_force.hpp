@@ -86,7 +86,8 @@ class CoupledForce {
     CouplingLaw const felt = coupling_for(limits);
     double const scene = 1.0 / static_cast<double>(mapping.felt_stiffness(S(1)));
     law_ = {.stiffness = scene * felt.stiffness, .damping = scene * felt.damping, .mass = scene * felt.mass};
-    coupling_ = VirtualCoupling<S>({.position = law_, .period = 1.0 / limits.rate});
+    rate_ = limits.rate;
+    coupling_ = VirtualCoupling<S>({.position = law_, .period = 1.0 / rate_});
     if constexpr (AdaptsToDevice<Velocity>) velocity_.begin_session(1.0 / limits.rate, static_cast<double>(mapping.world_from_device().scale()) * limits.quantum);
     if constexpr (answers_to_surface_) force_.begin_session(limits.rate, model_rate);
     begin_anew();
@@ -99,16 +100,25 @@ class CoupledForce {
     if (!motion.continues || !is_finite(motion.tip)) begin_anew();
     if (!is_finite(motion.tip)) return Vector3<S>::Zero();
     DeviceState<S> device;
-    device.position = motion.tip;
-    device.velocity = velocity_(motion.tip);
-    if (!coupling_.attached()) {
-      coupling_.attach(device);
-      depth_ = local.depth(motion.tip);
+    if (motion.seconds > 0) since_sample_ += static_cast<double>(motion.seconds) * rate_;
+    if ((!motion.fresh || since_sample_ < 0.5) && coupling_.attached()) return held_;   // the hand has gone on: what it did is known with its next sample
+    int const periods = coupling_.attached() ? static_cast<int>(std::clamp(std::round(since_sample_), 1.0, 16.0)) : 1;   // estimator and coupling go by the period
+    since_sample_ = coupling_.attached() && since_sample_ < 16.5 ? since_sample_ - periods : 0.0;
+    Vector3<S> const before = tip_;
+    Vector3<S> force = Vector3<S>::Zero();
+    tip_ = motion.tip;
+    for (int k = 1; k <= periods; ++k) {
+      device.position = k < periods ? Vector3<S>(before + S(k) / S(periods) * (motion.tip - before)) : motion.tip;
+      device.velocity = velocity_(device.position);
+      if (!coupling_.attached()) {
+        coupling_.attach(device);
+        depth_ = local.depth(motion.tip);
+      }
+      ToolLoad<S> const load = load_on(coupling_.tool().position, local, {device.position, device.velocity, S(1.0 / rate_), motion.continues});
+      force = coupling_(device, load).force;
     }
-    ToolLoad<S> const load = load_on(coupling_.tool().position, local, {motion.tip, device.velocity, motion.seconds, motion.continues});
-    Vector3<S> const force = coupling_(device, load).force;
     if (!coupling_.attached()) begin_anew();   // what came was no number
-    return force;
+    return held_ = force;
   }
 
   /// The force's own, which acts on the hand itself; see HasOverlay.
@@ -139,6 +149,7 @@ class CoupledForce {
   void begin_anew() noexcept {
     coupling_.reset();
     velocity_.reset();
+    since_sample_ = 0.0, held_.setZero();
   }
 
   /// What the tissue does to a tool that is here.
@@ -171,6 +182,10 @@ class CoupledForce {
   Velocity velocity_;
   CouplingLaw law_{};
   VirtualCoupling<S> coupling_{};
+  double rate_ = 1000.0;                     // Hz, of the servo
+  Vector3<S> tip_ = Vector3<S>::Zero();      // of the last tick
+  Vector3<S> held_ = Vector3<S>::Zero();     // N, since the last new sample
+  double since_sample_ = 0.0;                // periods that have passed and are not reckoned yet
   S depth_ = S(0);   // m, of the tool, one servo tick ago
 };
 

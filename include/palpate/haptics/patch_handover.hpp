@@ -67,13 +67,13 @@ class PatchHandover {
     return true;
   }
 
-  /// The surface of this tick. Call it once a tick.
-  SurfacePatch<S> operator()(Vector3<S> const& tip) noexcept {
-    tick_ = std::min(tick_ + 1, ticks_);
-    if (age_ < moving_ticks_) {
-      ++age_;
-      if (to_.moves()) to_ = to_.moved(period_);
-      if (tick_ < ticks_ && from_.moves()) from_ = from_.moved(period_);
+  /// The surface of this tick. Call it once a tick, with the number of periods since the last one, where that was late.
+  SurfacePatch<S> operator()(Vector3<S> const& tip, int periods = 1) noexcept {
+    tick_ += std::min(periods, ticks_ - tick_);
+    if (int const moves = std::min(periods, moving_ticks_ - age_); moves > 0) {
+      age_ += moves;
+      if (to_.moves()) to_ = to_.moved(S(moves) * period_);
+      if (tick_ < ticks_ && from_.moves()) from_ = from_.moved(S(moves) * period_);
     }
     return at(tip);
   }

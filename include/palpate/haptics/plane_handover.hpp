@@ -68,9 +68,9 @@ class PlaneHandover {
     return true;
   }
 
-  /// The planes of this tick. Call it once a tick.
-  PlaneSet<S> operator()(Vector3<S> const& tip) noexcept {
-    tick_ = std::min(tick_ + 1, ticks_);
+  /// The planes of this tick. Call it once a tick, with the number of periods since the last one, where that was late.
+  PlaneSet<S> operator()(Vector3<S> const& tip, int periods = 1) noexcept {
+    tick_ += std::min(periods, ticks_ - tick_);
     return at(tip);
   }
   /// N/m, in this tick.

@@ -65,6 +65,7 @@ class ProxyForce {
   void begin_session(double servo_rate, double model_rate) {
     detail::OptionCheck const require{"ProxyForce::begin_session"};
     require.positive("the servo's rate", servo_rate, " Hz"), require.positive("the rate of models", model_rate, " Hz");
+    rate_ = servo_rate;
     model_ticks_ = std::max(1, static_cast<int>(std::ceil(servo_rate / model_rate)));
     between_ = options_.handover > 0 ? options_.handover : std::clamp(static_cast<int>(std::ceil(servo_rate / model_rate - 1e-9)), 1, 1000000);
     patches_ = PatchHandover<S>({.ticks = between_, .period = 1.0 / servo_rate});
@@ -126,11 +127,14 @@ class ProxyForce {
       patches_.take(patch, sequence_, motion.tip);
       if (facets) planes_.take(surface.planes, stiffness, sequence_, motion.tip);
     }
-    SurfacePatch<S> const patch = patches_(motion.tip);
-    if (age_ < 2 * model_ticks_) ++age_;
-    if (patch.moves() && age_ < 2 * model_ticks_) proxy_.carry(motion.seconds * patch.velocity_at(proxy_.position()));
+    S const late = std::round(motion.seconds * S(rate_));
+    int const periods = late > S(1) ? static_cast<int>(std::min(late, S(1e6))) : 1;   // false for a NaN
+    SurfacePatch<S> const patch = patches_(motion.tip, periods);
+    int const before = age_;
+    age_ = std::min(age_ + periods, 2 * model_ticks_);
+    if (patch.moves() && before < age_) proxy_.carry(motion.seconds * (S(age_ - before) / S(periods)) * patch.velocity_at(proxy_.position()));
     if (facets) {
-      PlaneSet<S> const planes = planes_(motion.tip);
+      PlaneSet<S> const planes = planes_(motion.tip, periods);
       return proxy_(planes, motion.tip, stiffness_ = planes_.stiffness());
     }
     PlaneSet<S> tangent;
@@ -169,6 +173,7 @@ class ProxyForce {
   S since_lost_ = S(0);                         // s
   bool was_there_ = false;
   std::uint64_t sequence_ = 0;
+  double rate_ = 1000.0;            // Hz, of the servo
   int between_ = 1;                 // ticks of a hand-over
   int model_ticks_ = 1, age_ = 0;   // between two models; since the last: a model that is late does not move on
 };

@@ -100,8 +100,8 @@ class SafetyChain {
     clock_ = waited_ = 0.0;
     missing_ = waits_for_ = ArmingWaitsFor::sample;
     told_waiting_ = false;
-    has_position_ = has_sample_ = held_before_ = stale_ = diverged_ = interrupted_ = false;
-    since_sample_ = way_seconds_ = 0.0;
+    has_position_ = has_sample_ = held_before_ = stale_ = diverged_ = interrupted_ = too_fast_ = false;
+    since_sample_ = since_checked_ = way_seconds_ = 0.0;
     out_.setZero(), torque_.setZero();
     event_count_ = 0;
   }
@@ -119,10 +119,11 @@ class SafetyChain {
   void read(SafetyReading<S> const& reading) noexcept {
     seconds_ = reading.seconds >= 0.0 ? reading.seconds : std::numeric_limits<double>::infinity();   // a time that is none is a gap
     elapsed_ = reading.elapsed >= 0.0 ? reading.elapsed : 0.0;
-    if (thermal_ && std::isfinite(seconds_)) thermal_->add(static_cast<double>(out_.norm()), seconds_);
+    passed_ = std::min(seconds_, elapsed_);
+    if (thermal_ && std::isfinite(passed_)) thermal_->add(static_cast<double>(out_.norm()), passed_);
     interrupted_ = false;
-    since_sample_ += seconds_;
-    if (std::isfinite(seconds_)) clock_ += seconds_;
+    since_sample_ += passed_, since_checked_ += passed_;
+    if (std::isfinite(passed_)) clock_ += passed_;
     usable_ = reading.works && reading.usable;
     missing_ = faulted() ? ArmingWaitsFor::new_session : ArmingWaitsFor::nothing;
     if (!usable_) miss(ArmingWaitsFor::sample);
@@ -241,7 +242,7 @@ class SafetyChain {
   }
   /// Begins the force anew, on a ramp.
   void interrupt(SafetyEvent event) noexcept {
-    interrupted_ = true;
+    interrupted_ = true, too_fast_ = false;
     miss(ArmingWaitsFor::steady_ticks);
     if (stage_.may_render()) tell(event);
     static_cast<void>(stage_.handle(DeviceEvent::interrupted));
@@ -286,13 +287,18 @@ class SafetyChain {
 
   /// Checks jump and speed against the time since the last new sample; a repeated sample is not checked.
   void check_motion(Vector3<S> const& position, bool fresh) noexcept {
+    if (!has_position_ || interrupted_) checked_ = position, since_checked_ = 0.0;
     if (has_position_ && !interrupted_ && fresh) {
-      double const way = static_cast<double>(stable_norm(position - position_)), ticks = std::max(1.0, since_sample_ / limits_.period);
+      double const way = static_cast<double>(stable_norm(position - checked_)), ticks = std::max(1.0, since_checked_ / limits_.period);
       if (way > limits_.jump * ticks)
         interrupt(SafetyEvent::position_jump);
-      else if (way > limits_.overspeed * std::max(since_sample_, limits_.period))
-        disarm(DeviceEvent::disarm, SafetyEvent::overspeed, ArmingWaitsFor::slower_hand);
+      else if (way > limits_.overspeed * std::max(since_checked_, limits_.period))
+        disarm(DeviceEvent::disarm, SafetyEvent::overspeed, ArmingWaitsFor::slower_hand), too_fast_ = true;
+      else if (!(since_checked_ < 0.999 * limits_.period))
+        too_fast_ = false;
+      if (interrupted_ || !(since_checked_ < 0.999 * limits_.period)) checked_ = position, since_checked_ = 0.0;   // ticks may come before their time
     }
+    if (too_fast_) miss(ArmingWaitsFor::slower_hand);   // until a new sample tells of a slower one
     position_ = position;
     has_position_ = true;
     if (fresh) has_sample_ = true, way_seconds_ = std::exchange(since_sample_, 0.0);
@@ -360,7 +366,7 @@ class SafetyChain {
       waits_for_ = now;
       waited_ = 0.0;
       told_waiting_ = false;
-    } else if (double const passed = std::min(seconds_, limits_.gap); std::isfinite(passed)) {   // a program that stands still does not wait
+    } else if (double const passed = std::min(passed_, limits_.gap); std::isfinite(passed)) {   // a program that stands still does not wait
       waited_ += passed;
     }
     if (told_waiting_ || now == ArmingWaitsFor::nothing || faulted() || !(waited_ > limits_.tell_waiting)) return;
@@ -375,7 +381,7 @@ class SafetyChain {
     if (!stage_.may_render() || interrupted_) return;
     bool const down = stale_ || quiet;
     double const time = down ? limits_.fade : recovers_ ? limits_.recover : limits_.ramp;
-    double const passed = down ? seconds_ : std::min(seconds_, tick()), step = time > passed ? passed / time : 1.0;
+    double const passed = down ? passed_ : std::min(seconds_, tick()), step = time > passed ? passed / time : 1.0;
     if (down) {
       gain_ = std::max(0.0, gain_ - step);
       return;
@@ -413,13 +419,13 @@ class SafetyChain {
   std::array<double, 65> not_finite_at_{};   // s of the session, of the last ones that were not finite
   std::uint64_t not_finite_in_all_ = 0;
   double clock_ = 0.0;   // s of the session
-  double gain_ = 0.0, seconds_ = 0.0, elapsed_ = 0.0, since_sample_ = 0.0, way_seconds_ = 0.0, earlier_energy_ = 0.0;
+  double gain_ = 0.0, seconds_ = 0.0, elapsed_ = 0.0, passed_ = 0.0, since_sample_ = 0.0, since_checked_ = 0.0, way_seconds_ = 0.0, earlier_energy_ = 0.0;
   double felt_ = 1.0, work_ = 1.0;   // κ s and κ/s of the mapping
-  Vector3<S> out_ = Vector3<S>::Zero(), torque_ = Vector3<S>::Zero(), position_ = Vector3<S>::Zero();
+  Vector3<S> out_ = Vector3<S>::Zero(), torque_ = Vector3<S>::Zero(), position_ = Vector3<S>::Zero(), checked_ = Vector3<S>::Zero();
   Eigen::Quaternion<S> orientation_ = Eigen::Quaternion<S>::Identity(), turned_from_ = Eigen::Quaternion<S>::Identity();   // now; when work was counted last
   bool turns_ = false, has_turn_ = false;   // there is an orientation in this tick; there was ever one
   int small_ticks_ = 0, not_finite_in_a_row_ = 0;
-  bool usable_ = false, told_waiting_ = false, has_position_ = false, has_sample_ = false, held_before_ = false, stale_ = false, diverged_ = false, interrupted_ = false, recovers_ = false;
+  bool usable_ = false, told_waiting_ = false, has_position_ = false, has_sample_ = false, held_before_ = false, stale_ = false, diverged_ = false, interrupted_ = false, recovers_ = false, too_fast_ = false;
   std::array<SafetyEvent, 16> events_{};
   std::size_t event_count_ = 0;
 };

@@ -53,6 +53,7 @@ class SurfaceThenTissue {
   }
   void begin_session(double servo_rate, double model_rate) {
     surface_.begin_session(servo_rate, model_rate);
+    rate_ = servo_rate;
     between_ = std::clamp(std::ceil(servo_rate / model_rate), 1.0, 1e6);
     forget();
     is_outside_ = false, silent_ = 0.0, heard_ = std::numeric_limits<double>::quiet_NaN();
@@ -68,7 +69,7 @@ class SurfaceThenTissue {
     Vector3<S> const spring = surface_.on_surface(local, motion);
     Vector3<S> const n = surface_.surface().normal;
     S const push = std::max(spring.dot(n), S(0));
-    approach(local.phase == CuttingPhase::no_contact ? Vector3<S>(Vector3<S>::Zero()) : local.tissue_force);
+    approach(local.phase == CuttingPhase::no_contact ? Vector3<S>(Vector3<S>::Zero()) : local.tissue_force, std::max(1.0, std::round(static_cast<double>(seconds) * rate_)));
     ToolContact<S> contact;
     bool const touches = push > S(0) || local.phase != CuttingPhase::no_contact || !is_zero(tissue_);
     contact.phase = touches ? CuttingPhase::indenting : CuttingPhase::no_contact;
@@ -131,11 +132,11 @@ class SurfaceThenTissue {
   }
   S stiffness() const noexcept { return S(overlay_stiffness_); }
   /// The tissue's force on its way to the one told last.
-  void approach(Vector3<S> const& told) noexcept {
+  void approach(Vector3<S> const& told, double periods) noexcept {
     if (told != goal_) goal_ = told, left_ = between_;
     if (!is_finite(goal_)) goal_.setZero(), left_ = 0.0;
-    if (left_ > 1.0)
-      tissue_ += (goal_ - tissue_) / S(left_), left_ -= 1.0;
+    if (left_ > periods)
+      tissue_ += (goal_ - tissue_) * S(periods / left_), left_ -= periods;
     else
       tissue_ = goal_, left_ = 0.0;
   }
@@ -154,6 +155,7 @@ class SurfaceThenTissue {
     return overlay;
   }
 
+  double rate_ = 1000.0;   // Hz, of the servo
   double overlay_stiffness_ = 0.0;
   ProxyForce<S> surface_;
   SpringThenTissue<S> overlay_;

@@ -178,7 +178,9 @@ class RealtimeServo {
     double const elapsed = done_ == 0 ? 1.0 / rate : std::chrono::duration<double>(started - last_).count(), periods = std::max(1.0, std::round(elapsed * rate));
     last_ = started;
     double const time = started_at_ + static_cast<double>(done_) / rate, now = std::chrono::duration<double>(started - begun_).count();
-    std::uint64_t const missed = is_driven_ ? static_cast<std::uint64_t>(periods) - 1 : slot.skipped;
+    auto const due = std::max(slot_ + (done_ == 0 ? 0 : 1), static_cast<std::uint64_t>(now * rate));   // of the ticks since it began; a burst makes up for a gap
+    std::uint64_t const missed = done_ == 0 ? 0 : due - slot_ - 1;
+    slot_ = due;
     loop.read(static_cast<Scalar>(periods / rate), elapsed);
     if (loop.placed()) {
       poses_.back() = {loop.tool(), time, now, loop.pose_discontinuities()};
@@ -200,6 +202,7 @@ class RealtimeServo {
   double started_at_;       // s
   Pacer pacer_;
   std::uint64_t done_ = 0;   // ticks; the servo's until it has ended
+  std::uint64_t slot_ = 0;   // the last one's number on the clock, had none been missed
   std::chrono::steady_clock::time_point begun_{}, last_{};   // when its first and its last tick started
   Recording recording_;
   TripleBuffer<Pose> poses_;

@@ -101,7 +101,8 @@ class ServoLoop {
   /// between them, and stays while there is no new one. A tick may come before its time: `elapsed` [s] is what has passed on the clock then, and no rule
   /// that counts by the second lets more through.
   void read(Scalar h, double elapsed = std::numeric_limits<double>::infinity()) noexcept {
-    since_last_ = h;
+    double const passed = elapsed >= 0.0 && elapsed < 0.75 * static_cast<double>(h) ? elapsed : static_cast<double>(h);   // else it is the clock's jitter
+    since_last_ = static_cast<Scalar>(passed);
     DeviceState<DeviceScalar> state = state_;
     DeviceStatus const status = device_.read(state);
     ++counts_.ticks;
@@ -117,8 +118,8 @@ class ServoLoop {
                  .buttons = state.buttons,
                  .calibration = calibration()});
     if (chain_.interrupted()) follows_ = false;
-    since_sample_ += static_cast<double>(h);
-    sample_age_ = status == DeviceStatus::stale ? sample_age_ + static_cast<double>(h) : 0.0;
+    if (passed > 0) since_sample_ += passed;   // a tick of no time, or of none that is a number, tells nothing of speed
+    sample_age_ = status == DeviceStatus::stale ? sample_age_ + passed : 0.0;
     if (!usable_) {
       ++counts_.unread;
       velocity_.setZero();
@@ -126,11 +127,11 @@ class ServoLoop {
       return;
     }
     state_ = state;
-    bool const fresh = status == DeviceStatus::ok;
+    bool const fresh = is_fresh_ = status == DeviceStatus::ok;
     work_clutch(position);
     Vector const tip = mapping_.clutch_open() ? mapping_.held() : mapping_.to_world(position);
     Vector const reported = mapping_.velocity_to_world(state.velocity.template cast<Scalar>());
-    work_jaws(h);
+    work_jaws(since_last_);
     if (!turn(state.orientation, tip)) {
       ++counts_.off_trocar;
       if (fresh) since_sample_ = 0;
@@ -145,9 +146,9 @@ class ServoLoop {
       velocity_ = reported;
     else if (!follows_)
       velocity_.setZero();
-    else if (fresh && since_sample_ > 0)
-      velocity_ = (tip - tip_) / static_cast<Scalar>(since_sample_);
-    if (fresh) since_sample_ = 0;
+    else if (fresh && since_sample_ * rate_ > 0.999)   // over a period at least: a tick may come before its time
+      velocity_ = (tip - from_) / static_cast<Scalar>(since_sample_);
+    if (fresh && (!follows_ || since_sample_ * rate_ > 0.999)) since_sample_ = 0, from_ = tip;
     tip_ = tip;
     placed_ = true;
     follows_ = follows_ || fresh;
@@ -276,7 +277,7 @@ class ServoLoop {
   void ask(LocalModel<Scalar> const& model, ToolContact<Scalar> const& contact, WantedForce<Scalar>& wanted) noexcept {
     Vector answer;
     if constexpr (SurfaceForce<Force, Scalar>)
-      answer = force_.on_surface(model, ToolMotion<Scalar>{tip_, velocity_, since_last_, continues_});
+      answer = force_.on_surface(model, ToolMotion<Scalar>{tip_, velocity_, since_last_, continues_, is_fresh_});
     else
       answer = force_(contact);
     Wrench<Scalar> const tissue = faded(model, {answer, moment(model)});
@@ -286,7 +287,7 @@ class ServoLoop {
     wanted.force = tissue.force, wanted.torque = tissue.torque;
     wanted.elastic = static_cast<double>(tissue.force.norm() * contact.depth);
     if constexpr (HasOverlay<Force, Scalar>) {
-      wanted.force += force_.overlay(ToolMotion<Scalar>{tip_, velocity_, since_last_, continues_});
+      wanted.force += force_.overlay(ToolMotion<Scalar>{tip_, velocity_, since_last_, continues_, is_fresh_});
       if constexpr (HasOverlayEnergy<Force>) wanted.elastic += static_cast<double>(force_.overlay_energy());
     }
     continues_ = true;
@@ -375,13 +376,14 @@ class ServoLoop {
   double rate_ = 0.0;
   bool reports_velocity_ = false, reports_orientation_ = false, reports_gripper_ = false;
   bool usable_ = false;    // this tick's pose is new
+  bool is_fresh_ = false;  // and so is its sample
   bool follows_ = false;   // there was a new sample since the tool was placed: from it to the next one is a way
   bool placed_ = false;
   double since_sample_ = 0;      // s, since the last new and usable one
   std::uint64_t pose_discontinuities_ = 0;
   bool answer_is_due_ = false;   // the tool was placed anew in this tick
   double placed_at_ = -std::numeric_limits<double>::infinity();   // s, on the clock of the model's time
-  Vector tip_ = Vector::Zero();
+  Vector tip_ = Vector::Zero(), from_ = Vector::Zero();   // now; when its velocity was measured last
   Vector velocity_ = Vector::Zero();
   Eigen::Quaternion<Scalar> orientation_ = Eigen::Quaternion<Scalar>::Identity();   // world ← tool
   Scalar opening_ = 1;   // of the tool's jaws
