@@ -526,6 +526,28 @@ TEST_CASE("a tool that goes through a block from side to side cuts it in two at 
       }
 }
 
+// Yardstick: two pieces, and the area of the plane. With the rounding of a place a blade was out before it had cut the last corner.
+TEMPLATE_LIST_TEST_CASE("a blade that stops where its way leaves the tissue, to rounding, has cut through", "[volume_cutter][scenes]", Solids) {
+  for (auto const pattern : {BlockPattern::alternating, BlockPattern::kuhn})
+    for (int const axis : {0, 1})
+      for (double const aside : {0.0134, 0.0167, 0.0225})
+        for (int ulps = -1; ulps <= 2; ++ulps) {
+          auto body = make_body<TestType>(7, 7, 5, pattern);
+          double end = 6 * edge;
+          for (int k = 0; k < std::abs(ulps); ++k) end = std::nextafter(end, ulps > 0 ? 1.0 : 0.0);
+          VolumeCutter<double> knife;
+          auto const go = [&](double along) {
+            Place const foot = axis == 0 ? Place(along, aside, -0.005) : Place(aside, along, -0.005);
+            knife.advance(body, {foot, foot + Place(0, 0, 0.03)});
+          };
+          for (double along = -0.005; along < end - 2e-4; along += 1e-3) go(along);
+          go(end), go(end + 1e-3), go(end + 0.01);
+          CAPTURE(axis, aside, ulps);
+          CHECK(pieces_of(body).size() == 2);
+          CHECK(knife.area() == Approx(0.03 * 0.02));
+        }
+}
+
 TEST_CASE("a tool that has left before its cut has come to where it went out cuts the rest all the same", "[volume_cutter][scenes]") {
   // Yardstick: the area of the plane, 20 x 20 mm, by hand.
   for (int const most : {1, 5, 20})

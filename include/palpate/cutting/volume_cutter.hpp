@@ -359,6 +359,9 @@ class VolumeCutter {
     double const edge = static_cast<double>(body.mean_edge());
     int const parts = way < 1000 * edge ? 1 + static_cast<int>(2 * way / edge) : 1, made = body.tissue().topology().tetrahedron_count();
     is_behind_ = waits_ = false;
+    ahead_.setZero();
+    for (std::size_t i = 0; i < from_.size(); ++i) ahead_ += to_[i] - from_[i];
+    ahead_ = ahead_.stableNormalized();
     if (goes_on_ && punctured_) {   // from where the stroke was an edge back: what it has cut of the tetrahedra here is forgotten
       goes_on_ = false;
       trail_.place_behind(body, traced_.samples(), begin_);
@@ -396,6 +399,12 @@ class VolumeCutter {
         if (!punctured_ && sample.is_inside())
           punctured_ = !(body.nearest_point(detail::TracedBlade<Scalar>::now(body, sample).template cast<Scalar>()).distance < puncture_depth);
       return;
+    }
+    if (!begins && punctured_ && cut_.has_cut()) {   // what lies where it ends, for rounding a bit ahead, is of this stroke: another would leave a bridge there
+      begin_.assign(at_.begin(), at_.end()), end_.clear();
+      for (Vector3<double> const& point : begin_) end_.push_back(point + 1e-3 * static_cast<double>(body.mean_edge()) * ahead_);
+      sweep(body);
+      find(body, blade);
     }
     if (end_stroke(body)) find(body, blade);   // tetrahedra have other numbers now
     trail_.clear();
@@ -471,6 +480,7 @@ class VolumeCutter {
   std::vector<Vector> blade_, last_blade_, left_at_, target_;   // of a tool: now, in the last tick, and when it was first out of the tissue
   detail::TracedBlade<Scalar> traced_;   // where it was at the end of the last sweep
   detail::BladeTrail<Scalar> trail_;
+  Vector3<double> ahead_ = Vector3<double>::Zero();   // which way it went last
   std::vector<Vector3<double>> at_;      // its samples: where they were then,
   std::vector<Vector3<double>> from_, to_, begin_, end_;   // where they are carried to by now, where they have to go, and a part of that way
   std::size_t pieces_ = 0, restorations_ = 0, numbering_ = 0;
