@@ -118,7 +118,7 @@ class SafetyChain {
   /// The device was read. After it `interrupted()` says whether what was known of the hand's motion still holds.
   void read(SafetyReading<S> const& reading) noexcept {
     seconds_ = reading.seconds >= 0.0 ? reading.seconds : std::numeric_limits<double>::infinity();   // a time that is none is a gap
-    elapsed_ = reading.elapsed >= 0.0 ? reading.elapsed : 0.0;
+    elapsed_ = reading.elapsed >= 0.0 ? reading.elapsed : std::numeric_limits<double>::infinity();   // a clock that tells no time keeps no force up
     passed_ = std::min(seconds_, elapsed_);
     if (thermal_ && std::isfinite(passed_)) thermal_->add(static_cast<double>(out_.norm()), passed_);
     interrupted_ = false;
