@@ -208,6 +208,25 @@ TEST_CASE("a patch goes on with its velocity until the next one comes, but no lo
   CHECK(there == Approx(550 * 20e-6 + 0.05 * 0.02));
 }
 
+// Yardstick: where the surface is by its velocity and by a straight line, after the time that has passed.
+TEST_CASE("C4-L5: a tick that is late goes as far as those that it stands for", "[haptics]") {
+  Vector3<double> const tip(0, 0, -0.002);
+  for (int const late : {1, 2, 5, 40}) {
+    PatchHandover<double> handover({.ticks = 20, .moves_for = 0.05});
+    Patch const first{.stiffness = 400}, second{.point = {0, 0, 0.004}, .stiffness = 600, .velocity = {0, 0, 0.02}};
+    handover.take(first, 1, tip), handover(tip);
+    for (int k = 0; k < 100; ++k) handover(tip);
+    handover.take(second, 2, tip);
+    for (int k = late; k <= 120; k += late) {
+      Patch const now = handover(tip, late);
+      double const share = std::min(1.0, k / 20.0);
+      CAPTURE(late, k);
+      CHECK(-now.distance(tip) == Approx(0.002 + share * (0.004 + 0.02 * 1e-3 * std::min(k, 50))).epsilon(1e-9));
+      CHECK(now.stiffness == Approx(400 + 200 * share));
+    }
+  }
+}
+
 TEST_CASE("malformed hand-overs and patches are refused, what is no number is not felt, and a tick allocates nothing", "[haptics]") {
   using Handover = PatchHandover<double>;
   double const nan = std::numeric_limits<double>::quiet_NaN();

@@ -59,6 +59,28 @@ TEMPLATE_TEST_CASE("C4-L5 C4-L6: a plane goes evenly to where it is to be, and i
   }
 }
 
+TEST_CASE("C4-L5: a tick that is late turns and lifts a plane as far as those that it stands for", "[haptics]") {
+  Vector3<double> const tip(0.03, -0.02, -0.001);
+  for (int const late : {1, 2, 5, 40}) {
+    PlaneHandover<double> handover({.ticks = 20});
+    PlaneSet<double> first, second;
+    first.add({Vector3<double>::UnitZ(), 0});
+    second.add({Vector3<double>(std::sin(0.5), 0, std::cos(0.5)), Vector3<double>(std::sin(0.5), 0, std::cos(0.5)).dot(tip) + 0.004});
+    handover.take(first, 400, 1, tip);
+    for (int k = 0; k < 20; ++k) handover(tip);
+    handover.take(second, 600, 2, tip);
+    for (int k = late; k <= 40; k += late) {
+      auto const now = handover(tip, late);
+      double const share = std::min(1.0, k / 20.0);
+      CAPTURE(late, k);
+      REQUIRE(now.count() == 1);
+      CHECK(now[0].distance(tip) == Approx(-0.001 - share * 0.003));
+      CHECK(now[0].normal.x() == Approx(std::sin(0.5 * share)));
+      CHECK(handover.stiffness() == Approx(400 + share * 200));
+    }
+  }
+}
+
 TEST_CASE("a wall that comes rises from where it does not push, and one that leaves sinks to there", "[haptics]") {
   constexpr int ticks = 20;
   PlaneHandover<double> handover({.ticks = ticks});

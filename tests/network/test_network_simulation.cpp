@@ -342,6 +342,31 @@ TEST_CASE("what cannot be with a SurfaceThenTissue is refused with the value", "
   CHECK_THROWS_WITH(Force({.debt = std::numeric_limits<double>::quiet_NaN()}), Says({".debt is nan"}));
 }
 
+// Yardstick: the time that has passed. The tissue's force across the spring comes by even steps between two of its answers.
+TEST_CASE("late ticks bring the tissue's force no later than ticks in time", "[network]") {
+  for (int const late : {1, 2, 5}) {
+    SurfaceThenTissue<double> force;
+    force.begin_session(1000.0, 30.0);
+    LocalModel<double> model;
+    model.surface = {.patch = {.stiffness = spring}, .sequence = 1};
+    double const seconds = 1e-3 * late;
+    model.time = 0.0;
+    auto const tick = [&](double height) {
+      model.time += seconds;
+      return force.on_surface(model, {.tip = {0.0, 0.0, height}, .seconds = seconds, .continues = true}).x();
+    };
+    tick(0.001);
+    model.phase = CuttingPhase::indenting;
+    model.tissue_force = {0.0, 0.0, 0.5};
+    double before = 0.0, passed = 0.0;
+    while (model.time < 2.0) before = tick(-0.001);   // the spring has faded
+    model.tissue_force = {0.3, 0.0, 0.5};
+    for (double x = before; x - before < 0.95 * 0.3 && passed < 1.0; passed += seconds) x = tick(-0.001);
+    CAPTURE(late, before);
+    CHECK(passed == Approx(0.032).margin(0.0051));
+  }
+}
+
 TEST_CASE("a velocity that is no number leaves the damping out", "[network]") {
   SurfaceThenTissue<double> force;
   force.begin_session(1000.0, 1000.0);
