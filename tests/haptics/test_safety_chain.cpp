@@ -766,6 +766,35 @@ TEST_CASE("a hand that is too fast feels nothing, however late its samples are",
     }
 }
 
+// Yardstick: the hand moves at 0.2 m/s, whatever the ticks and samples do.
+TEST_CASE("a gap without a sample is no speed when the next one comes", "[haptics][safety]") {
+  Bench bench;
+  bench.begin_armed();
+  for (int k = 0; k < 20; ++k) bench.reading.position.x() += 2e-4, bench.tick();
+  bench.reading.seconds = 0.010, bench.reading.fresh = false;
+  bench.tick();
+  bench.reading.seconds = 0.001, bench.reading.fresh = true;
+  bench.reading.position.x() += 2.2e-3;
+  bench.tick();
+  CHECK(bench.told(SafetyEvent::tick_gap) == 1);
+  CHECK(bench.told(SafetyEvent::overspeed) + bench.told(SafetyEvent::position_jump) == 0);
+}
+
+// Yardstick: the sum of what has passed.
+TEST_CASE("a clock that trembles shifts no fade", "[haptics][safety]") {
+  Bench bench;
+  bench.reading.elapsed = 1e-3;
+  bench.begin_armed();
+  for (int k = 0; k < 1000; ++k) bench.tick({0, 0, 0.5});
+  bench.wanted.age = 1.0;
+  double passed = 0.0;
+  for (int k = 0; !is_zero(bench.tick()) && k < 100000; ++k) {
+    passed += bench.reading.elapsed;
+    bench.reading.elapsed = k % 2 == 0 ? 0.6e-3 : 1.4e-3;
+  }
+  CHECK(passed == Approx(bench.chain.limits().fade).epsilon(0.03));
+}
+
 // Yardstick: the clock of the driver, five times as fast as it said.
 TEST_CASE("speed, fades and warmth go by the clock where ticks come before their time", "[haptics][safety]") {
   for (double const speed : {4.0, 0.5}) {

@@ -40,7 +40,8 @@ struct CoupledForceOptions {
 ///            with `BackwardDifference` of any span and `WindowedVelocity` of any length: their delay asks for more than B_c at no
 ///            frequency.
 /// Errors     InvalidArgument from `begin_session` where neither the device's damping nor a largest stiffness is known.
-/// Cost       Those of `VirtualCoupling`, the force and the estimator; noexcept, no allocation: allowed in the servo tick.
+/// Late       while there is no new sample the force is held; the way to the next one, or of a late tick, is reckoned a period at a time, at most 16.
+/// Cost       Those of `VirtualCoupling`, the force and the estimator, as often as periods have passed; noexcept, no allocation: allowed in the servo tick.
 /// Limits     The force comes a tick later than without, and the hand feels at most K_c. The load of a force model is taken as a spring
 ///            of its secant stiffness F·n/d, stable up to twice that and K_c more. For `AdaptiveWindowVelocity`, which varies in time,
 ///            the bound is tested, not proven. A load is as of a surface at rest: on one that recedes by more than F/K in a tick, as tissue

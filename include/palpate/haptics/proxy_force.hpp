@@ -78,7 +78,7 @@ class ProxyForce {
     Vector3<S> force = at_surface(local, motion);
     bool const there = local.surface.stiffness() > S(0);
     S const seconds = motion.seconds > S(0) ? motion.seconds : S(0.001);   // false for a NaN
-    if (was_there_ && !there && S(between_) * seconds < S(options_.release)) {
+    if (was_there_ && !there && static_cast<double>(between_) / rate_ < options_.release) {
       lost_ = force_;
       since_lost_ = S(0);
     }
@@ -132,7 +132,7 @@ class ProxyForce {
     SurfacePatch<S> const patch = patches_(motion.tip, periods);
     int const before = age_;
     age_ = std::min(age_ + periods, 2 * model_ticks_);
-    if (patch.moves() && before < age_) proxy_.carry(motion.seconds * (S(age_ - before) / S(periods)) * patch.velocity_at(proxy_.position()));
+    if (patch.moves() && before < age_) proxy_.carry(static_cast<S>((age_ - before) / rate_) * patch.velocity_at(proxy_.position()));
     if (facets) {
       PlaneSet<S> const planes = planes_(motion.tip, periods);
       return proxy_(planes, motion.tip, stiffness_ = planes_.stiffness());

@@ -31,7 +31,7 @@ struct SafetyReading {
   Vector3<S> position = Vector3<S>::Zero();   ///< in the device's frame
   Eigen::Quaternion<S> orientation = Eigen::Quaternion<S>::Identity();   ///< device ← tool; one that is no unit quaternion gives no torque
   double seconds = 0.001;                     ///< since the last tick
-  double elapsed = std::numeric_limits<double>::infinity();   ///< s since then on a clock, where a tick may come before its time: force grows by no more
+  double elapsed = std::numeric_limits<double>::infinity();   ///< s since then on a clock, where a tick may come before its time: force grows, and speed, fades and warmth are reckoned by it
   std::uint32_t buttons = 0;
   Calibration calibration = Calibration::good;
 };
@@ -119,7 +119,7 @@ class SafetyChain {
   void read(SafetyReading<S> const& reading) noexcept {
     seconds_ = reading.seconds >= 0.0 ? reading.seconds : std::numeric_limits<double>::infinity();   // a time that is none is a gap
     elapsed_ = reading.elapsed >= 0.0 ? reading.elapsed : std::numeric_limits<double>::infinity();   // a clock that tells no time keeps no force up
-    passed_ = std::min(seconds_, elapsed_);
+    passed_ = std::isfinite(elapsed_) ? elapsed_ : seconds_;
     if (thermal_ && std::isfinite(passed_)) thermal_->add(static_cast<double>(out_.norm()), passed_);
     interrupted_ = false;
     since_sample_ += passed_, since_checked_ += passed_;
@@ -287,7 +287,7 @@ class SafetyChain {
 
   /// Checks jump and speed against the time since the last new sample; a repeated sample is not checked.
   void check_motion(Vector3<S> const& position, bool fresh) noexcept {
-    if (!has_position_ || interrupted_) checked_ = position, since_checked_ = 0.0;
+    if (!has_position_ || (interrupted_ && fresh)) checked_ = position, since_checked_ = 0.0;
     if (has_position_ && !interrupted_ && fresh) {
       double const way = static_cast<double>(stable_norm(position - checked_)), ticks = std::max(1.0, since_checked_ / limits_.period);
       if (way > limits_.jump * ticks)

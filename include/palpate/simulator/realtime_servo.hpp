@@ -178,7 +178,8 @@ class RealtimeServo {
     double const elapsed = done_ == 0 ? 1.0 / rate : std::chrono::duration<double>(started - last_).count(), periods = std::max(1.0, std::round(elapsed * rate));
     last_ = started;
     double const time = started_at_ + static_cast<double>(done_) / rate, now = std::chrono::duration<double>(started - begun_).count();
-    auto const due = std::max(slot_ + (done_ == 0 ? 0 : 1), static_cast<std::uint64_t>(now * rate));   // of the ticks since it began; a burst makes up for a gap
+    std::uint64_t const clock = static_cast<std::uint64_t>(now * rate) + lead_, due = std::max(slot_ + (done_ == 0 ? 0 : 1), clock);   // a burst is no gap before the next
+    if (due > clock + most_lead) lead_ += due - clock - most_lead;   // a clock that is too fast
     std::uint64_t const missed = done_ == 0 ? 0 : due - slot_ - 1;
     slot_ = due;
     loop.read(static_cast<Scalar>(periods / rate), elapsed);
@@ -202,7 +203,8 @@ class RealtimeServo {
   double started_at_;       // s
   Pacer pacer_;
   std::uint64_t done_ = 0;   // ticks; the servo's until it has ended
-  std::uint64_t slot_ = 0;   // the last one's number on the clock, had none been missed
+  static constexpr std::uint64_t most_lead = 32;   // ticks of a burst
+  std::uint64_t slot_ = 0, lead_ = 0;              // the last one's number on the clock, had none been missed; what is added to the clock's own
   std::chrono::steady_clock::time_point begun_{}, last_{};   // when its first and its last tick started
   Recording recording_;
   TripleBuffer<Pose> poses_;

@@ -98,7 +98,7 @@ class ServoLoop {
   }
 
   /// Reads the device. The tip and its velocity are then known; without velocity from the device it is the way from one new sample to the next over the time
-  /// between them, and stays while there is no new one. A tick may come before its time: `elapsed` [s] is what has passed on the clock then, and no rule
+  /// between them, a period at least, and stays while there is no new one. A tick may come before its time: `elapsed` [s] is what has passed on the clock then, and no rule
   /// that counts by the second lets more through.
   void read(Scalar h, double elapsed = std::numeric_limits<double>::infinity()) noexcept {
     double const passed = elapsed >= 0.0 && elapsed < 0.75 * static_cast<double>(h) ? elapsed : static_cast<double>(h);   // else it is the clock's jitter
@@ -226,7 +226,7 @@ class ServoLoop {
       force_.begin_session(capabilities, mapping_, model_rate);
     else if constexpr (SurfaceForce<Force, Scalar>)
       force_.begin_session(rate_, model_rate);
-    since_sample_ = 0;
+    since_sample_ = 0, from_ = tip_;
     reports_velocity_ = capabilities.reports_velocity;
     reports_orientation_ = capabilities.reports_orientation;
     reports_gripper_ = capabilities.reports_gripper;
@@ -379,7 +379,7 @@ class ServoLoop {
   bool is_fresh_ = false;  // and so is its sample
   bool follows_ = false;   // there was a new sample since the tool was placed: from it to the next one is a way
   bool placed_ = false;
-  double since_sample_ = 0;      // s, since the last new and usable one
+  double since_sample_ = 0;      // s, since its velocity was measured last
   std::uint64_t pose_discontinuities_ = 0;
   bool answer_is_due_ = false;   // the tool was placed anew in this tick
   double placed_at_ = -std::numeric_limits<double>::infinity();   // s, on the clock of the model's time

@@ -124,7 +124,7 @@ auto between(std::vector<Tick> const& ticks, double tick, Value value) {
 ///   counts for more, while the log dimensionless jerk saturates where a tremor is faster than the movement.
 ///   Of a run in real time that missed ticks the recordings are made even first (see `even_recording`).
 /// Errors     `InvalidArgument` for sessions of other rates, of fewer than two ticks, or with values that are not finite, and for options
-///            out of their meaning.
+///            out of their meaning; those of `even_recording`.
 /// Cost       that of `align` and `smoothness`: two sessions of 60 s at 1 kHz take well under a second (release).
 /// Limits     It says what differs, not what matters: a trainee who does well by another path is called deviating.
 inline Comparison compare(Session const& recorded_expert, Session const& recorded_trainee, ComparisonOptions const& options = {}) {

@@ -38,6 +38,8 @@ inline Recording even_recording(Session const& session) {
     throw InvalidArgument(detail::message("even_recording: there are ", ticks.size(), " ticks over ", times.back() - times.front(), " s at ", rate,
                                           " Hz; leave out the time in which nothing was recorded"));
   Recording even;
+  even.set_saturation(session.recording.saturation());
+  if (session.recording.is_of_real_time()) even.set_real_time();
   even.reserve(static_cast<std::size_t>(count));
   std::size_t k = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {

@@ -52,7 +52,7 @@ inline bool states_more(Capabilities const& device) noexcept {
 
 }  // namespace detail
 
-/// Something that happened at a time [s]: "touch", "puncture", "lift", or a word of the host's.
+/// Something that happened at a time [s]: "touch", "puncture", "lift", "real time", "missed 3", or a word of the host's.
 struct SessionEvent {
   double time = 0.0;
   std::string name{};

@@ -62,7 +62,8 @@ inline void check_xml_blocks(std::string_view bytes, std::string const& name) {
   if (file_tag.find("compressor") == std::string_view::npos || file_tag.find("BigEndian") != std::string_view::npos) return;
   std::size_t const size = file_tag.find("UInt64") != std::string_view::npos ? 8 : 4;
   auto const check = [&](std::string_view data, bool base64) {
-    if (leading_word(data, base64, 0, size) > bytes.size() || leading_word(data, base64, 1, size) > 1100 * bytes.size())
+    if (data.starts_with('<')) return;   // there are none
+    if (leading_word(data, base64, 0, size) > bytes.size() || leading_word(data, base64, 1, size) > std::max(1100 * bytes.size(), std::size_t{1} << 26))
       throw FileError(message(name, ": compressed data announce more than this file can hold; it was cut short or is damaged, save it again"));
   };
   auto const appended = std::min(bytes.find("<AppendedData"), bytes.size());
@@ -72,7 +73,7 @@ inline void check_xml_blocks(std::string_view bytes, std::string const& name) {
     auto const end = bytes.find('>', at);
     if (end >= appended) break;
     std::string_view const tag = bytes.substr(at, end - at);
-    if (tag.find("\"binary\"") != std::string_view::npos) {
+    if (tag.find("format=\"binary\"") != std::string_view::npos || tag.find("format='binary'") != std::string_view::npos) {
       check(bytes.substr(std::min(bytes.find_first_not_of(" \t\r\n", end + 1), bytes.size())), true);
     } else if (auto const offset = tag.find("offset=\""); offset != std::string_view::npos && start != std::string_view::npos) {
       std::string_view rest = tag.substr(offset + 8);
