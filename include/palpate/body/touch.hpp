@@ -95,7 +95,8 @@ class Touch {
     remember(body);
   }
 
-  /// Whether the body was restored since the last update, or is, in contact, another one with fewer edits: the triangle that was touched may not exist any more.
+  /// Whether the body was restored since the last update, or is, in contact, another one with fewer edits: the triangle that was touched may not exist
+  /// any more.
   template <class Body>
   bool was_restored(Body const& body) const noexcept {
     return restorations_ != body.restorations() || (contact_.touching && body.topology_revision() < revision_);

@@ -102,7 +102,7 @@ class CoupledForce {
     if (!is_finite(motion.tip)) return Vector3<S>::Zero();
     DeviceState<S> device;
     if (motion.seconds > 0) since_sample_ += static_cast<double>(motion.seconds) * rate_;
-    if ((!motion.fresh || since_sample_ < 0.5) && coupling_.attached()) return held_;   // the hand has gone on: what it did is known with its next sample
+    if ((!motion.fresh || since_sample_ < 0.999) && coupling_.attached()) return held_;   // the hand has gone on: what it did is known with its next sample
     int const periods = coupling_.attached() ? static_cast<int>(std::clamp(std::round(since_sample_), 1.0, 16.0)) : 1;   // estimator and coupling go by the period
     since_sample_ = coupling_.attached() && since_sample_ < 16.5 ? since_sample_ - periods : 0.0;
     Vector3<S> const before = tip_;

@@ -31,7 +31,7 @@ struct SafetyReading {
   Vector3<S> position = Vector3<S>::Zero();   ///< in the device's frame
   Eigen::Quaternion<S> orientation = Eigen::Quaternion<S>::Identity();   ///< device ← tool; one that is no unit quaternion gives no torque
   double seconds = 0.001;                     ///< since the last tick
-  double elapsed = std::numeric_limits<double>::infinity();   ///< s since then on a clock, where a tick may come before its time: force grows, and speed, fades and warmth are reckoned by it
+  double elapsed = std::numeric_limits<double>::infinity();   ///< s since then on a clock, where a tick may come before its time: speed, ramps, fades, warmth go by it
   std::uint32_t buttons = 0;
   Calibration calibration = Calibration::good;
 };

@@ -62,7 +62,7 @@ inline void check_xml_blocks(std::string_view bytes, std::string const& name) {
   if (file_tag.find("compressor") == std::string_view::npos || file_tag.find("BigEndian") != std::string_view::npos) return;
   std::size_t const size = file_tag.find("UInt64") != std::string_view::npos ? 8 : 4;
   auto const check = [&](std::string_view data, bool base64) {
-    if (data.starts_with('<')) return;   // there are none
+    if (base64 && data.starts_with('<')) return;   // there are none
     if (leading_word(data, base64, 0, size) > bytes.size() || leading_word(data, base64, 1, size) > std::max(1100 * bytes.size(), std::size_t{1} << 26))
       throw FileError(message(name, ": compressed data announce more than this file can hold; it was cut short or is damaged, save it again"));
   };
