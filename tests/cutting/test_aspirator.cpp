@@ -80,7 +80,7 @@ std::string violations(testing::SolidCutInvariants<Body> const& before, Body& bo
 /// Down to a place from above, in so many ticks.
 template <class S, class Body>
 void lower(Aspirator<S>& tool, Body& body, Vector const& to, int ticks) {
-  for (int k = ticks; k >= 0; --k) tool.advance(body, {Vector(to + Vector(0, 0, 0.03 * k / ticks)).cast<S>()});
+  for (int k = ticks; k >= 0; --k) tool.advance(body, Vector(to + Vector(0, 0, 0.03 * k / ticks)).cast<S>());
 }
 
 }  // namespace
@@ -122,12 +122,12 @@ TEST_CASE("a tool that stays takes all tetrahedra whose middle it reaches, and n
   }
   REQUIRE(count > 50);
   Aspirator<double> tool({.tip_radius = 0.004, .reach = reach, .most_tetrahedra = 7});
-  tool.advance(body, {Vector(tip + Vector(0, 0, 0.03))});
+  tool.advance(body, Vector(tip + Vector(0, 0, 0.03)));
   CHECK(tool.state() == CuttingPhase::no_contact);
   int ticks = 0;
   for (; ticks < 100 && tool.report().tetrahedra < count; ++ticks) {
     int const so_far = tool.report().tetrahedra;
-    tool.advance(body, {tip});
+    tool.advance(body, tip);
     CHECK(tool.report().tetrahedra - so_far <= 7);
     REQUIRE(violations(before, body, tool.report()) == "");
   }
@@ -136,7 +136,7 @@ TEST_CASE("a tool that stays takes all tetrahedra whose middle it reaches, and n
   CHECK(tool.report().volume == Approx(volume).epsilon(1e-12));
   CHECK(tool.report().mass == Approx(1000 * volume).epsilon(1e-12));
   CHECK(tool.report().refused == 0);
-  tool.advance(body, {tip});
+  tool.advance(body, tip);
   CHECK(tool.report().tetrahedra == count);
   CHECK(body.tissue().tetrahedra() == mesh.tetrahedra.cols() - count);
 }
@@ -146,10 +146,10 @@ TEST_CASE("a tick takes no more volume than it may", "[cutting][aspirator]") {
   auto body = solid_body(mesh, {.prestrain = 0.02});
   double const largest = 0.005 * 0.005 * 0.005 / 3;   // of the five in a cube the one in the middle
   Aspirator<double> tool({.tip_radius = 0.004, .reach = 0.02, .most_tetrahedra = 1000, .most_volume = 2 * largest});
-  tool.advance(body, {Vector(0.015, 0.015, 0.06)});
+  tool.advance(body, Vector(0.015, 0.015, 0.06));
   for (int k = 0; k < 5; ++k) {
     double const so_far = tool.report().volume;
-    tool.advance(body, {Vector(0.015, 0.015, 0.032)});
+    tool.advance(body, Vector(0.015, 0.015, 0.032));
     CHECK(tool.report().volume - so_far >= 2 * largest * (1 - 1e-9));
     CHECK(tool.report().volume - so_far < 3 * largest * (1 + 1e-9));
   }
@@ -265,9 +265,9 @@ TEST_CASE("a plate one tetrahedron thick is pierced where all round the place is
     auto body = solid_body(mesh);
     testing::SolidCutInvariants const before(body);
     Aspirator<double> tool({.tip_radius = 0.003, .reach = reach, .most_tetrahedra = 200});
-    tool.advance(body, {Vector(0.0203, 0.0197, 0.04)});
+    tool.advance(body, Vector(0.0203, 0.0197, 0.04));
     for (int k = 0; k < 30; ++k) {
-      tool.advance(body, {Vector(0.0203, 0.0197, 0.0079 - 0.0002 * k)});
+      tool.advance(body, Vector(0.0203, 0.0197, 0.0079 - 0.0002 * k));
       REQUIRE(violations(before, body, tool.report()) == "");
     }
     // Euler characteristic of the border, which is closed: 2 of a plate, 0 of a plate with a hole.
@@ -288,7 +288,7 @@ TEST_CASE("a bar that is taken through falls in two, and a small piece goes as d
     Aspirator<double> tool({.tip_radius = 0.004, .reach = 0.008, .most_tetrahedra = 6, .debris = debris});
     for (double const y : {0.002, 0.008})
       for (int k = 0; k < 60; ++k) {
-        tool.advance(body, {Vector(0.0501, y, 0.02 - 0.0005 * k)});
+        tool.advance(body, Vector(0.0501, y, 0.02 - 0.0005 * k));
         REQUIRE(violations(before, body, tool.report()) == "");
       }
     auto const pieces = connected_components(body.rest_solid());
@@ -302,7 +302,7 @@ TEST_CASE("the last tetrahedron stays", "[cutting][aspirator]") {
   testing::SolidCutInvariants const before(body);
   Aspirator<double> tool({.tip_radius = 0.02, .reach = 0.05, .most_tetrahedra = 11, .debris = 100});
   for (int k = 0; k < 20; ++k) {
-    tool.advance(body, {Vector(0.005, 0.005, 0.06 - 0.003 * k)});
+    tool.advance(body, Vector(0.005, 0.005, 0.06 - 0.003 * k));
     REQUIRE(violations(before, body, tool.report()) == "");
     body.step(0.001);
     REQUIRE(body.positions().allFinite());
@@ -345,7 +345,7 @@ TEMPLATE_TEST_CASE("whatever is taken away, the border stays a manifold, and und
         Vector const from = (low + high) / 2 + 1.2 * size.norm() * any_vector().normalized(), to = (low + high) / 2 + 0.5 * size.cwiseProduct(any_vector());
         int const ticks = 12 + static_cast<int>(again.below(12));
         for (int tick = 0; tick <= ticks && wrong.empty(); ++tick) {
-          tool.advance(body, {Vector(from + (1.2 * tick / ticks) * (to - from)).template cast<S>()});
+          tool.advance(body, Vector(from + (1.2 * tick / ticks) * (to - from)).template cast<S>());
           if (tick % 3 == 0) body.step(S(1e-3));
           refused += tool.report().refused;
           if (is_checked) wrong = violations(before, body, tool.report());
@@ -384,7 +384,7 @@ TEST_CASE("a host's copy of the triangles is patched by the record of changes wh
   body.forget_changes();
   Aspirator<double> tool({.tip_radius = 0.005, .reach = 0.008, .most_tetrahedra = 9});
   for (int k = 0; k < 40; ++k) {
-    tool.advance(body, {Vector(0.0125, 0.0125, 0.035 - 0.0006 * k)});
+    tool.advance(body, Vector(0.0125, 0.0125, 0.035 - 0.0006 * k));
     auto const changes = body.changes();
     copy.conservativeResize(3, changes.triangle_count);
     for (int const t : changes.triangles) copy.col(t) = body.triangles().col(t);
@@ -403,7 +403,7 @@ TEST_CASE("a blade in a body from which another tool takes tetrahedra begins ane
   for (int k = 0; k < 60; ++k) {
     double const y = -0.005 + 0.0006 * k;
     knife.advance(body, {{0.0113, y, -0.01}, {0.0113, y, 0.04}});
-    if (k % 3 == 0) tool.advance(body, {Vector(0.0125, 0.0125, 0.038 - 0.0004 * k)});
+    if (k % 3 == 0) tool.advance(body, Vector(0.0125, 0.0125, 0.038 - 0.0004 * k));
     REQUIRE(violations(before, body, tool.report()) == "");
   }
   CHECK(tool.report().tetrahedra > 20);
@@ -419,5 +419,5 @@ TEST_CASE("an aspirator refuses what it can not be, in one line", "[cutting][asp
   CHECK(unsaid(made({.debris = -1}), "debris is -1") == "");
   auto body = solid_body(make_block<double>(3, 3, 3, 0.005, BlockPattern::alternating));
   Aspirator<double> tool;
-  CHECK(unsaid(message_of([&] { tool.advance(body, {Vector(0, std::nan(""), 0)}); }), "tip is (0, nan, 0)") == "");
+  CHECK(unsaid(message_of([&] { tool.advance(body, Vector(0, std::nan(""), 0)); }), "tip is (0, nan, 0)") == "");
 }

@@ -493,7 +493,8 @@ TEST_CASE("a tool whose force is no number is refused in mid-cut, and the cut go
         CHECK_THROWS_WITH(knife.resisted(Vector(0, force, 0)), Catch::Contains("it must be finite"));
       };
       if (disturbed) refuse(std::nan(""), "the tool presses with nan N; give a finite force"), refuse(INFINITY, "the tool presses with inf N"), refuse(-INFINITY, "with -inf N");
-      knife.advance(body, tool, tick < 10 ? 0.1 : 0.3);
+      double const pressed = tick < 10 ? 0.1 : 0.3;
+      disturbed ? knife.advance(body, tool, pressed) : knife.advance(body, tool.position, pressed);   // a tip alone is a tool that is not turned
     }
     REQUIRE(knife.area() > 1e-5);
     return std::pair(shape(body), knife.area());

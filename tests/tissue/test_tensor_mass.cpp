@@ -161,7 +161,7 @@ TEST_CASE("whatever is cut, the tensors are those of the tetrahedra that are the
     CHECK(farthest(tissue, static_cast<Elements<double> const&>(tissue)) < 1e-12);   // element by element
     int const cut = tissue.tetrahedra();
     Aspirator<double> aspirator({.tip_radius = 0.004});
-    for (int tick = 0; tick < 6; ++tick) aspirator.advance(body, {Vector3<double>(0.007, 0.0075, 0.025 - 0.002 * tick)});
+    for (int tick = 0; tick < 6; ++tick) aspirator.advance(body, Vector3<double>(0.007, 0.0075, 0.025 - 0.002 * tick));
     taken += cut - tissue.tetrahedra();
     CHECK(farthest(tissue, static_cast<Elements<double> const&>(tissue)) < 1e-12);
   }
@@ -172,7 +172,7 @@ TEST_CASE("tensors of which tissue was taken are those of a body made without it
   SoftBody body(TensorMass<double>(make_block<double>(6, 6, 6, 0.005, BlockPattern::alternating), soft<double>()), BackwardEuler{});
   Aspirator<double> aspirator({.tip_radius = 0.004, .reach = 0.006, .most_tetrahedra = 10});
   int const whole = body.tissue().tetrahedra();
-  for (int tick = 0; tick < 30 && body.tissue().tetrahedra() >= whole - 10; ++tick) aspirator.advance(body, {Vector3<double>(0.0125, 0.0125, 0.035 - 0.0005 * tick)});
+  for (int tick = 0; tick < 30 && body.tissue().tetrahedra() >= whole - 10; ++tick) aspirator.advance(body, Vector3<double>(0.0125, 0.0125, 0.035 - 0.0005 * tick));
   REQUIRE(body.tissue().tetrahedra() < whole - 10);
   std::vector<int> kept, number(static_cast<std::size_t>(body.size()), -1);   // a particle whose tetrahedra are all gone stays, alone
   for (int i = 0; i < body.size(); ++i)

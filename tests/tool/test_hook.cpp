@@ -293,7 +293,7 @@ TEST_CASE("A hook whose tissue is taken away lets go, and does not draw at what 
     double farthest = 0;   // m, of what is held from where it would be
     Vector3<double> force = Vector3<double>::Zero();
     for (int k = 0; k <= 60; ++k) {
-      aspirator.advance(body, {Vector3<double>(at + Vector3<double>(0, 0, 0.02 - 0.0004 * k))});
+      aspirator.advance(body, Vector3<double>(at + Vector3<double>(0, 0, 0.02 - 0.0004 * k)));
       force = tick(at);
       if (hook.hooked())
         farthest = std::max(farthest, (RodContact<double>::point_at(body, hook.held().triangle, hook.held().barycentric) - at - hook.held().offset).norm());
@@ -305,7 +305,7 @@ TEST_CASE("A hook whose tissue is taken away lets go, and does not draw at what 
     CHECK(force == Vector3<double>::Zero());
   }
   SECTION("some beside it") {
-    for (int k = 0; k <= 20; ++k) aspirator.advance(body, {Vector3<double>(held + Vector3<double>(0, 0.013, 0.02 - 0.001 * k))});
+    for (int k = 0; k <= 20; ++k) aspirator.advance(body, Vector3<double>(held + Vector3<double>(0, 0.013, 0.02 - 0.001 * k)));
     REQUIRE(aspirator.report().tetrahedra > 5);
     for (int k = 0; k < 5; ++k) {
       CHECK(tick(at).norm() > 0.05);

@@ -52,7 +52,7 @@ struct AspiratorReport : CutReport, RemovedTissue {
 /// Takes the tetrahedra away that its tip reaches, from the border inwards: an aspirator, or cautery.
 ///
 ///   Aspirator<double> tool({.tip_radius = 0.004, .reach = 0.006, .debris = 10});
-///   tool.advance(body, {tip}), body.step(0.01);   // once a tick
+///   tool.advance(body, tip), body.step(0.01);   // once a tick
 ///
 /// Where the ball touches the body it begins, and goes on until nothing goes any more: tetrahedra with a face on the border and their middle within reach,
 /// nearest first.
@@ -89,6 +89,11 @@ class Aspirator {
         use(detail::shape_of(body), tool.position);
       }
     }
+  }
+  /// The same for the tip [m] alone.
+  template <class Body>
+  void advance(Body& body, detail::TipPosition<Scalar> const& tip) {
+    advance(body, tip.pose());
   }
 
   /// Forgets the contact, so that the tip has to come from outside again, and begins to count anew.

@@ -74,7 +74,7 @@ class ProgressiveCutter {
       constexpr bool can_be_cut = CuttableTissue<typename detail::TissueOf<Body>::type>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
       static_assert(can_be_cut,
                     "ProgressiveCutter: this tissue can not be cut; it lacks the ability CuttableTissue: int insert_in_triangle(int triangle, Vector3<Scalar> const& weights), int "
-                    "split_particle(int particle, std::span<int const> triangles) and the others in palpate/tissue/concept.hpp. MassSpring has it.");
+                    "split_particle(int particle, std::span<int const> triangles) and the others in palpate/tissue/concept.hpp. MassSpring has it. VolumeCutter cuts solids.");
       static_assert(is_of_scalar, "ProgressiveCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
       if constexpr (can_be_cut && is_of_scalar) cut(detail::shape_of(body), tool, force);
     }

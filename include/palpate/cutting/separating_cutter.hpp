@@ -79,7 +79,7 @@ class SeparatingCutter {
       constexpr bool can_be_cut = SeparableTissue<typename detail::TissueOf<Body>::type>, is_of_scalar = std::same_as<Scalar, typename Body::Scalar>;
       static_assert(can_be_cut,
                     "SeparatingCutter: this tissue can not be cut along its edges; it lacks the ability SeparableTissue: void move_rest(int particle, Vector3<Scalar> const& rest) and "
-                    "what CuttableTissue names in palpate/tissue/concept.hpp. MassSpring has it.");
+                    "what CuttableTissue names in palpate/tissue/concept.hpp. MassSpring has it. VolumeCutter cuts solids.");
       static_assert(is_of_scalar, "SeparatingCutter: the cutter computes in another scalar than the body; advance(body, tool) takes a body of its own.");
       if constexpr (can_be_cut && is_of_scalar) cut(detail::shape_of(body), tool, force);
     }

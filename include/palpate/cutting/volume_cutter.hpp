@@ -149,6 +149,11 @@ class VolumeCutter {
       use(detail::shape_of(body), tool, force);
     }
   }
+  /// The same for the tip [m] of a tool that is not turned.
+  template <class Body>
+  void advance(Body& body, detail::TipPosition<Scalar> const& tip, Scalar force = 0) {
+    advance(body, tip.pose(), force);
+  }
 
   /// One tick: the blade is here now, and the tissue as it is.
   template <class Body>
