@@ -630,6 +630,42 @@ TEMPLATE_TEST_CASE("a piece of cubes that nothing holds has no weight", "[tissue
   CHECK(least < S(1e-6));
 }
 
+TEMPLATE_TEST_CASE("cubes pulled out to many times an edge come to rest, and back when they are let go", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
+  // Yardsticks: the rest shape; under the force the place that a factor of 0.6 comes to, which converges however far tissue is pulled out.
+  using S = TestType;
+  struct Pull {
+    int levels;
+    double force, farther;   // N; than so many edges of the cubes that are pulled
+  };
+  for (auto const& [levels, force, farther] : {Pull{1, 0.7, 0.5}, Pull{2, 0.4, 1.0}, Pull{3, 0.1, 1.0}}) {
+    auto const pulled = [&](S factor) {
+      auto body = block<S>(6, 4, 3, {.levels = levels, .relaxation = factor});
+      for (int i = 0; i < body.size(); ++i)
+        if (body.reference_position(i)[2] < S(1e-4)) body.nail(i);
+      int const corner = vertex_at(body, Vector3<S>(S(0.06), S(0.04), S(0.03)));
+      Vector3<S> const by = S(force) * Vector3<S>(1, S(0.7), 1).normalized();
+      int diverged = 0;
+      for (int k = 0; k < 400; ++k) {
+        body.apply_force_at({.triangle = body.tissue().surface().triangles_at(corner)[0], .barycentric = Vector3<S>::Constant(S(1) / 3)}, by);
+        diverged += body.step(S(1e-3)).diverged;
+      }
+      CHECK(diverged == 0);
+      return std::pair(body, corner);
+    };
+    CAPTURE(levels, force);
+    auto [body, corner] = pulled(S(1.2));
+    Vector3<S> const to = body.positions().col(corner);
+    CHECK((to - pulled(S(0.6)).first.positions().col(corner)).norm() < S(1e-5));
+    CHECK((to - body.reference_position(corner)).norm() > S(farther * edge / std::pow(2, levels)));
+    bool rests = false;
+    for (int k = 0; k < 2000 && !rests; ++k) rests = body.step(S(1e-3)).at_rest;
+    CHECK(rests);
+    S off = 0;
+    for (int i = 0; i < body.size(); ++i) off = std::max(off, (body.positions().col(i) - body.reference_position(i)).norm());
+    CHECK(off < S(1e-5));
+  }
+}
+
 TEMPLATE_TEST_CASE("a force that waits on a split cube is not lost where cubes are split, joined or cut meanwhile", "[tissue][cubes]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   for (int const edit : {0, 1, 2, 3}) {

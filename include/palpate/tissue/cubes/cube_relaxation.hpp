@@ -232,8 +232,8 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
           sum += spring.stiffness / spring.along.squaredNorm() * spring.along * spring.along.transpose();
     return sum;
   }
-  /// Of one vertex's own springs, gravity and forces.
-  Vector own_force(int i) const noexcept {
+  /// Of one vertex's own springs, gravity and forces. `longer`: plus the stiffness of those springs that are far longer than at rest, N/m.
+  Vector own_force(int i, Scalar& longer) const noexcept {
     Vector force = load_[i];
     if (!has_free_pieces_ || !is_weightless(i)) force += mass_[at(i)] * gravity_;
     Vector const here = u_[i];
@@ -245,6 +245,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
       for (Spring const& spring : springs_[at(leaf.level)][at(7 ^ o)]) {
         Vector const moved = u_[leaf.corner[at(spring.to)]] - here, d = spring.along + moved;
         Scalar const length = d.norm();
+        if (length > Scalar(1.5) * spring.length && moved.squaredNorm() > spring.longer_squared) longer += spring.stiffness;
         // k (|d| − L)/|d|, without loss of digits where both are nearly the same
         if (length > 0) force += spring.stiffness * (spring.longer_squared + (spring.along + d).dot(moved)) / (length * (length + spring.length)) * d;
       }
@@ -252,8 +253,15 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
     return force;
   }
   Vector force_on(int i) const noexcept {
-    Vector force = own_force(i);
-    for_each_follower(i, [&](int h, Scalar w) { force += w * own_force(h); });
+    Scalar longer = 0;
+    return force_on(i, longer);
+  }
+  Vector force_on(int i, Scalar& longer) const noexcept {
+    Vector force = own_force(i, longer);
+    for_each_follower(i, [&](int h, Scalar w) {
+      Scalar longer_there = 0;
+      force += w * own_force(h, longer_there), longer += w * w * longer_there;
+    });
     return force;
   }
   void follow(int i) noexcept {
@@ -264,7 +272,8 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
   }
   /// Returns how far it went, in edges.
   Scalar visit(int i) noexcept {
-    Vector const move = options_.relaxation / k_[at(i)] * force_on(i);
+    Scalar longer = 0;
+    Vector const force = force_on(i, longer), move = options_.relaxation / (k_[at(i)] + longer) * force;   // long springs resist a move across them too
     this->displace(i, u_[i] + move);
     for_each_follower(i, [&](int h, Scalar) { follow(h); });
     ++visits_;

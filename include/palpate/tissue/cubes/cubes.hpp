@@ -38,8 +38,9 @@ enum class TouchSpread {
 ///            C_ijkl = Σ k L² n_i n_j n_k n_l / s³: isotropic, λ = μ = 2 E/5, for small strains.
 /// Hanging    a vertex in the middle of a larger cube's edge or face is where the mean of its 2 or 4 corners is, by distance, and what pulls it pulls
 ///            these by the same weights: no gap, and a uniform strain passes unchanged from large cubes to small ones.
-/// Solution   x_i ← x_i + α F_i / k_i, one vertex after the other, F_i = Σ g_ij + f_i + m_i g − home spring, k_i a bound of ∂F_i/∂x_i in the rest shape:
-///            converges for α < 2 there; where tissue is pulled out far, for α < 2/3 always. Breadth first begins at the touched vertices; a sweep ends where
+/// Solution   x_i ← x_i + α F_i / k_i, one vertex after the other, F_i = Σ g_ij + f_i + m_i g − home spring, k_i a bound of ∂F_i/∂x_i in the rest shape,
+///            and of springs longer than 1.5 times their own length their stiffness more, as these resist a move across them too: converges for α < 2 where
+///            tissue is not pulled out far, for α < 2/3 always; for 1.2 in what was tried. Breadth first begins at the touched vertices; a sweep ends where
 ///            little is left to do, every eighth goes through the body.
 /// Contact    predicted_acceleration() and mobility() are those of a body that gives 6/k_i per newton in a step and rests where last step's forces left it.
 /// Units      m, N, Pa, kg/m³, s.
@@ -51,7 +52,8 @@ enum class TouchSpread {
 ///            detaching across the blade alone, joining.
 /// Cost       a visit of a vertex 56 springs. A split or join O(split cubes · 8^levels), no allocation up to touched_cubes of them; a cut that opens faces
 ///            O(cubes), and allocates.
-/// Limits     a piece that nothing holds, nailed or supported nowhere, has no weight: it stays where it is. Poisson's ratio 1/4. Smooth surfaces become steps of a cube. A split cube is split all through, its faces open as one. Vertices of split cubes can not be
+/// Limits     a piece that nothing holds, nailed or supported nowhere, has no weight: it stays where it is, and a force moves it on by a share of F/k in each step.
+///            Poisson's ratio 1/4. Smooth surfaces become steps of a cube. A split cube is split all through, its faces open as one. Vertices of split cubes can not be
 ///            nailed by themselves: they are where all corners around them are. A load on many vertices by apply_force() touches.
 template <RealScalar ScalarType>
 class Cubes : public detail::CubeRelaxation<ScalarType> {
