@@ -244,7 +244,7 @@ PALPATE_FAKE_EXPORT void hdSetDoublev(unsigned number, double const* in) {
   if (number == 0x2700) {
     device.force = {in[0], in[1], in[2]};
     device.force_set = true;
-  } else if (number == 0x2704 && plan().output_degrees == 6) {
+  } else if (number == 0x2701 && plan().output_degrees == 6) {
     device.torque = {1e-3 * in[0], 1e-3 * in[1], 1e-3 * in[2]};
   } else {
     fail(0x102, lib().current);

@@ -51,7 +51,7 @@ constexpr Number version = 0x2500, model = 0x2501, driver = 0x2502, vendor = 0x2
 constexpr Number usable_workspace = 0x2551, output_degrees = 0x2554, calibration_style = 0x2555;
 constexpr Number rate = 0x2600, rate_now = 0x2601, max_stiffness = 0x2602, max_force = 0x2603, continuous_force = 0x2604, max_damping = 0x2609;
 constexpr Number max_torque = 0x2622;
-constexpr Number force = 0x2700, gimbal_torque = 0x2704;
+constexpr Number force = 0x2700, torque = 0x2701;   // both in the frame of positions; the joint and gimbal torques beside them are about the axes of the arm
 }  // namespace parameter
 
 namespace capability {

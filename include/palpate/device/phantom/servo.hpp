@@ -323,7 +323,7 @@ class Servo {
       out = ramp_.next(wanted_);
     }
     hd.set_doubles(parameter::force, force_to_native(out.force).data());
-    if (has_torque_) hd.set_doubles(parameter::gimbal_torque, torque_to_native(out.torque).data());
+    if (has_torque_) hd.set_doubles(parameter::torque, torque_to_native(out.torque).data());
   }
 
   PhantomOptions const options_;
