@@ -103,6 +103,15 @@ TEST_CASE("a tick without a new sample moves nothing, whatever the device leaves
   }
 }
 
+TEST_CASE("a tremor of another rate than the device's is refused: it would be of another band") {
+  auto const hand = [](double rate) { return ScriptedDevice<double>(Trajectory<double>::start({0, 0, 0}).line({0, 0, 0}, 1.0), {.rate = rate}); };
+  auto const put_on = [&](double of_tremor, double of_device) { TremblingDevice(hand(of_device), HandTremor<double>({.rate = of_tremor})); };
+  CHECK_THROWS_WITH(put_on(1000, 4000), says("TremblingDevice: the tremor's rate is 1000 Hz", "the device's servo has 4000 Hz", "give the tremor .rate = 4000"));
+  CHECK_THROWS_WITH(put_on(1000, 500), says("give the tremor .rate = 500"));
+  CHECK_NOTHROW(put_on(4000, 4000));
+  CHECK_NOTHROW(put_on(1000, 1020));   // a clock of its own
+}
+
 TEST_CASE("malformed tremors are refused with a reason, and a tick allocates nothing") {
   using Tremor = HandTremor<double>;
   double const nan = std::numeric_limits<double>::quiet_NaN();

@@ -79,6 +79,8 @@ class HandTremor {
 
 /// A device with tremor: its positions are displaced, its forces are passed on unchanged.
 ///   TremblingDevice device(ScriptedDevice<double>(path), HandTremor<double>({.amplitude = 1e-4, .seed = 3}));
+/// Errors     InvalidArgument where the tremor is of another rate than the device states, by more than a tenth: its band and speed would be as wrong. A device
+///            that has to be opened to know its rate is not asked.
 /// Cost       As the device's and the tremor's; noexcept, no allocation.
 /// Limits     The tremor does not yield to the force, and pauses in ticks in which the device has no new sample.
 template <class Device, RealScalar S>
@@ -88,7 +90,13 @@ class TremblingDevice : public detail::WrappedDevice<Device, S> {
   using Wrapped::device_;
 
  public:
-  TremblingDevice(Device device, HandTremor<S> tremor) : Wrapped(std::move(device)), tremor_(std::move(tremor)) {}
+  TremblingDevice(Device device, HandTremor<S> tremor) : Wrapped(std::move(device)), tremor_(std::move(tremor)) {
+    if constexpr (!OpensAndCloses<Device>) {
+      double const rate = device_.capabilities().rate, of_tremor = tremor_.options().rate;
+      if (rate > 0 && !(std::abs(of_tremor - rate) <= rate / 10))
+        throw InvalidArgument(detail::message("TremblingDevice: the tremor's rate is ", of_tremor, " Hz, and the device's servo has ", rate, " Hz; give the tremor .rate = ", rate));
+    }
+  }
 
   DeviceStatus read(DeviceState<S>& state) noexcept {
     if (!knows_) knows_ = true, moves_ = device_.capabilities().reports_velocity;
