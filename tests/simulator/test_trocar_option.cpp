@@ -162,12 +162,25 @@ TEST_CASE("where no pose leads through the trocar the tool stays, its force fade
   for (int k = 0; k < 100; ++k) now = tick({0.02, 0, 0.05});
   CHECK(now.force.z() == 1);
 
-  // Of a torque the hand feels what turns the tool about its shaft: the tilt is not the hand's. By hand: the shaft is (-0.3, 0, 0.4)/0.5 from (0.03, 0, 0.06).
+  // Of a torque the hand feels what turns the tool about its shaft: the tilt is not the hand's. By hand: the shaft is (-0.3, 0, 0.4)/0.5 from (0.03, 0, 0.06), the
+  // stylus (0, 0, 1), and the torque lies half way between, so that the hand does the same work as the tool whichever way it turns.
   strings.capabilities.max_torque = 1.0;
   servo.begin_session();
   model.tissue_moment = {0.1, 0.2, 0.3};
   tick({0.03, 0, 0.06});
-  CHECK((strings.felt.torque - (0.3 * 0.8 - 0.1 * 0.6) * V(-0.6, 0, 0.8)).norm() < 1e-15);
+  V const torque = strings.felt.torque;
+  CHECK((torque - (0.3 * 0.8 - 0.1 * 0.6) * V(-0.6, 0, 1.8) / 1.8).norm() < 1e-15);
+  for (V const& axis : {V(1, 0, 0), V(0, 1, 0), V(0, 0, 1), V(-0.6, 0.0, 0.8)}) {   // the tool's turn from poses a bit before and after
+    double const angle = 1e-4;
+    auto const at = [&](double by) {
+      strings.next.orientation = Q(Eigen::AngleAxis<double>(by, axis));
+      tick({0.03, 0, 0.06});
+      return servo.tool().orientation;
+    };
+    Q const before = at(-angle), after = at(angle);
+    Eigen::AngleAxis<double> const turn(after * before.conjugate());
+    CHECK(torque.dot(2 * angle * axis) == Approx(turn.angle() * turn.axis().dot(V(0.1, 0.2, 0.3))).margin(1e-10));
+  }
 }
 
 TEST_CASE("a tool in a trocar that presses and is drawn out is recorded, and replayed to the byte", "[simulator][trocar]") {

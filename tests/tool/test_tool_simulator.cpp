@@ -5,6 +5,7 @@
 
 #include <palpate/extend/cutter.hpp>
 #include <palpate/force/tissue_reaction.hpp>
+#include <palpate/simulator/body_loop.hpp>
 #include <palpate/simulator/simulator.hpp>
 #include <palpate/tool/hook.hpp>
 
@@ -94,19 +95,40 @@ TEST_CASE("The haptic point is the deepest place, the mean of all, or that of on
   ToolShape<double> shape;   // two balls, 20 mm apart, one 1 mm lower
   shape.rods = {{.rod = {.from = {0, 0, 0.001}, .to = {0, 0, 0.001}, .radius = 0.003}}, {.rod = {.from = {0.02, 0, 0}, .to = {0.02, 0, 0}, .radius = 0.003}}};
   auto body = skin<double>();
-  auto const point = [&](HapticPoint which, int chosen) {
+  auto const point = [&](HapticPoint which, int chosen, double height = 0.001) {
     shape.haptic_point = which, shape.chosen = chosen;
     BluntTool<double> tool(shape);
-    for (double const z : {0.01, 0.001}) tool.advance(body, {.position = {0.0213, 0.0323, z}});
+    for (double const z : {0.01, height}) tool.advance(body, {.position = {0.0213, 0.0323, z}});
     CHECK(tool.contact().touching);
     CHECK(tool.state() == CuttingPhase::indenting);
-    return Vector3<double>(tool.haptic_point() - Vector3<double>(0.0213, 0.0323, 0.001));
+    return Vector3<double>(tool.haptic_point() - Vector3<double>(0.0213, 0.0323, height));
   };
   // Depths 1 and 2 mm: the deepest is the second ball. The mean lies between, at weights of all triangles within.
   CHECK((point(HapticPoint::deepest, 0) - Vector3<double>(0.02, 0, 0)).norm() < 1e-12);
   CHECK((point(HapticPoint::chosen, 0) - Vector3<double>(0, 0, 0.001)).norm() < 1e-12);
+  CHECK((point(HapticPoint::chosen, 0, 0.0025) - Vector3<double>(0.02, 0, 0)).norm() < 1e-12);   // that ball is in the air: what the other touches is felt
   Vector3<double> const mean = point(HapticPoint::averaged, 0);
   CHECK((mean.x() > 0.01 && mean.x() < 0.02 && std::abs(mean.x() + 20 * mean.z() - 0.02) < 1e-12));
+}
+
+TEST_CASE("What a tool presses the tissue with is what the hand feels, in every tick in which it is lifted a little, too", "[tool][tool_simulator]") {
+  // Yardstick: the force that the tissue gets. A tick before it is lifted the tissue is at rest around it, and follows it up within the step.
+  for (double const h : {0.001, 0.002, 0.005, 0.01}) {
+    BodyLoop loop(block<double>(), BluntTool<double>(make_probe_shape<double>({.radius = 0.003})), ContactCoupling{}, 100);
+    ToolPose<double> tool{.position = {0.0301, 0.0242, 0.03}};
+    for (int k = 0; k < 700; ++k) tool.position.z() = 0.018 + std::max(0.001, 0.01 - 4e-5 * k), loop.tick(tool, 0.001);
+    for (double const lift : {1e-5, 1e-4, 1e-4}) {
+      tool.position.z() += lift, tool.velocity.z() = lift / h;
+      for (int k = 0; k < 8; ++k) {
+        CAPTURE(h, lift, k);
+        auto const model = loop.tick(tool, h);
+        CHECK(loop.cutter().force().z() > 0.02);
+        CHECK((model.tissue_force - loop.cutter().force()).norm() < 1e-9);
+        CHECK(model.phase == CuttingPhase::indenting);
+        tool.velocity.setZero();
+      }
+    }
+  }
 }
 
 TEST_CASE("a coupling for a tool that presses the tissue itself is refused", "[tool_simulator]") {

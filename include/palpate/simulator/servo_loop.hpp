@@ -297,8 +297,7 @@ class ServoLoop {
   Vector moment(LocalModel<Scalar> const& model) const noexcept {
     if (!(max_torque_ > 0)) return Vector::Zero();
     if (!trocar_) return model.tissue_moment;
-    Vector const shaft = orientation_ * trocar_->options().shaft;
-    return shaft.dot(model.tissue_moment) * shaft;
+    return (orientation_ * trocar_->options().shaft).dot(model.tissue_moment) * twist_;
   }
 
   /// The force and torque wanted, or, after a restoration, what is left of those before.
@@ -322,6 +321,10 @@ class ServoLoop {
     auto const through = trocar_ ? trocar_->find(pose) : std::optional(pose);
     is_off_ = !through.has_value();
     if (through) orientation_ = through->orientation;
+    if (through && trocar_) {   // the tool's shaft d turns about itself at (s + d)·ω/(1 + s·d) where the hand, which commands the shaft s, turns at ω
+      Vector const commanded = pose.orientation * trocar_->options().shaft, shaft = orientation_ * trocar_->options().shaft;
+      twist_ = (commanded + shaft) / (1 + commanded.dot(shaft));   // less than a right angle apart
+    }
     return !is_off_;
   }
 
@@ -386,6 +389,7 @@ class ServoLoop {
   Vector tip_ = Vector::Zero(), from_ = Vector::Zero();   // now; when its velocity was measured last
   Vector velocity_ = Vector::Zero();
   Eigen::Quaternion<Scalar> orientation_ = Eigen::Quaternion<Scalar>::Identity();   // world ← tool
+  Vector twist_ = Vector::Zero();   // rad of the tool in a trocar, about its shaft, per rad of the hand about an axis: the torque that does the same work per N m
   Scalar opening_ = 1;   // of the tool's jaws
   Scalar last_depth_ = 0;
   Scalar since_last_ = 0;   // s, the tick before this one

@@ -33,7 +33,9 @@ class BluntTool {
   }
   template <class Body, class Leaves = LeavesNone>
   Vector press(Body& body, Scalar share, Scalar h, PinnedPoint<Scalar>* pin = nullptr, Leaves const& leaves = {}) {
-    return rods_.press(body, share, h, pin, leaves);
+    Vector const force = rods_.press(body, share, h, pin, leaves);
+    if (!contact_.touching && !is_zero(force)) choose(body);   // tissue that was not at a rod yet, and is kept from coming into it in this step
+    return force;
   }
   template <class Body>
   void reset(Body&) noexcept {
@@ -70,17 +72,19 @@ class BluntTool {
   template <class Body>
   void choose(Body const& body) {
     auto const& shape = rods_.shape();
-    RodTouch<Scalar> const* best = nullptr;
+    RodTouch<Scalar> const *best = nullptr, *other = nullptr;   // of the rods that count, of all
     Vector sum = Vector::Zero();
     Scalar weight = 0;
     for (auto const& touch : rods_.touches()) {
       if (!touch.acts) continue;
       sum += touch.depth * touch.on_axis, weight += touch.depth;
+      if (other == nullptr || touch.depth > other->depth) other = &touch;
       if (shape.haptic_point == HapticPoint::chosen && touch.rod != shape.chosen) continue;
       if (best == nullptr || touch.depth > best->depth) best = &touch;
     }
     contact_ = {};
     haptic_point_ = rods_.pose().position;
+    if (best == nullptr) best = other;   // the chosen rod touches nothing: the others are felt all the same
     if (best == nullptr) return;
     show(body, best->rod, best->triangle, best->barycentric, shape.haptic_point == HapticPoint::averaged && weight > 0 ? Vector(sum / weight) : best->on_axis);
   }
