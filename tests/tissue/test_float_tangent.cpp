@@ -158,8 +158,9 @@ TEST_CASE("the residual that an implicit step reports is the one that it has, ho
       auto const size = [&](Eigen::VectorXd const& r) { return std::sqrt(r.cwiseProduct(r).dot(inverse)); };
       double const left = size((push - A * change)(moves)) / size(right);
       INFO(young << " Pa, " << h << " s, " << tolerance);
-      CHECK(left <= 1.02 * tolerance);
-      CHECK(std::abs(left - report.solve.residual) <= (pressure == Pressure::nodal ? 0.05 : 0.02) * left);   // its scale leaves out some of the diagonal
+      double const off = pressure == Pressure::nodal ? 0.05 : 0.02;   // its scale leaves out some of the diagonal
+      CHECK(left <= (1 + off) * tolerance);
+      CHECK(std::abs(left - report.solve.residual) <= off * left);
     }
 }
 

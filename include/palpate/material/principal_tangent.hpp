@@ -70,14 +70,36 @@ std::array<PrincipalStretches<T>, Count> principal_stretches(std::array<Tensor3<
   return all;
 }
 
+/// A symmetric linear map of 3 × 3 changes that does not mix what is on the diagonal with what is beside it, nor the pairs yz, xz, xy with each other.
+template <class T>
+struct PrincipalChange {
+  T xx, yy, zz, xy, xz, yz;   // of the diagonal to itself
+  T same[3], other[3];        // of the entries of each pair, to themselves and to each other
+
+  [[gnu::always_inline]] Tensor3<T> of(Tensor3<T> const& M) const noexcept {
+    return {xx * M.xx + xy * M.yy + xz * M.zz, same[2] * M.xy + other[2] * M.yx, same[1] * M.xz + other[1] * M.zx,
+            same[2] * M.yx + other[2] * M.xy, xy * M.xx + yy * M.yy + yz * M.zz, same[0] * M.yz + other[0] * M.zy,
+            same[1] * M.zx + other[1] * M.xz, same[0] * M.zy + other[0] * M.yz, xz * M.xx + yz * M.yy + zz * M.zz};
+  }
+  /// What e ⊗ b changes along a, as a matrix of e.
+  [[gnu::always_inline]] Tensor3<T> block(Direction<T> const& a, Direction<T> const& b) const noexcept {
+    T const ax = a.x * b.x, ay = a.y * b.y, az = a.z * b.z, axy = a.x * b.y, ayx = a.y * b.x, axz = a.x * b.z, azx = a.z * b.x, ayz = a.y * b.z, azy = a.z * b.y;
+    return {xx * ax + same[2] * ay + same[1] * az, xy * axy + other[2] * ayx, xz * axz + other[1] * azx,
+            xy * ayx + other[2] * axy, same[2] * ax + yy * ay + same[0] * az, yz * ayz + other[0] * azy,
+            xz * azx + other[1] * axz, yz * azy + other[0] * ayz, same[1] * ax + same[0] * ay + zz * az};
+  }
+  friend PrincipalChange operator*(T const& f, PrincipalChange const& a) noexcept {
+    return {f * a.xx, f * a.yy, f * a.zz, f * a.xy, f * a.xz, f * a.yz, {f * a.same[0], f * a.same[1], f * a.same[2]}, {f * a.other[0], f * a.other[1], f * a.other[2]}};
+  }
+};
+
 /// The positive semidefinite part of an isotropic law's tangent at F = U Σ Vᵀ, U and V rotations. In the frames of U and V it is a matrix A of the three
 /// principal changes and, for each two of the others, a 2 × 2 block whose eigenvalues are a sum and a difference; where one is negative it becomes 0.
 /// Source     \cite teran2005, there for laws in the principal stretches; here the entries are asked of stress_change at Σ.
 template <class T>
 struct PrincipalTangent {
   Tensor3<T> U, V;
-  T Axx, Ayy, Azz, Axy, Axz, Ayz;
-  T same[3], other[3];   // entries of the blocks of the pairs yz, xz, xy: on and beside their diagonals
+  PrincipalChange<T> change;
 
   template <class Law>
   PrincipalTangent(Law const& law, Tensor3<T> const& F) noexcept : PrincipalTangent(law, F, principal_stretches(std::array{F})[0]) {}
@@ -118,31 +140,19 @@ struct PrincipalTangent {
       simd::raise_to(xx, zero), simd::raise_to(yy, zero), simd::raise_to(zz, zero);
       A = (frame[0] * Tensor3<T>{xx, zero, zero, zero, yy, zero, zero, zero, zz}) * transpose(frame[0]);
     }
-    Axx = A.xx, Ayy = A.yy, Azz = A.zz, Axy = A.xy, Axz = A.xz, Ayz = A.yz;
+    change.xx = A.xx, change.yy = A.yy, change.zz = A.zz, change.xy = A.xy, change.xz = A.xz, change.yz = A.yz;
     auto const pair = [&](int k, T const& on, T const& beside) {
       T sum = on + beside, difference = on - beside;
       simd::raise_to(sum, zero), simd::raise_to(difference, zero);
       T const half = number<T>(0.5);
-      same[k] = half * (sum + difference), other[k] = half * (sum - difference);
+      change.same[k] = half * (sum + difference), change.other[k] = half * (sum - difference);
     };
     pair(0, rest.yz, rest.zy), pair(1, rest.xz, rest.zx), pair(2, rest.xy, rest.yx);
   }
 
-  Tensor3<T> stress_change(Tensor3<T> const& dF) const noexcept {
-    Tensor3<T> const M = transpose(U) * (dF * V);
-    Tensor3<T> const P{Axx * M.xx + Axy * M.yy + Axz * M.zz, same[2] * M.xy + other[2] * M.yx, same[1] * M.xz + other[1] * M.zx,
-                       same[2] * M.yx + other[2] * M.xy, Axy * M.xx + Ayy * M.yy + Ayz * M.zz, same[0] * M.yz + other[0] * M.zy,
-                       same[1] * M.zx + other[1] * M.xz, same[0] * M.zy + other[0] * M.yz, Axz * M.xx + Ayz * M.yy + Azz * M.zz};
-    return (U * P) * transpose(V);
-  }
+  Tensor3<T> stress_change(Tensor3<T> const& dF) const noexcept { return (U * change.of(transpose(U) * (dF * V))) * transpose(V); }
   Tensor3<T> turned(Tensor3<T> const& g) const noexcept { return g * V; }
-  Tensor3<T> block(Direction<T> const& a, Direction<T> const& b) const noexcept {
-    T const xx = a.x * b.x, yy = a.y * b.y, zz = a.z * b.z, xy = a.x * b.y, yx = a.y * b.x, xz = a.x * b.z, zx = a.z * b.x, yz = a.y * b.z, zy = a.z * b.y;
-    Tensor3<T> const M{Axx * xx + same[2] * yy + same[1] * zz, Axy * xy + other[2] * yx, Axz * xz + other[1] * zx,
-                       Axy * yx + other[2] * xy, same[2] * xx + Ayy * yy + same[0] * zz, Ayz * yz + other[0] * zy,
-                       Axz * zx + other[1] * xz, Ayz * zy + other[0] * yz, same[1] * xx + same[0] * yy + Azz * zz};
-    return (U * M) * transpose(U);
-  }
+  Tensor3<T> block(Direction<T> const& a, Direction<T> const& b) const noexcept { return (U * change.block(a, b)) * transpose(U); }
 
  private:
   /// By a change of the first stretch, of the second, and of the third and all three pairs: what is beside the diagonal has nothing to do with what is on it.

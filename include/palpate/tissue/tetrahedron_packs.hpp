@@ -47,6 +47,14 @@ struct PackOfLaw<Scalar, Law> {
   using type = typename LawOver<Law, Number>::type;
 };
 
+/// Whether the tangents of a law are known in the frames of its principal stretches, under nodal pressure, too.
+template <class T, class Law>
+inline constexpr bool has_principal_tangents = std::derived_from<SemidefiniteTangent<T, Law>, PrincipalTangent<T>>;
+template <class T, class Law>
+  requires HasBulkModulus<Law, T>
+inline constexpr bool has_principal_tangents<T, Law> =
+    std::derived_from<SemidefiniteTangent<T, Law>, PrincipalTangent<T>> && std::derived_from<SemidefiniteTangent<T, WithPressure<T, Law>>, PrincipalTangent<T>>;
+
 /// The lowest J = det F of some tetrahedra, and whose it is.
 template <class Scalar>
 struct LowestDeterminant {
@@ -314,14 +322,29 @@ class TetrahedronPacks {
     std::size_t const pairs = has_floats ? (tangents_.size() + 1) / 2 : 0;
     floats_.resize(pairs);
     if (!stars_.empty()) growths_.resize(packs_.size()), float_growths_.resize(pairs), float_measured_.resize(2 * lanes * pairs);
+    TetrahedronTangent<Floats> blocks;   // of what is added to rows
+    auto const in_blocks = [&](std::size_t k, [[maybe_unused]] auto const& tangent) -> decltype(auto) {
+      if constexpr (is_principal) {
+        TetrahedronTangent<T> own;
+        set(own, packs_[k], tangent);
+        return own;
+      } else {
+        return (tangents_[k]);
+      }
+    };
+    auto const put = [&](auto& to, std::size_t k, auto const& from) {
+      put_half(to, static_cast<int>(k % 2), from);
+      if (k % 2 == 0 && k + 1 == packs_.size()) put_half(to, 1, nothing_at<std::remove_cvref_t<decltype(from)>>(packs_[k]));
+    };
     auto const keep = [&](std::size_t k, auto const& tangent) {
       set(tangents_[k], packs_[k], tangent);
-      if constexpr (has_floats) {
-        put_half(floats_[k / 2], static_cast<int>(k % 2), tangents_[k]);
-        if (k % 2 == 0 && k + 1 == packs_.size()) put_half(floats_[k / 2], 1, nothing_at(packs_[k]));
-        if (!places_.empty() && (k % 2 == 1 || k + 1 == packs_.size())) add(floats_[k / 2], places_[k / 2], rows);
-      } else if (!places_.empty()) {
-        add(tangents_[k], places_[k], rows);
+      if (places_.empty()) {
+        if constexpr (has_floats) put(floats_[k / 2], k, tangents_[k]);
+      } else if constexpr (has_floats) {
+        put(blocks, k, in_blocks(k, tangent));
+        if (k % 2 == 1 || k + 1 == packs_.size()) add(blocks, places_[k / 2], rows);
+      } else {
+        add(in_blocks(k, tangent), places_[k], rows);
       }
     };
     std::array<Tensor3<T>, beside> F;
@@ -376,11 +399,7 @@ class TetrahedronPacks {
   void add_diagonal(Scalar factor, Scalar const* weight, Scalar* out) const noexcept {
     T const size = T{} + factor;
     for (std::size_t k = 0; k < packs_.size(); ++k) {
-      Tangent const& t = tangents_[k];
-      auto const first = [&](T const& on, T const& beside_it) { return on + beside_it + beside_it; };
-      Tensor3<T> rows{t.aa.xx, t.aa.yy, t.aa.zz, t.bb.xx, t.bb.yy, t.bb.zz, t.cc.xx, t.cc.yy, t.cc.zz};
-      Direction<T> zero{first(rows.xx + rows.yx + rows.zx, t.ab.xx + t.ac.xx + t.bc.xx), first(rows.xy + rows.yy + rows.zy, t.ab.yy + t.ac.yy + t.bc.yy),
-                        first(rows.xz + rows.yz + rows.zz, t.ab.zz + t.ac.zz + t.bc.zz)};   // of node 0: minus the sum of the others
+      auto [rows, zero] = tangents_[k].diagonal();
       if constexpr (can_average)
         if (!stars_.empty()) {
           Tensor3<T> const& g = growths_[k];
@@ -437,7 +456,11 @@ class TetrahedronPacks {
     int starts[16][static_cast<int>(halves) * lanes];
   };
   using FullTangent = SemidefiniteTangent<T, WithPressure<T, PackLaw>>;   // with stars
-  using Tangent = TetrahedronTangent<T>;
+  /// Wide registers compute faster than they are filled; narrow ones do not.
+  static constexpr bool is_principal = sizeof(T) >= 32 && has_principal_tangents<T, PackLaw>;
+  template <class N>
+  using TangentOf = std::conditional_t<is_principal, PrincipalTetrahedronTangent<N>, TetrahedronTangent<N>>;
+  using Tangent = TangentOf<T>;
   /// How many packs' tangents are taken beside each other: each of their rotations waits for the one before it.
   static constexpr std::size_t beside = 4;
   /// use(n, tangent) of so many packs, or the first `count`.
@@ -450,17 +473,13 @@ class TetrahedronPacks {
       for (std::size_t n = 0; n < count; ++n) use(n, Tangents(law(n), F[n]));
     }
   }
-  [[gnu::flatten]] static void set(Tangent& of, Pack const& pack, auto const& tangent) noexcept {
-    Tensor3<T> const g = tangent.turned(pack.gradients);
-    Direction<T> const a{g.xx, g.xy, g.xz}, b{g.yx, g.yy, g.yz}, c{g.zx, g.zy, g.zz};
-    auto const block = [&](Direction<T> const& from, Direction<T> const& by) { return pack.volume * tangent.block(from, by); };
-    of.aa = upper_triangle(block(a, a)), of.bb = upper_triangle(block(b, b)), of.cc = upper_triangle(block(c, c));
-    of.ab = block(a, b), of.ac = block(a, c), of.bc = block(b, c);
+  static void set(auto& of, Pack const& pack, auto const& tangent) noexcept {
+    of.set(tangent, pack.gradients, pack.volume);
     std::memcpy(of.starts, pack.starts, sizeof(of.starts));
   }
-
-  static Tangent nothing_at(Pack const& pack) noexcept {
-    Tangent none{};
+  template <class Kind>
+  static Kind nothing_at(Pack const& pack) noexcept {
+    Kind none{};
     std::memcpy(none.starts, pack.starts, sizeof(none.starts));
     return none;
   }
@@ -663,7 +682,7 @@ class TetrahedronPacks {
   std::vector<Corners> stars_;      // empty without stars
   std::vector<Scalar> measured_;   // of each slot
   HugePageVector<Tangent> tangents_;   // of each since linearise()
-  HugePageVector<std::conditional_t<has_floats, TetrahedronTangent<Floats>, char>> floats_;   // of two each
+  HugePageVector<std::conditional_t<has_floats, TangentOf<Floats>, char>> floats_;   // of two each
   std::vector<Tensor3<T>> growths_;   // with stars: V ∂J/∂x of nodes 1, 2, 3
   std::vector<std::conditional_t<has_floats, Tensor3<Floats>, char>> float_growths_;   // as floats_
   std::vector<float> float_measured_;
