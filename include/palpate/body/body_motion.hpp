@@ -413,7 +413,8 @@ class BodyMotion : public BodyShape<TissueType> {
 
   bool begin_chosen(Scalar h, bool fused_step) {
     if (moving_.is_empty() || !(h > 0)) return false;
-    system_.begin(state_, forces_.forced(), gravity_, remembers_, bound_ + offset_, fused_step);
+    Scalar const falls = static_cast<Scalar>(time_ * time_ / 2) * std::max(gravity_.norm(), Scalar(10));   // what nothing holds may have gone that far
+    system_.begin(state_, forces_.forced(), gravity_, remembers_, bound_ + offset_ + falls, fused_step);
     return true;
   }
   void choose_moving() {
