@@ -177,6 +177,13 @@ TEST_CASE("all solvers find the same minimum of energy far from rest") {
     for (int i = 27; i < 36; ++i) applied.col(i) << 0.05, 0.02, 0.15;
     check_minimum(block, applied, 0.01);
   }
+  SECTION("cubic springs in a block that is drawn out by a corner") {   // there they are a hundred times as stiff as at rest
+    MassSpring<double, CubicSpring<double>> block(make_block<double>(6, 4, 4, 0.01, BlockPattern::alternating), {.link = {.stiffness = 50.0, .cubic = 2e6}});
+    for (int i = 0; i < 24; ++i) block.nail(i);
+    Matrix3X<double> applied = Matrix3X<double>::Zero(3, 96);
+    applied.col(95) << 6.3, 4.4, 6.3;
+    check_minimum(block, applied, 0.01);
+  }
   SECTION("cubic springs in a supported ball") {
     using Tissue = Supported<MassSpring<double, CubicSpring<double>>>;
     Tissue const ball(MassSpring<double, CubicSpring<double>>(make_sphere<double>(0.05, 4), {.link = {.stiffness = 20.0, .cubic = 3e5}, .home = {.stiffness = 5.0}}),

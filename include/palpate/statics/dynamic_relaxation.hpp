@@ -3,6 +3,7 @@
 
 #include <palpate/statics/detail/net_forces.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace palpate {
@@ -30,8 +31,18 @@ struct DynamicRelaxation {
     weigh();
     Equilibrium<Scalar> result;
     Scalar energy = 0;
+    Matrix3X<Scalar> last_force;
     for (;; ++result.iterations) {
       auto const force = net.at(x);
+      if constexpr (HasStiffnessRowBoundsAt<Tissue>) {
+        if (energy > 0 && !((last_force - force).cwiseProduct(v).sum() <= Scalar(1.01) * energy) && result.iterations < iterations) {   // it has hardened on the way: go back
+          for (int k = 0; k < n; ++k) mass[k] = std::max(mass[k], detail::stiffness_at(problem.tissue, net.particle(k), x)), x.col(net.particle(k)) -= v.col(k);
+          if (!mass.allFinite()) return result;
+          v.setZero(), energy = 0;
+          continue;
+        }
+        last_force = force;
+      }
       net.measure(force, result);
       if (!std::isfinite(result.imbalance)) return result;
       if (result.converged || result.iterations >= iterations) break;
