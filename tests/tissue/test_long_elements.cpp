@@ -252,6 +252,35 @@ TEST_CASE("long elements: deep presses keep the volume and no column vanishes; a
     if (body.tissue().nailed(i)) CHECK(body.displacement(i).norm() == 0);
 }
 
+TEST_CASE("long elements: a skin that is pulled out far holds, and comes back when it is let go", "[tissue][long_elements]") {
+  // Yardstick: the work of a force that grows a little is what the energy grows by; at last the rest shape.
+  LongElements body(make_sphere<double>(0.05, 12), {.spacing = 0.01, .young = 5000});
+  for (int i = 0; i < body.size(); ++i)
+    if (body.reference_position(i)[2] < -0.04) body.nail(i);
+  body.step(1e-3);
+  int const top = body.nearest_vertex({0, 0, 1});
+  auto const pulled = [&](double force) {
+    auto one = body;
+    one.apply_force(top, {0, 0, force});
+    one.solve_statics();
+    return one;
+  };
+  for (double const force : {0.3, 0.6, 1.0, 1.5}) {
+    auto const less = pulled(force * 0.999), more = pulled(force * 1.001);
+    CAPTURE(force, less.displacement(top)[2]);
+    CHECK(less.displacement(top)[2] < 1.5);
+    CHECK(more.elastic_energy() - less.elastic_energy() == Approx(force * (more.displacement(top) - less.displacement(top))[2]).epsilon(2e-3));
+  }
+  CHECK(pulled(1.0).displacement(top)[2] > 0.2);   // columns there are longer than twice their length
+  for (int k = 0; k < 500; ++k) {
+    body.apply_force(top, {0, 0, 1.5});
+    REQUIRE(body.step(1e-3));
+  }
+  CHECK(body.displacement(top)[2] > 0.2);
+  for (int k = 0; k < 2000; ++k) body.step(1e-3);
+  for (int i = 0; i < body.size(); ++i) CHECK(body.displacement(i).norm() < 1e-6);
+}
+
 TEMPLATE_TEST_CASE("long elements: saved and restored to the byte", "[tissue][long_elements]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto const organ = make_organ<S>({.vertices = 400});

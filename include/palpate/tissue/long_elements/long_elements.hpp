@@ -58,7 +58,8 @@ struct LongElementsOptions {
 /// Errors     InvalidArgument for options, InvalidMesh for a skin that is open, or turned inside out; OutOfRange for an index; the body stays as it was. A
 ///            step after which something is not finite is not taken: it reports that it diverged.
 /// Source     \cite costa2001: P = P_atm + stress + ρ g h, equal over elements; volume; surface tension; one linear system. Ours: the factor 2/3, areas
-///            from the skin, logarithmic strain (a column never vanishes), the time law K e + τ K ė of a step.
+///            from the skin, logarithmic strain (a column never vanishes), the time law K e + τ K ė of a step, and that a column longer than
+///            twice its length pulls on along the tangent: ln λ/λ has a maximum at e, beyond which nothing would hold it.
 /// Cost       a step O(triangles + numbers of the factor), three solutions. Only making the factorisation allocates: the constructor, and the first step
 ///            after nails.
 /// Limits     the body as a whole neither moves nor turns: forces on it that do not balance are held by nothing that is shown. Columns shear freely but for
@@ -121,8 +122,8 @@ class LongElements : public SkinBody<ScalarType> {
   Scalar elastic_energy() const {
     Scalar sum = e_.dot(tension_ * e_) / 2;
     for (int i = 0; i < columns(); ++i) {
-      Scalar const strain = std::log1p(e_[i] / frame_.length(i));
-      sum += modulus() * frame_.area(i) * frame_.length(i) * strain * strain / 2;
+      Scalar const longer = e_[i] / frame_.length(i), inside = std::min(longer, far - 1), beyond = longer - inside, strain = std::log1p(inside);
+      sum += modulus() * frame_.area(i) * frame_.length(i) * (strain * strain / 2 + beyond * (strain + (1 - strain) * beyond / (2 * far)) / far);
     }
     return sum;
   }
@@ -220,6 +221,7 @@ class LongElements : public SkinBody<ScalarType> {
   using Base::at;
   using Sparse = Eigen::SparseMatrix<Scalar>;
 
+  static constexpr Scalar far = 2;   // a column that is longer than so many times its length pulls along the tangent: ln λ/λ has a maximum at e, beyond which nothing would hold it
   Scalar modulus() const noexcept { return options_.young * 2 / 3; }
   void clear_loads() noexcept {
     load_.view().setZero();
@@ -262,8 +264,8 @@ class LongElements : public SkinBody<ScalarType> {
         y_[i] = -e_[i];
         continue;
       }
-      Scalar const stretch = 1 + e_[i] / frame_.length(i), strain = std::log(stretch);
-      y_[i] -= modulus() * frame_.area(i) * strain / stretch;
+      Scalar const longer = 1 + e_[i] / frame_.length(i), stretch = std::min(longer, far), strain = std::log(stretch);
+      y_[i] -= modulus() * frame_.area(i) * (strain + (longer - stretch) * (1 - strain) / stretch) / stretch;
       stiffer_ = std::max(stiffer_, (1 - strain) / (stretch * stretch));
     }
     z_ = a_;
