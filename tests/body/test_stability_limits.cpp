@@ -2,7 +2,12 @@
 // Both sides of the stable step. Yardstick: the largest eigenvalue of M^-1/2 K M^-1/2, K by differences of the forces of a plain loop over
 // the springs, and what each method's textbook limit makes of it.
 #include <palpate/body/soft_body.hpp>
+#include <palpate/material/st_venant_kirchhoff.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
 #include <palpate/region/whole_body.hpp>
+#include <palpate/statics/newton_raphson.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 
 #include "body/naive_twin.hpp"
 #include "catch.hpp"
@@ -222,6 +227,45 @@ TEST_CASE("with a hardening law the bound at rest does not hold for a stretched 
   CHECK(row_bounds(tissue, stretched, moves).squared_frequency > largest);
   CHECK(body.guaranteed_stable_step() < 2 / std::sqrt(largest));
   CHECK(body.stable_step() < 2 / std::sqrt(largest));
+}
+
+/// A block that is drawn out by a corner, settled there.
+template <class Material>
+void check_damping_bound_of_drawn(Material const& material, double force) {
+  FiniteElements<double, Material> tissue(make_block<double>(5, 4, 4, 0.01, BlockPattern::alternating), {.density = 1000, .material = material, .damping = {.alpha = 1, .beta = 2e-3}});
+  for (int i = 0; i < 20; ++i) tissue.nail(i);
+  SoftBody body(tissue, LeapfrogVerlet{}, WholeBody{});
+  int const corner = body.size() - 1;
+  Vector3<double> const pull = force * Vector3<double>(1, 0.7, 1).normalized();
+  body.apply_force(corner, pull);
+  REQUIRE(body.relax(NewtonRaphson<>{.load_steps = 10}).converged);
+  Eigen::MatrixXd damping = Eigen::MatrixXd::Zero(3 * body.size(), 3 * body.size());
+  for (int k = 0; k < 3 * body.size(); ++k) {   // C M⁻¹, column by column: forces are linear in velocities
+    Matrix3X<double> v = Matrix3X<double>::Zero(3, body.size());
+    v(k % 3, k / 3) = 1;
+    Matrix3X<double> const still = Matrix3X<double>::Zero(3, body.size());
+    for (int i = 0; i < body.size(); ++i)
+      if (!tissue.nailed(i) && !tissue.nailed(k / 3))
+        damping.block<3, 1>(3 * i, k) = (tissue.internal_force(i, body.positions(), still) - tissue.internal_force(i, body.positions(), v)) / std::sqrt(tissue.mass(i) * tissue.mass(k / 3));
+  }
+  double const largest = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(damping, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+  auto const modes = row_bounds(tissue, body.positions(), [&](int i) { return !tissue.nailed(i); });
+  CHECK(modes.decay_rate >= largest);
+  CHECK(modes.decay_rate < 4 * largest);
+  double const guaranteed = body.guaranteed_stable_step();
+  Matrix3X<double> const settled = body.positions();
+  body.apply_force(corner - 1, {1e-4, 0, 0});
+  for (int k = 0; k < 2000; ++k) {
+    body.apply_force(corner, pull);
+    REQUIRE(body.step(guaranteed));
+  }
+  CHECK((body.positions() - settled).cwiseAbs().maxCoeff() < 1e-4 * 0.01);
+}
+
+TEST_CASE("where damping follows a stiffness that grows, the guaranteed step is one of a body that is drawn out, too") {
+  // Yardstick: the largest eigenvalue of M^-1/2 C M^-1/2, dense, by Eigen; and 2,000 steps from the balance.
+  check_damping_bound_of_drawn(StableNeoHookean<double>{.young = 5e3, .poisson = 0.45}, 0.8);
+  check_damping_bound_of_drawn(StVenantKirchhoff<double>{.young = 5e3, .poisson = 0.3}, 2.0);
 }
 
 TEST_CASE("after a change of the tissue the estimate starts from its last answer") {

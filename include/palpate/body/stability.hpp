@@ -23,7 +23,7 @@ namespace palpate {
 ///            rest holds wherever the body goes: a link of length l resists with k along itself and k (1 − L/l) < k across. A law that
 ///            hardens has a larger tangent elsewhere than at x: ask again on the way. Pre-tension counts by |T|/l, also where a
 ///            compressed link pushes sideways: such a mode buckles at a rate that no step prevents.
-/// Tissue that does not state its bounds at x (HasStiffnessRowBoundsAt) is bounded at its rest shape.
+/// Tissue that does not state its bounds at x (HasStiffnessRowBoundsAt, HasDampingBoundAt) is bounded at its rest shape.
 /// Cost       one pass over the elements; allocates nothing. On surfaces 2 to 2.5 times the largest κ, so two thirds of the step.
 /// Source     \cite golub2013 ch. 7.2, 7.3.
 template <TissueModel Tissue, class X, class Moves>
@@ -41,7 +41,12 @@ ModalBounds<typename Tissue::Scalar> row_bounds(Tissue const& tissue, X const& x
     else
       stiffness = tissue.stiffness_bound(i);
     modes.squared_frequency = std::max(modes.squared_frequency, stiffness / tissue.mass(i));
-    modes.decay_rate = std::max(modes.decay_rate, tissue.damping_bound(i) / tissue.mass(i));
+    Scalar damping;
+    if constexpr (HasDampingBoundAt<Tissue>)
+      damping = tissue.damping_bound(i, x);
+    else
+      damping = tissue.damping_bound(i);
+    modes.decay_rate = std::max(modes.decay_rate, damping / tissue.mass(i));
     if constexpr (HasHomeSprings<Tissue>)
       modes.min_decay_rate = std::min(modes.min_decay_rate, tissue.home(i).damping / tissue.mass(i));
     else

@@ -30,7 +30,7 @@
 ///   Vector3<Scalar> internal_force(int i, X const& x, V const& v) const   a template that asks x and v for col(j) and nothing else [N]
 ///   Scalar stiffness_bound(int i) const                    ≥ Σ_j ‖K_ij‖ at rest [N/m]
 ///   Scalar damping_bound(int i) const                      ≥ Σ_j ‖C_ij‖ [N·s/m]
-/// Optional, their members in tissue/concept.hpp: HasPotentialEnergy, HasStiffnessRowBoundsAt, HasStiffnessProduct, HasStiffnessBlocks,
+/// Optional, their members in tissue/concept.hpp: HasPotentialEnergy, HasStiffnessRowBoundsAt, HasDampingBoundAt, HasStiffnessProduct, HasStiffnessBlocks,
 /// HasTangentOperator (implicit integrators), HasAssemblyEnergy, HasFastTangent, HasFloatTangent, DampsByTangent, HasForcesOfSome, HasHistory, HasLowestDeterminant,
 /// HasDefaultIntegrator, HasHomeSprings, HasLinks, HasPrestrain, ReservesMemory, HasFusedForces, FollowsEdits; CuttableTissue, TellsWounds,
 /// CuttableSolid, RemovableSolid, SeparableTissue, EvensMass, RedistributesMass, DivisibleTissue

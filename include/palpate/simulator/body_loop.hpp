@@ -25,7 +25,7 @@ struct PlacedTool {
 /// The body's side of a simulation: contact → cut → step, once a tick, of one tool or of several.
 /// A tick is split into the fewest equal steps that the body stands; see StepControl. Each tool is coupled to the tissue in each of these steps; see BodyTool.
 /// Where that would be more steps than allowed, those allowed are taken, each a stable one: the body then lags behind the hand, it
-/// does not diverge.
+/// does not diverge; but see docs/simulator.md for tissue that hardens.
 /// After a step that diverged the local model says so, until every tip is out of the tissue and the body moves again.
 /// Tools      touch, cut and push one after the other, in the order of their keys.
 template <class BodyType, class... Cutters>

@@ -16,7 +16,7 @@ namespace palpate {
 
 /// How long a body's steps may be, tick by tick. The stable step is found anew after every edit, and where the body, looked at every eight ticks while it moves,
 /// says that it has fallen: a wound that opens under pre-tension grows stiffer. Just after a cut, and while a particle moves faster than 5 % of an edge a tick,
-/// springs turn within a tick: then the steps are not above the body's guaranteed one, which holds wherever the body goes.
+/// springs turn within a tick: then the steps are not above the body's guaranteed one, which holds wherever the body goes, of springs after Hooke.
 /// Forces     that were applied before a tick act in each of its steps, of a body that has applied_force(i) [N]; of others in the first.
 /// Limits     another body is not put in its place by assignment: its steps would be those of the first.
 template <class BodyType>

@@ -139,6 +139,12 @@ concept HasStiffnessRowBoundsAt = HasStiffnessRowBounds<T> && requires(T const& 
   { tissue.stiffness_bound(i, positions) } -> std::convertible_to<typename T::Scalar>;
 };
 
+/// Refinement: also states the bound of its damping at other positions [N·s/m], where that follows a stiffness which grows.
+template <class T>
+concept HasDampingBoundAt = detail::HasDampingBound<T> && requires(T const& tissue, int i, detail::AnyColumns<typename T::Scalar> const& positions) {
+  { tissue.damping_bound(i, positions) } -> std::convertible_to<typename T::Scalar>;
+};
+
 /// Refinement: has springs without weight that hold particles where they rest (anchor springs): `home(i).stiffness` [N/m], `home(i).damping` [N·s/m].
 template <class T>
 concept HasHomeSprings = requires(T const& tissue, int i) {

@@ -189,7 +189,7 @@ Scalar stiffness_bound(E const& element, NodeColumns<Scalar, N> const& x, int k)
     return row_norm<Scalar, 3 * N>(element.stiffness(x), k);
 }
 template <class E, RealScalar Scalar, int N>
-Scalar damping_bound_at_rest(E const& element, NodeColumns<Scalar, N> const& x, int k) {
+Scalar damping_bound(E const& element, NodeColumns<Scalar, N> const& x, int k) {
   if constexpr (HasElementBounds<E, Scalar>)
     return element.damping_bound();
   else if constexpr (HasElementDamping<E, Scalar>)
@@ -205,7 +205,7 @@ void add_bounds_at_rest(E const& element, NodeColumns<Scalar, E::nodes> const& x
     for (int k = 0; k < E::nodes; ++k) add(k, element.stiffness_bound(), element.damping_bound());
   } else {
     Matrix<Scalar, E::nodes, E::nodes> const size = block_norms_at_rest(element, x);
-    for (int k = 0; k < E::nodes; ++k) add(k, size.col(k).sum(), damping_bound_at_rest<E, Scalar, E::nodes>(element, x, k));
+    for (int k = 0; k < E::nodes; ++k) add(k, size.col(k).sum(), damping_bound<E, Scalar, E::nodes>(element, x, k));
   }
 }
 

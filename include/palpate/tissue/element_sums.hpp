@@ -83,8 +83,14 @@ class ElementSums {
   Scalar damping_bound(int i) const noexcept {
     Scalar sum = 0;
     self().for_each_element_at(i, [&](auto const& nodes, auto const& element) {
-      sum += detail::damping_bound_at_rest(element, rest(nodes), place(nodes, i));
+      sum += detail::damping_bound(element, rest(nodes), place(nodes, i));
     });
+    return sum;
+  }
+  template <class X>
+  Scalar damping_bound(int i, X const& x) const noexcept {
+    Scalar sum = 0;
+    self().for_each_element_at(i, [&](auto const& nodes, auto const& element) { sum += detail::damping_bound(element, gather(x, nodes), place(nodes, i)); });
     return sum;
   }
 

@@ -188,7 +188,7 @@ class ElementTissue : public ElementSums<ElementTissue<S, Elements...>, S> {
   /// Nothing to do: it does not grow.
   void reserve(int /*particles*/, int /*triangles*/) const noexcept {}
 
-  using Sums::stiffness_bound;
+  using Sums::stiffness_bound, Sums::damping_bound;
   S stiffness_bound(int i) const noexcept { return stiffness_at_rest_[at(i)]; }
   S damping_bound(int i) const noexcept { return damping_at_rest_[at(i)]; }
 

@@ -411,6 +411,10 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
     return sum;
   }
   Scalar damping_bound(int i) const noexcept { return damping_.alpha * this->mass(i) + damping_.beta * stiffness_bound(i); }
+  template <class X>
+  Scalar damping_bound(int i, X const& x) const {
+    return damping_.alpha * this->mass(i) + (damping_.beta > 0 ? damping_.beta * stiffness_bound(i, x) : Scalar(0));
+  }
 
  protected:
   static void keep_once(std::vector<int>& all) {

@@ -106,6 +106,11 @@ class Supported : public Tissue {
     return Tissue::stiffness_bound(i, x) + supports().stiffness_bound(i, x);
   }
   Scalar damping_bound(int i) const noexcept { return Tissue::damping_bound(i) + supports().damping_bound(i); }
+  template <class X>
+    requires HasDampingBoundAt<Tissue>
+  Scalar damping_bound(int i, X const& x) const noexcept {
+    return Tissue::damping_bound(i, x) + supports().damping_bound(i, x);
+  }
 
  private:
   /// The support springs as elements.
