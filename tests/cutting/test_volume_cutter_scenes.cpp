@@ -422,7 +422,7 @@ TEST_CASE("a stroke that is forgotten half way goes on from there: lifted, with 
         if (what == "taken away") {
           Aspirator<double> tool({.tip_radius = 0.002, .reach = 0.006, .most_tetrahedra = 1});
           std::size_t const before = scene.body.renumberings();
-          for (int n = 0; n < 20 && scene.body.renumberings() == before; ++n) tool.advance(scene.body, {Place::Constant(-0.005 + 0.0005 * n)});
+          for (int n = 0; n < 20 && scene.body.renumberings() == before; ++n) tool.advance(scene.body, Place::Constant(-0.005 + 0.0005 * n));
           REQUIRE(scene.body.renumberings() > before);
         }
       }
