@@ -125,6 +125,7 @@ TEST_CASE("What a tool presses the tissue with is what the hand feels, in every 
         CHECK(loop.cutter().force().z() > 0.02);
         CHECK((model.tissue_force - loop.cutter().force()).norm() < 1e-9);
         CHECK(model.phase == CuttingPhase::indenting);
+        CHECK(loop.cutter().contact().depth == Approx(0.018 + 0.003 - tool.position.z()).margin(1e-5));   // of the ball's lowest point below the skin at rest
         tool.velocity.setZero();
       }
     }

@@ -72,12 +72,16 @@ class BluntTool {
   template <class Body>
   void choose(Body const& body) {
     auto const& shape = rods_.shape();
+    auto const on_axis = [&](RodTouch<Scalar> const& touch) {   // at the tool's last pose, wherever it was when that was found
+      auto const axis = shape.rods[static_cast<std::size_t>(touch.rod)].at(rods_.pose().opening);
+      return RodContact<Scalar>::placed(rods_.pose(), axis.from + touch.parameter * (axis.to - axis.from));
+    };
     RodTouch<Scalar> const *best = nullptr, *other = nullptr;   // of the rods that count, of all
     Vector sum = Vector::Zero();
     Scalar weight = 0;
     for (auto const& touch : rods_.touches()) {
       if (!touch.acts) continue;
-      sum += touch.depth * touch.on_axis, weight += touch.depth;
+      if (touch.depth > 0) sum += touch.depth * on_axis(touch), weight += touch.depth;
       if (other == nullptr || touch.depth > other->depth) other = &touch;
       if (shape.haptic_point == HapticPoint::chosen && touch.rod != shape.chosen) continue;
       if (best == nullptr || touch.depth > best->depth) best = &touch;
@@ -86,7 +90,7 @@ class BluntTool {
     haptic_point_ = rods_.pose().position;
     if (best == nullptr) best = other;   // the chosen rod touches nothing: the others are felt all the same
     if (best == nullptr) return;
-    show(body, best->rod, best->triangle, best->barycentric, shape.haptic_point == HapticPoint::averaged && weight > 0 ? Vector(sum / weight) : best->on_axis);
+    show(body, best->rod, best->triangle, best->barycentric, shape.haptic_point == HapticPoint::averaged && weight > 0 ? Vector(sum / weight) : on_axis(*best));
   }
 
   RodContact<Scalar> rods_;

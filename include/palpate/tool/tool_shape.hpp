@@ -41,7 +41,7 @@ struct ToolRod {
 enum class HapticPoint {
   deepest,    ///< of all rods in contact, where one is deepest in the tissue
   averaged,   ///< the mean of all places in contact, weighted by depth
-  chosen      ///< the deepest of one rod, ToolShape::chosen; the others are felt and do not count
+  chosen      ///< the deepest of one rod, ToolShape::chosen, or of all while that one touches nothing; all are felt
 };
 
 /// What a tool is, three times: triangles to draw, rods to collide, one haptic point.
