@@ -2,13 +2,17 @@
 // A body asked for its equilibrium. Yardsticks: the same body stepped until it rests, closed forms, and what it was before.
 #include <palpate/body/soft_body.hpp>
 #include <palpate/core/error.hpp>
+#include <palpate/integrator/backward_euler.hpp>
 #include <palpate/integrator/leapfrog_verlet.hpp>
+#include <palpate/material/neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/statics/newton_raphson.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/supported.hpp>
 
@@ -175,6 +179,29 @@ TEST_CASE("without a balance the body stays as it was and says so") {
   CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<>{.inner = {.iterations = 0}}), says("TangentConjugateGradients: .iterations is 0", "one or more"));
   CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<TangentOverRelaxation>{.inner = {.sweeps = 0}}), says("TangentOverRelaxation: .sweeps is 0", "one or more"));
   CHECK_THROWS_WITH(body.solve_statics(NewtonRaphson<TangentOverRelaxation>{.inner = {.omega = 2.0}}, 1e-12), says("omega is 2", "0 < omega < 2"));
+}
+
+TEST_CASE("a push that the first step of a relaxation would turn elements over by has the balance that small load steps lead to") {
+  // Yardstick: Newton's method in twenty load steps. A neo-Hookean solid has no energy where an element is turned over.
+  auto const pushed = [](double force, auto const& solver) {
+    FiniteElements<double, NeoHookean<double>> tissue(make_block<double>(3, 3, 3, 0.01, BlockPattern::alternating), {.density = 1000, .material = {.young = 5e3, .poisson = 0.3}});
+    for (int i = 0; i < 9; ++i) tissue.nail(i);
+    SoftBody body(std::move(tissue), BackwardEuler{});
+    body.apply_force(body.size() - 1, {0, 0, -force});
+    auto const result = body.relax(solver, 1e-6);
+    return std::pair(body, result);
+  };
+  for (double const force : {0.05, 0.2}) {
+    auto const [body, result] = pushed(force, DynamicRelaxation{.iterations = 20000});
+    auto const [expected, known] = pushed(force, NewtonRaphson<>{.load_steps = 20});
+    CAPTURE(force, result.iterations, result.imbalance);
+    REQUIRE(known.converged);
+    CHECK(result.converged);
+    CHECK((body.positions() - expected.positions()).cwiseAbs().maxCoeff() < 1e-6);
+  }
+  auto const [body, result] = pushed(50.0, DynamicRelaxation{.iterations = 20000});   // whatever becomes of it, it ends
+  CAPTURE(result.iterations, result.imbalance);
+  CHECK((result.converged || result.iterations < 20000));
 }
 
 TEST_CASE("relax takes what a budget gives, step by step towards the balance") {

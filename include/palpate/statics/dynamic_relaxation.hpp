@@ -3,14 +3,14 @@
 
 #include <palpate/statics/detail/net_forces.hpp>
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace palpate {
 
 /// Dynamic relaxation with kinetic damping: integrates the free particles with fictitious masses until they are in balance. The masses
 /// are the row bounds of the stiffness, so a step of 1 is stable. Velocities are set to zero after each peak of the kinetic energy. There
-/// the masses are evaluated again, for tissue that hardens and states its bounds at x.
+/// the masses are evaluated again, for tissue that hardens and states its bounds at x; and a step in which it hardens by more is taken back, with larger masses.
 ///   v ← v + F/k,   x ← x + v
 /// It needs forces and row bounds alone, so it serves every tissue. The default of settle().
 /// Source     the dynamic relaxation of form-finding; the masses are Gershgorin's bound, see HasStiffnessRowBounds.
@@ -36,8 +36,17 @@ struct DynamicRelaxation {
       auto const force = net.at(x);
       if constexpr (HasStiffnessRowBoundsAt<Tissue>) {
         if (energy > 0 && !((last_force - force).cwiseProduct(v).sum() <= Scalar(1.01) * energy) && result.iterations < iterations) {   // it has hardened on the way: go back
-          for (int k = 0; k < n; ++k) mass[k] = std::max(mass[k], detail::stiffness_at(problem.tissue, net.particle(k), x)), x.col(net.particle(k)) -= v.col(k);
-          if (!mass.allFinite()) return result;
+          bool heavier = false;
+          for (int k = 0; k < n; ++k) {
+            Scalar const bound = detail::stiffness_at(problem.tissue, net.particle(k), x);
+            if (bound > mass[k]) heavier = true, mass[k] = bound;
+            x.col(net.particle(k)) -= v.col(k);
+          }
+          if (!heavier) mass *= 2;   // it is stiffer between the two, or turned over: shorter steps
+          if (!mass.allFinite()) {
+            result.imbalance = std::numeric_limits<Scalar>::infinity();
+            return result;
+          }
           v.setZero(), energy = 0;
           continue;
         }
