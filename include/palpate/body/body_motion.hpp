@@ -413,7 +413,7 @@ class BodyMotion : public BodyShape<TissueType> {
 
   bool begin_chosen(Scalar h, bool fused_step) {
     if (moving_.is_empty() || !(h > 0)) return false;
-    Scalar const falls = static_cast<Scalar>(time_ * time_ / 2) * std::max(gravity_.norm(), Scalar(10));   // what nothing holds may have gone that far
+    Scalar const t = static_cast<Scalar>(time_) + 2 * h, falls = t * t * std::max(gravity_.norm(), Scalar(10));   // what nothing holds may have gone half as far
     system_.begin(state_, forces_.forced(), gravity_, remembers_, bound_ + offset_ + falls, fused_step);
     return true;
   }

@@ -396,24 +396,15 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
   /// Allocates with nodal pressure.
   template <class X>
   Scalar stiffness_bound(int i, X const& x) const {
-    if (stars_.empty()) return Base::stiffness_bound(i, x);
-    Scalar sum = 0;
-    Known pressures, done;
-    for (int const e : elements_at(i)) {
-      auto const& nodes = list().nodes[at(e)];
-      with_pressure(e, mean(e, pressures, [&](int s) { return pressure(s, x); }), [&](auto const& element) {
-        auto const stiffness = element.stiffness(gather(nodes, x));
-        for (int k = 0; k < 4; ++k)
-          if (nodes[at(k)] == i) sum += detail::row_norm<Scalar, 12>(stiffness, k);
-      });
-      for (int const s : stars_.at_corners(e)) done.of(s, [&](int star) { return sum += star_bound(star, i, x), Scalar(0); });
-    }
-    return sum;
+    return bound_at(i, x, [](auto const& element, auto const& at_nodes) { return element.stiffness(at_nodes); });
   }
   Scalar damping_bound(int i) const noexcept { return damping_.alpha * this->mass(i) + damping_.beta * stiffness_bound(i); }
+  /// Allocates with nodal pressure.
   template <class X>
   Scalar damping_bound(int i, X const& x) const {
-    return damping_.alpha * this->mass(i) + (damping_.beta > 0 ? damping_.beta * stiffness_bound(i, x) : Scalar(0));
+    Scalar const of_mass = damping_.alpha * this->mass(i);
+    if (!(damping_.beta > 0)) return of_mass;
+    return of_mass + damping_.beta * bound_at(i, x, [](auto const& element, auto const& at_nodes) { return element.semidefinite_stiffness(at_nodes); });
   }
 
  protected:
@@ -424,6 +415,28 @@ class FiniteElements<Scalar, M> : public ElementTissue<Scalar, LinearTetrahedron
 
  private:
   using Base::at;
+
+  /// Σ_j of the norms of what stiffness_of(element, x) has in the row of particle i.
+  template <class X, class StiffnessOf>
+  Scalar bound_at(int i, X const& x, StiffnessOf const& stiffness_of) const {
+    Scalar sum = 0;
+    Known pressures, done;
+    for (int const e : elements_at(i)) {
+      auto const& nodes = list().nodes[at(e)];
+      auto const add = [&](auto const& element) {
+        auto const stiffness = stiffness_of(element, gather(nodes, x));
+        for (int k = 0; k < 4; ++k)
+          if (nodes[at(k)] == i) sum += detail::row_norm<Scalar, 12>(stiffness, k);
+      };
+      if (stars_.empty()) {
+        add(list().elements[at(e)]);
+        continue;
+      }
+      with_pressure(e, mean(e, pressures, [&](int s) { return pressure(s, x); }), add);
+      for (int const s : stars_.at_corners(e)) done.of(s, [&](int star) { return sum += star_bound(star, i, x), Scalar(0); });
+    }
+    return sum;
+  }
 
   static Element element(Columns const& rest, typename Law::type const& law, Scalar density, Scalar prestrain) {
     Scalar const length = 1 - prestrain;
