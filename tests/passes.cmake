@@ -9,7 +9,7 @@
 set(host_tests "^core/" "^native/core/test_simd[.]")
 
 # Only by `setup.sh test --long`.
-set(long_tests "^native/tissue/test_(nodal_pressure|stiffness_rows|viscoelastic)[.]")
+set(long_tests "^native/tissue/test_(nodal_pressure|stiffness_rows|viscoelastic)[.]" "^tissue/test_float_tangent[.]")
 
 # Only plainly: numbers (orders, closed forms, statistics), which compute for long and touch little memory that others do not. What random strokes, edits
 # and whole runs reach is left to the sanitizers.
