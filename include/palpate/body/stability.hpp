@@ -24,7 +24,8 @@ namespace palpate {
 ///            hardens has a larger tangent elsewhere than at x: ask again on the way. Pre-tension counts by |T|/l, also where a
 ///            compressed link pushes sideways: such a mode buckles at a rate that no step prevents.
 /// Tissue that does not state its bounds at x (HasStiffnessRowBoundsAt, HasDampingBoundAt) is bounded at its rest shape.
-/// Cost       one pass over the elements, two where damping is asked at x; allocates nothing, but of solids with nodal pressure. On surfaces 2 to 2.5 times the largest κ, so two thirds of the step.
+/// Cost       one pass over the elements, two where damping is asked at x; allocates nothing, but of solids with nodal pressure. On surfaces 2 to 2.5 times the
+///            largest κ, so two thirds of the step.
 /// Source     \cite golub2013 ch. 7.2, 7.3.
 template <TissueModel Tissue, class X, class Moves>
 ModalBounds<typename Tissue::Scalar> row_bounds(Tissue const& tissue, X const& x, Moves moves) {

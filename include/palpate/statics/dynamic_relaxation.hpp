@@ -10,7 +10,8 @@ namespace palpate {
 
 /// Dynamic relaxation with kinetic damping: integrates the free particles with fictitious masses until they are in balance. The masses
 /// are the row bounds of the stiffness, so a step of 1 is stable. Velocities are set to zero after each peak of the kinetic energy. There
-/// the masses are evaluated again, for tissue that hardens and states its bounds at x; and a step in which it hardens by more is taken back, with larger masses.
+/// the masses are evaluated again, for tissue that hardens and states its bounds at x; a step in which it hardens by more is taken back, with larger
+/// masses.
 ///   v ← v + F/k,   x ← x + v
 /// It needs forces and row bounds alone, so it serves every tissue. The default of settle().
 /// Source     the dynamic relaxation of form-finding; the masses are Gershgorin's bound, see HasStiffnessRowBounds.

@@ -102,13 +102,13 @@ class Supported : public Tissue {
   Scalar stiffness_bound(int i) const noexcept { return Tissue::stiffness_bound(i) + supports().stiffness_bound(i); }
   template <class X>
     requires HasStiffnessRowBoundsAt<Tissue>
-  Scalar stiffness_bound(int i, X const& x) const noexcept {
+  Scalar stiffness_bound(int i, X const& x) const {   // which may allocate
     return Tissue::stiffness_bound(i, x) + supports().stiffness_bound(i, x);
   }
   Scalar damping_bound(int i) const noexcept { return Tissue::damping_bound(i) + supports().damping_bound(i); }
   template <class X>
     requires HasDampingBoundAt<Tissue>
-  Scalar damping_bound(int i, X const& x) const noexcept {
+  Scalar damping_bound(int i, X const& x) const {
     return Tissue::damping_bound(i, x) + supports().damping_bound(i, x);
   }
 

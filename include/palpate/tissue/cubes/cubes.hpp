@@ -52,9 +52,9 @@ enum class TouchSpread {
 ///            detaching across the blade alone, joining.
 /// Cost       a visit of a vertex 56 springs. A split or join O(split cubes · 8^levels), no allocation up to touched_cubes of them; a cut that opens faces
 ///            O(cubes), and allocates.
-/// Limits     a piece that nothing holds, nailed or supported nowhere, has no weight: it stays where it is, and a force moves it on by a share of F/k in each step.
-///            Poisson's ratio 1/4. Smooth surfaces become steps of a cube. A split cube is split all through, its faces open as one. Vertices of split cubes can not be
-///            nailed by themselves: they are where all corners around them are. A load on many vertices by apply_force() touches.
+/// Limits     a piece that nothing holds, nailed or supported nowhere, has no weight: it stays where it is, and a force moves it on by a share of F/k in each
+///            step. Poisson's ratio 1/4. Smooth surfaces become steps of a cube. A split cube is split all through, its faces open as one. Vertices of split
+///            cubes can not be nailed by themselves: they are where all corners around them are. A load on many vertices by apply_force() touches.
 template <RealScalar ScalarType>
 class Cubes : public detail::CubeRelaxation<ScalarType> {
   using Base = detail::CubeRelaxation<ScalarType>;
