@@ -107,7 +107,7 @@ double widest_gap(Block const& body) {
 
 bool show(SolidCut const& cut, Canvas const& canvas) {
   Block body = make_tissue();
-  testing::SolidCutInvariants const before(body, {.least_height = 0.0199 * body.mean_edge()});
+  testing::SolidCutInvariants const before(body, {.min_height = 0.0199 * body.mean_edge()});
   int const tetrahedra = body.tissue().tetrahedra();
   std::string broken;
   auto checked = body.tissue().revision();

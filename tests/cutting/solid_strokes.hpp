@@ -248,7 +248,7 @@ int cut_at_random(std::uint64_t otherwise, Make const& make, bool linear = false
     TetrahedralMesh<S> const solid{mesh.points.cast<S>(), mesh.tetrahedra};
     if (!validate(solid).empty()) continue;
     auto const invariants = [seed, linear](auto const& body) {
-      return testing::SolidCutInvariants(body, {.least_height = 0.0199 * static_cast<double>(body.mean_edge()), .seed = Seed{seed}, .linear = linear});
+      return testing::SolidCutInvariants(body, {.min_height = 0.0199 * static_cast<double>(body.mean_edge()), .seed = Seed{seed}, .linear = linear});
     };
     auto body = make(solid, seed);
     int const particles = body.size();

@@ -121,7 +121,7 @@ TEST_CASE("a tool that stays takes all tetrahedra whose middle it reaches, and n
     volume += (p(1) - p(0)).cross(p(2) - p(0)).dot(p(3) - p(0)) / 6, ++count;
   }
   REQUIRE(count > 50);
-  Aspirator<double> tool({.tip_radius = 0.004, .reach = reach, .most_tetrahedra = 7});
+  Aspirator<double> tool({.tip_radius = 0.004, .reach = reach, .max_tetrahedra = 7});
   tool.advance(body, Vector(tip + Vector(0, 0, 0.03)));
   CHECK(tool.state() == CuttingPhase::no_contact);
   int ticks = 0;
@@ -145,7 +145,7 @@ TEST_CASE("a tick takes no more volume than it may", "[cutting][aspirator]") {
   auto const mesh = make_block<double>(7, 7, 7, 0.005, BlockPattern::alternating);
   auto body = solid_body(mesh, {.prestrain = 0.02});
   double const largest = 0.005 * 0.005 * 0.005 / 3;   // of the five in a cube the one in the middle
-  Aspirator<double> tool({.tip_radius = 0.004, .reach = 0.02, .most_tetrahedra = 1000, .most_volume = 2 * largest});
+  Aspirator<double> tool({.tip_radius = 0.004, .reach = 0.02, .max_tetrahedra = 1000, .max_volume = 2 * largest});
   tool.advance(body, Vector(0.015, 0.015, 0.06));
   for (int k = 0; k < 5; ++k) {
     double const so_far = tool.report().volume;
@@ -164,7 +164,7 @@ TEST_CASE("what stays keeps its velocity, and mass and momentum go with the tetr
   std::vector<double> mass;
   for (int i = 0; i < body.size(); ++i) mass.push_back(body.tissue().mass(i));
   Vector const momentum = body.momentum();
-  Aspirator<double> tool({.tip_radius = 0.006, .reach = 0.009, .most_tetrahedra = 40});
+  Aspirator<double> tool({.tip_radius = 0.006, .reach = 0.009, .max_tetrahedra = 40});
   lower(tool, body, {0.0125, 0.0125, 0.024}, 10);
   REQUIRE(tool.report().tetrahedra > 20);
   Vector gone = Vector::Zero();
@@ -194,7 +194,7 @@ TEST_CASE("a solid from which tetrahedra were taken is the one built anew withou
       return tissue;
     };
     SoftBody body(made_of(mesh), BackwardEuler{});
-    Aspirator<double> tool({.tip_radius = 0.006, .reach = 0.009, .most_tetrahedra = 13});
+    Aspirator<double> tool({.tip_radius = 0.006, .reach = 0.009, .max_tetrahedra = 13});
     lower(tool, body, {0.0125, 0.0125, 0.024}, 30);
     REQUIRE(tool.report().tetrahedra > 20);
     REQUIRE(tool.report().vertices_split == 0);   // a mesh with vertices at one place would be refused
@@ -232,7 +232,7 @@ TEMPLATE_TEST_CASE("particles of no tetrahedron do no harm", "[cutting][aspirato
   using S = TestType;
   auto const try_out = [](auto body) {
     for (int i = 0; i < 36; ++i) body.nail(i);
-    Aspirator<S> tool({.tip_radius = S(0.006), .reach = S(0.009), .most_tetrahedra = 40});
+    Aspirator<S> tool({.tip_radius = S(0.006), .reach = S(0.009), .max_tetrahedra = 40});
     lower(tool, body, {0.0125, 0.0125, 0.024}, 10);
     int empty = -1;
     for (int i = 0; i < body.size(); ++i)
@@ -264,7 +264,7 @@ TEST_CASE("a plate one tetrahedron thick is pierced where all round the place is
     INFO("reach " << reach);
     auto body = solid_body(mesh);
     testing::SolidCutInvariants const before(body);
-    Aspirator<double> tool({.tip_radius = 0.003, .reach = reach, .most_tetrahedra = 200});
+    Aspirator<double> tool({.tip_radius = 0.003, .reach = reach, .max_tetrahedra = 200});
     tool.advance(body, Vector(0.0203, 0.0197, 0.04));
     for (int k = 0; k < 30; ++k) {
       tool.advance(body, Vector(0.0203, 0.0197, 0.0079 - 0.0002 * k));
@@ -285,7 +285,7 @@ TEST_CASE("a bar that is taken through falls in two, and a small piece goes as d
     for (int i = 0; i < body.size(); ++i)
       if (body.tissue().rest_position(i).x() < 0.001) body.nail(i);
     testing::SolidCutInvariants const before(body);
-    Aspirator<double> tool({.tip_radius = 0.004, .reach = 0.008, .most_tetrahedra = 6, .debris = debris});
+    Aspirator<double> tool({.tip_radius = 0.004, .reach = 0.008, .max_tetrahedra = 6, .debris = debris});
     for (double const y : {0.002, 0.008})
       for (int k = 0; k < 60; ++k) {
         tool.advance(body, Vector(0.0501, y, 0.02 - 0.0005 * k));
@@ -300,7 +300,7 @@ TEST_CASE("a bar that is taken through falls in two, and a small piece goes as d
 TEST_CASE("the last tetrahedron stays", "[cutting][aspirator]") {
   auto body = solid_body(make_block<double>(3, 3, 3, 0.005, BlockPattern::alternating));
   testing::SolidCutInvariants const before(body);
-  Aspirator<double> tool({.tip_radius = 0.02, .reach = 0.05, .most_tetrahedra = 11, .debris = 100});
+  Aspirator<double> tool({.tip_radius = 0.02, .reach = 0.05, .max_tetrahedra = 11, .debris = 100});
   for (int k = 0; k < 20; ++k) {
     tool.advance(body, Vector(0.005, 0.005, 0.06 - 0.003 * k));
     REQUIRE(violations(before, body, tool.report()) == "");
@@ -338,7 +338,7 @@ TEMPLATE_TEST_CASE("whatever is taken away, the border stays a manifold, and und
       testing::SolidCutInvariants const before(body);
       Aspirator<S> tool({.tip_radius = S(again.uniform(0.002, 0.006)),
                          .reach = S(again.uniform(0.006, 0.01)),
-                         .most_tetrahedra = 1 + static_cast<int>(again.below(30)),
+                         .max_tetrahedra = 1 + static_cast<int>(again.below(30)),
                          .debris = static_cast<int>(again.below(2)) * 12});
       std::string wrong;
       for (int way = 0; way < 2 && wrong.empty(); ++way) {
@@ -382,7 +382,7 @@ TEST_CASE("a host's copy of the triangles is patched by the record of changes wh
   auto body = solid_body(make_block<double>(6, 6, 6, 0.005, BlockPattern::alternating));
   Matrix<int, 3, Dynamic> copy = body.triangles();
   body.forget_changes();
-  Aspirator<double> tool({.tip_radius = 0.005, .reach = 0.008, .most_tetrahedra = 9});
+  Aspirator<double> tool({.tip_radius = 0.005, .reach = 0.008, .max_tetrahedra = 9});
   for (int k = 0; k < 40; ++k) {
     tool.advance(body, Vector(0.0125, 0.0125, 0.035 - 0.0006 * k));
     auto const changes = body.changes();
@@ -399,7 +399,7 @@ TEST_CASE("a blade in a body from which another tool takes tetrahedra begins ane
   auto body = solid_body(make_block<double>(6, 6, 6, 0.005, BlockPattern::alternating));
   testing::SolidCutInvariants const before(body);
   VolumeCutter<double> knife;
-  Aspirator<double> tool({.tip_radius = 0.005, .reach = 0.008, .most_tetrahedra = 3});
+  Aspirator<double> tool({.tip_radius = 0.005, .reach = 0.008, .max_tetrahedra = 3});
   for (int k = 0; k < 60; ++k) {
     double const y = -0.005 + 0.0006 * k;
     knife.advance(body, {{0.0113, y, -0.01}, {0.0113, y, 0.04}});
@@ -414,8 +414,8 @@ TEST_CASE("an aspirator refuses what it can not be, in one line", "[cutting][asp
   auto const made = [](Options const& options) { return message_of([&] { Aspirator<double>{options}; }); };
   CHECK(unsaid(made({.tip_radius = 0}), "tip radius is 0 m") == "");
   CHECK(unsaid(made({.tip_radius = 0.01, .reach = 0.005}), "reach is 0.005 m", "0.01 m") == "");
-  CHECK(unsaid(made({.most_tetrahedra = 0}), "most_tetrahedra is 0") == "");
-  CHECK(unsaid(made({.most_volume = 0}), "most_volume is 0 m3") == "");
+  CHECK(unsaid(made({.max_tetrahedra = 0}), "max_tetrahedra is 0") == "");
+  CHECK(unsaid(made({.max_volume = 0}), "max_volume is 0 m3") == "");
   CHECK(unsaid(made({.debris = -1}), "debris is -1") == "");
   auto body = solid_body(make_block<double>(3, 3, 3, 0.005, BlockPattern::alternating));
   Aspirator<double> tool;

@@ -384,7 +384,7 @@ TEST_CASE("a solid that is restored before a cut or in it, a copy and another bo
         if (tick % 3 != 0 && on.size() > uncut) CHECK(on.step(h));   // some edits wait for the next one
       }
     };
-    VolumeCutter<double> const sharp({.least_height = 0.1});
+    VolumeCutter<double> const sharp({.min_height = 0.1});
     VolumeCutter<double> knife = sharp;
     CHECK(body.step(h));   // what is gathered now is what a cut edits
     go(body, knife, 0, from);

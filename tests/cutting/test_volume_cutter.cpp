@@ -444,7 +444,7 @@ TEMPLATE_LIST_TEST_CASE("edges of several pieces, a depth to puncture, a bound o
   }
   SECTION("what a tick does not make follows in the next ones") {
     auto at_once = block_body<TestType>(5), later = block_body<TestType>(5);
-    VolumeCutter<double> fast, slow({.most_tetrahedra = 20});
+    VolumeCutter<double> fast, slow({.max_tetrahedra = 20});
     auto const to = [](double y) { return BladeSegment<double>{{0.0087, y, -0.005}, {0.0087, y, 0.025}}; };
     fast.advance(at_once, to(-0.002)), slow.advance(later, to(-0.002));
     fast.advance(at_once, to(0.022));
@@ -470,7 +470,7 @@ TEST_CASE("what can not be cut with is refused in a sentence, and leaves the bod
   CHECK_THROWS_WITH(VolumeCutter<double>({.snap = 0.5}), Catch::Contains("snap is 0.5"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.puncture_depth = -1}), Catch::Contains("puncture depth is -1"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.puncture_depth = 2}), Catch::Contains("the puncture depth is 2 m") && Catch::Contains("in mm it would be 0.002 m"));
-  CHECK_THROWS_WITH(VolumeCutter<double>({.most_tetrahedra = 0}), Catch::Contains("at least 1"));
+  CHECK_THROWS_WITH(VolumeCutter<double>({.max_tetrahedra = 0}), Catch::Contains("at least 1"));
   CHECK_THROWS_WITH(VolumeCutter<double>({.edge = {{0, 0, 0}, {0, 0, 1}, {1, 1, INFINITY}}}), Catch::Contains("point 2 of the edge is (1, 1, inf) m"));
   CHECK_THROWS_WITH(knife.advance(body, {Vector(0, 0, 1), Vector(0, 0, 1)}),
                     Catch::Contains("the tick was not taken: the blade has no length from point 0 to point 1: both are (0, 0, 1) m; give it two different ends"));
@@ -534,7 +534,7 @@ TEST_CASE("a stroke goes on after a restore as it did before, where the cutter i
     INFO((is_restored ? "restored" : "not restored"));
     auto eaten = block(6, 6, 6, BlockPattern::alternating);
     VolumeCutter<double> blade;
-    Aspirator<double> tool({.tip_radius = 0.005, .reach = 0.008, .most_tetrahedra = 1000});
+    Aspirator<double> tool({.tip_radius = 0.005, .reach = 0.008, .max_tetrahedra = 1000});
     auto const go = [&](double y) { blade.advance(eaten, {{0.0113, y, -0.01}, {0.0113, y, 0.04}}); };
     for (int tick = 0; tick <= 20; ++tick) go(-0.005 + 0.001 * tick);
     for (int tick = 0; tick < 15; ++tick) tool.advance(eaten, {{0.0125, 0.0125, 0.04 - 0.002 * tick}});

@@ -29,7 +29,7 @@ namespace {
 
 auto body_of(TetrahedralMesh<double> const& mesh) { return SoftBody(Elements::tissue(mesh, 0.0), BackwardEuler{}); }
 auto block_of(int nx, int ny, int nz, BlockPattern pattern = BlockPattern::alternating) { return body_of(make_block<double>(nx, ny, nz, 0.005, pattern)); }
-auto invariants_of(auto& body) { return testing::SolidCutInvariants(body, {.least_height = 0.0199 * body.mean_edge()}); }
+auto invariants_of(auto& body) { return testing::SolidCutInvariants(body, {.min_height = 0.0199 * body.mean_edge()}); }
 
 /// A long straight blade that goes through one_tetrahedron() in the plane through `at`, and stops where toward · x = stop.
 struct PartialCase {
@@ -271,7 +271,7 @@ TEST_CASE("a stroke that ends or begins at an old wound parts the piece; one tha
   }
 }
 
-TEST_CASE("a tick exceeds most_tetrahedra by what the blade makes on half a mean edge at most, and the rest comes in the next ones", "[volume_cutter]") {
+TEST_CASE("a tick exceeds max_tetrahedra by what the blade makes on half a mean edge at most, and the rest comes in the next ones", "[volume_cutter]") {
   // Yardstick: the most that ticks of a twentieth of an edge make on such a way.
   for (BlockPattern const pattern : {BlockPattern::alternating, BlockPattern::kuhn}) {
     auto const to = [](double y) { return BladeSegment<double>{{0.0137, y, -0.005}, {0.0153, y, 0.035}}; };
@@ -290,7 +290,7 @@ TEST_CASE("a tick exceeds most_tetrahedra by what the blade makes on half a mean
     for (int const most : {1, 20, 60, 150}) {
       INFO("at most " << most << ", and up to " << largest << " on half an edge");
       auto body = block_of(7, 7, 7, pattern);
-      VolumeCutter<double> slow({.most_tetrahedra = most});
+      VolumeCutter<double> slow({.max_tetrahedra = most});
       slow.advance(body, to(from));
       int count = 0;
       do {

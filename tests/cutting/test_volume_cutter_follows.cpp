@@ -291,7 +291,7 @@ TEST_CASE("row bounds after a cut do not depend on what viscoelastic tissue reme
     SoftBody body(FiniteElements<double, std::remove_const_t<decltype(law)>>(mesh, {.density = 1000, .material = law}), LeapfrogVerlet{});
     for (int i = 0; i < body.size(); ++i) body.drag(i, Place(1.6 * mesh.points(0, i), 0.8 * mesh.points(1, i), 0.8 * mesh.points(2, i)));
     for (int step = 0; step < steps; ++step) REQUIRE(body.step(4e-3));
-    testing::SolidCutInvariants before(body, {.least_height = 0.0199 * body.mean_edge()});
+    testing::SolidCutInvariants before(body, {.min_height = 0.0199 * body.mean_edge()});
     VolumeCutter<double> knife;
     stroke(knife, body, Place(0.017, -0.003, -0.01), Place(0.017, -0.003, 0.03), Place(0, 0.03, 0), 40);
     CHECK(testing::to_text(before.check(body)) == "");
@@ -415,7 +415,7 @@ TEMPLATE_LIST_TEST_CASE("masses are evened out beside particles of which all tet
     Random random(Seed{seed});
     auto const any = [&] { return Place(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)); };
     VolumeCutter<double> knife({.debris = 40});
-    Aspirator<double> tool({.tip_radius = 0.004, .reach = 0.006, .most_tetrahedra = 6});
+    Aspirator<double> tool({.tip_radius = 0.004, .reach = 0.006, .max_tetrahedra = 6});
     for (int n = 0; n < 6; ++n) {
       Place const middle = Place::Constant(2 * edge) + 1.5 * edge * any(), blade = 6 * edge * any().normalized(), way = 5 * edge * any().normalized();
       stroke(knife, body, middle - way / 2 - blade / 2, middle - way / 2 + blade / 2, way, 15);

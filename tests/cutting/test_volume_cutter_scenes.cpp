@@ -44,7 +44,7 @@ auto make_body(int nx, int ny, int nz, BlockPattern pattern, double prestrain = 
   return SoftBody(std::move(tissue), BackwardEuler{.tolerance = tolerance});
 }
 
-auto invariants_of(auto& body) { return testing::SolidCutInvariants(body, {.least_height = 0.0199 * body.mean_edge()}); }
+auto invariants_of(auto& body) { return testing::SolidCutInvariants(body, {.min_height = 0.0199 * body.mean_edge()}); }
 
 /// m³ at rest of each piece, the largest first.
 std::vector<double> volumes(auto const& body) {
@@ -420,7 +420,7 @@ TEST_CASE("a stroke that is forgotten half way goes on from there: lifted, with 
         if (what == "lifted") scene.knife.lift(scene.body);
         if (what == "restored") scene.body.restore(scene.body.save());
         if (what == "taken away") {
-          Aspirator<double> tool({.tip_radius = 0.002, .reach = 0.006, .most_tetrahedra = 1});
+          Aspirator<double> tool({.tip_radius = 0.002, .reach = 0.006, .max_tetrahedra = 1});
           std::size_t const before = scene.body.renumberings();
           for (int n = 0; n < 20 && scene.body.renumberings() == before; ++n) tool.advance(scene.body, Place::Constant(-0.005 + 0.0005 * n));
           REQUIRE(scene.body.renumberings() > before);
@@ -555,7 +555,7 @@ TEST_CASE("a tool that has left before its cut has come to where it went out cut
       CAPTURE(most, toughness);
       auto body = make_body(5, 5, 5, BlockPattern::alternating);
       auto const before = invariants_of(body);
-      VolumeCutter<double> knife({.edge = {{0, 0, -0.03}, {0, 0, 0.01}}, .toughness = toughness, .most_tetrahedra = most});
+      VolumeCutter<double> knife({.edge = {{0, 0, -0.03}, {0, 0, 0.01}}, .toughness = toughness, .max_tetrahedra = most});
       for (double y = -0.0031; y < 0.06; y += 0.009) knife.advance(body, ToolPose<double>{.position = {0.0031, y, 0.019}});
       for (int tick = 0; tick < 200 && knife.is_behind(); ++tick) {   // it waits above meanwhile
         knife.advance(body, ToolPose<double>{.position = {0.0031, 0.03, 0.06}});
@@ -574,7 +574,7 @@ TEST_CASE("a tool that comes down elsewhere before its last cut is done presses 
       CAPTURE(most, wait);
       auto body = make_body(9, 9, 5, BlockPattern::alternating);
       auto const before = invariants_of(body);
-      VolumeCutter<double> knife({.edge = {{0, 0, -0.03}, {0, 0, 0.03}}, .puncture_depth = 0.004, .most_tetrahedra = most});
+      VolumeCutter<double> knife({.edge = {{0, 0, -0.03}, {0, 0, 0.03}}, .puncture_depth = 0.004, .max_tetrahedra = most});
       auto const go = [&](double x, double y, double z) { knife.advance(body, ToolPose<double>{.position = {x, y, z}}); };
       for (double y = -0.0031; y < 0.06; y += 0.009) go(0.0063, y, 0.009);
       CHECK(knife.is_behind());

@@ -38,8 +38,8 @@ std::string violations_in(Tissue tissue, std::vector<Tick> const& ticks) {
   for (int i = 0; i < 9; ++i) tissue.nail(i);
   SoftBody body(std::move(tissue), BackwardEuler{});
   auto const saved = body.save();
-  testing::SolidCutInvariants before(body, {.least_height = 0.0199 * static_cast<double>(body.mean_edge())});
-  std::array knives{VolumeCutter<S>{}, VolumeCutter<S>({.most_tetrahedra = 30})};
+  testing::SolidCutInvariants before(body, {.min_height = 0.0199 * static_cast<double>(body.mean_edge())});
+  std::array knives{VolumeCutter<S>{}, VolumeCutter<S>({.max_tetrahedra = 30})};
   for (Tick const& tick : ticks) {
     auto const end = [&](std::size_t first) {
       Vector3<S> x;

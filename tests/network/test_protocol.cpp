@@ -64,9 +64,9 @@ ProtocolProblem refused(M const& message) {
   return problem;
 }
 
-AnswerStamp a_stamp() { return {.sequence = 9, .hand = 7, .hand_time = 1.5, .placements = 2, .revision = 3, .time = 4.5}; }
+AnswerStamp a_stamp() { return {.sequence = 9, .hand = 7, .hand_time = 1.5, .pose_discontinuities = 2, .revision = 3, .time = 4.5}; }
 HandReport a_hand() {
-  return {.sequence = 7, .time = 1.5, .placements = 2, .position = {0.01, -0.02, 0.03}, .velocity = {0.1, 0.2, -0.3}, .opening = 0.25};
+  return {.sequence = 7, .time = 1.5, .pose_discontinuities = 2, .position = {0.01, -0.02, 0.03}, .velocity = {0.1, 0.2, -0.3}, .opening = 0.25};
 }
 SurfaceAnswer a_surface() {
   SurfaceAnswer answer{.stamp = a_stamp()};
@@ -257,7 +257,7 @@ TEST_CASE("encoding, cutting and decoding allocate nothing", "[network]") {
   bool good = true;
   for (std::uint64_t k = 1; k <= 1000; ++k) {
     TissueAnswer answer = a_tissue();
-    answer.stamp.sequence = k, answer.stamp.placements = 0;
+    answer.stamp.sequence = k, answer.stamp.pose_discontinuities = 0;
     std::size_t const size = encode(answer, frame);
     auto const room = stream.room();
     std::copy_n(frame.begin(), size, room.begin());
@@ -276,13 +276,13 @@ TEST_CASE("C5-N1: of answers that come late, twice or out of order the newest al
   RemoteTissue remote;
   auto const surface = [&](std::uint64_t sequence, double stiffness, std::uint64_t revision = 3) {
     SurfaceAnswer answer = a_surface();
-    answer.stamp.sequence = sequence, answer.stamp.placements = 0, answer.stamp.revision = revision;
+    answer.stamp.sequence = sequence, answer.stamp.pose_discontinuities = 0, answer.stamp.revision = revision;
     answer.patch.stiffness = stiffness;
     return remote.take(answer, 2.0);
   };
   CHECK_FALSE(surface(1, 100.0));   // what it is a surface of is not known yet
   TissueAnswer tissue = a_tissue();
-  tissue.stamp.placements = 0;
+  tissue.stamp.pose_discontinuities = 0;
   CHECK_FALSE(remote.model().valid);
   CHECK(remote.take(tissue, 2.0));
   CHECK(remote.model().valid);
@@ -334,7 +334,7 @@ TEST_CASE("a surface of a topology that is no more is used for a tenth of a seco
 TEST_CASE("answers to where the tool was before it was placed anew do not count", "[network]") {
   RemoteTissue remote;
   remote.placed(3);
-  CHECK_FALSE(remote.take(a_tissue(), 2.0));   // its placements are 2
+  CHECK_FALSE(remote.take(a_tissue(), 2.0));   // it was placed anew twice
   CHECK(remote.counts().other_placement == 1);
   CHECK_FALSE(remote.model().valid);
   remote.placed(2);

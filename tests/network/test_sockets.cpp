@@ -489,7 +489,7 @@ TEST_CASE("C5-N3: what a bad server says is limited or ends its connection; the 
         for (std::uint64_t k = 1; k < 60; ++k) {
           if (auto const heard = client.hears<HandReport>()) sample = *heard;
           for (AnswerStamp* const stamp : {&surface.stamp, &tissue.stamp})
-            *stamp = {.sequence = k, .hand = sample.sequence, .hand_time = sample.time, .placements = sample.placements, .revision = 3, .time = 0.004};
+            *stamp = {.sequence = k, .hand = sample.sequence, .hand_time = sample.time, .pose_discontinuities = sample.pose_discontinuities, .revision = 3, .time = 0.004};
           if (connection == 1) surface.stamp.revision = k;        // of another topology, all but one
           if (connection == 2) surface.stamp.sequence = 60 - k;   // backwards
           tissue.phase = sample.position.z() > 0.0 ? CuttingPhase::no_contact : CuttingPhase::indenting;   // a contact begins from outside

@@ -170,7 +170,7 @@ TEST_CASE("whatever is cut, the tensors are those of the tetrahedra that are the
 
 TEST_CASE("tensors of which tissue was taken are those of a body made without it", "[tissue][tensor_mass]") {
   SoftBody body(TensorMass<double>(make_block<double>(6, 6, 6, 0.005, BlockPattern::alternating), soft<double>()), BackwardEuler{});
-  Aspirator<double> aspirator({.tip_radius = 0.004, .reach = 0.006, .most_tetrahedra = 10});
+  Aspirator<double> aspirator({.tip_radius = 0.004, .reach = 0.006, .max_tetrahedra = 10});
   int const whole = body.tissue().tetrahedra();
   for (int tick = 0; tick < 30 && body.tissue().tetrahedra() >= whole - 10; ++tick) aspirator.advance(body, Vector3<double>(0.0125, 0.0125, 0.035 - 0.0005 * tick));
   REQUIRE(body.tissue().tetrahedra() < whole - 10);

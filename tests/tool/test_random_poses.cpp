@@ -143,7 +143,7 @@ auto solid(TetrahedralMesh<double> const& mesh, double height) {
   return SoftBody(std::move(tissue), BackwardEuler{.max_iterations = 20});
 }
 
-auto scalpel() { return Scalpel<double>({.puncture_depth = 0.002, .toughness = 50.0, .lip_friction = 5.0, .most_tetrahedra = 60}); }
+auto scalpel() { return Scalpel<double>({.puncture_depth = 0.002, .toughness = 50.0, .lip_friction = 5.0, .max_tetrahedra = 60}); }
 
 }  // namespace
 

@@ -320,7 +320,7 @@ TEMPLATE_TEST_CASE("a skin goes with what is taken away under it", "[volume][emb
   VolumeCutter<S> knife;   // through a corner of it first
   for (int tick = 0; tick <= 20; ++tick)
     knife.advance(body, {Vector(0.0133, 0.0013 * tick - 0.003, 0.03).cast<S>(), Vector(0.0133, 0.0013 * tick - 0.003, 0.007).cast<S>()});
-  Aspirator<S> tool({.tip_radius = S(0.004), .reach = S(0.007), .most_tetrahedra = 5});
+  Aspirator<S> tool({.tip_radius = S(0.004), .reach = S(0.007), .max_tetrahedra = 5});
   for (int tick = 0; tick < 30; ++tick) {
     tool.advance(body, Vector(0.006 + 0.0003 * tick, 0.009, 0.034 - 0.0006 * tick).cast<S>());
     skin.follow(body);

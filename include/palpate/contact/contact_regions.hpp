@@ -50,7 +50,7 @@ struct ContactState {
   struct Anchor {
     std::vector<int> vertices;                                // of the first side, ascending
     Vector3<Scalar> slip = Vector3<Scalar>::Zero();           // m, of the first side against the second since it holds
-    Scalar turn = 0, most = 0, most_turn = 0;                 // rad; as far as friction holds
+    Scalar turn = 0, most = 0, max_turn = 0;                 // rad; as far as friction holds
     double presses = 0, spared = 0;                           // m³
   };
   std::vector<Anchor> anchors;
@@ -390,8 +390,8 @@ class ContactRegions {
         Scalar const share = size > most ? most / size : Scalar(1);
         now.slips = size > most;
         set(along, share * one, 1), set(along + 1, share * two, 1);
-        Scalar const most_turn = most * row.radius * 2 / 3;
-        set(spin, std::clamp(held(spin, row.stiffness * row.radius * row.radius, row.turn), -most_turn, most_turn), 1 / row.radius);
+        Scalar const max_turn = most * row.radius * 2 / 3;
+        set(spin, std::clamp(held(spin, row.stiffness * row.radius * row.radius, row.turn), -max_turn, max_turn), 1 / row.radius);
       }
       if (!std::isfinite(changed)) return false;
       if (!(changed > tolerance * largest)) break;
@@ -419,7 +419,7 @@ class ContactRegions {
     to.slip = row.slip[0] * row.directions[0] + row.slip[1] * row.directions[1], to.turn = row.turn;
     Scalar const most = options_.friction * regions_[n].pressure * regions_[n].area;
     to.most = row.stiffness > 0 ? most / row.stiffness : Scalar(0);
-    to.most_turn = row.radius > 0 ? to.most * 2 / 3 / row.radius : Scalar(0);
+    to.max_turn = row.radius > 0 ? to.most * 2 / 3 / row.radius : Scalar(0);
     to.spared = regions_[n].spared, to.presses = regions_[n].volume - to.spared;
   }
   void remember() {
@@ -462,7 +462,7 @@ class ContactRegions {
     slip -= slip.dot(regions_[n].normal) * regions_[n].normal;
     if (Scalar const size = slip.norm(); size > from->most) slip *= from->most / size;
     row.slip[0] = slip.dot(row.directions[0]), row.slip[1] = slip.dot(row.directions[1]);
-    row.turn = std::clamp(from->turn + moved[spin], -from->most_turn, from->most_turn);
+    row.turn = std::clamp(from->turn + moved[spin], -from->max_turn, from->max_turn);
   }
 
   /// What was held back until now presses from where it is: a body in itself must not be thrown apart by what nothing had worked against.

@@ -29,16 +29,16 @@ template <RealScalar Scalar>
 struct AspiratorOptions {
   Scalar tip_radius = Scalar(0.003);   ///< m, of the ball that the tip is
   Scalar reach = 0;                    ///< m, from the middle of the ball: so far it takes tetrahedra; 0: as far as the ball
-  int most_tetrahedra = 10;            ///< that a tick takes away
-  Scalar most_volume = std::numeric_limits<Scalar>::infinity();   ///< m³, undeformed: a tick ends once it has taken so much; a rate times a tick's length
+  int max_tetrahedra = 10;            ///< that a tick takes away
+  Scalar max_volume = std::numeric_limits<Scalar>::infinity();   ///< m³, undeformed: a tick ends once it has taken so much; a rate times a tick's length
   int debris = 0;                      ///< a piece that comes free, of fewer tetrahedra than that, goes too; 0: none does
 
   void validate() const {
     detail::require_positive("Aspirator: the tip radius", tip_radius, "m");
     if (!(reach == 0 || reach >= tip_radius) || !std::isfinite(reach))
       throw InvalidArgument(detail::message("Aspirator: the reach is ", reach, " m; it must be at least the tip radius of ", tip_radius, " m, or 0"));
-    if (most_tetrahedra < 1) throw InvalidArgument(detail::message("Aspirator: most_tetrahedra is ", most_tetrahedra, "; it must be at least 1"));
-    if (!(most_volume > 0)) throw InvalidArgument(detail::message("Aspirator: most_volume is ", most_volume, " m3; it must be positive"));
+    if (max_tetrahedra < 1) throw InvalidArgument(detail::message("Aspirator: max_tetrahedra is ", max_tetrahedra, "; it must be at least 1"));
+    if (!(max_volume > 0)) throw InvalidArgument(detail::message("Aspirator: max_volume is ", max_volume, " m3; it must be positive"));
     if (debris < 0) throw InvalidArgument(detail::message("Aspirator: debris is ", debris, "; it must not be negative"));
   }
 };
@@ -155,8 +155,8 @@ class Aspirator {
     Vector const around = Vector::Constant(options_.reach + body.mean_edge());
     body.visit_triangles_in_box(tip - around, tip + around, [&](int triangle) { offer(solid.border_face(triangle).tetrahedron); });
     double sum = 0;
-    auto const most = static_cast<std::size_t>(std::min(options_.most_tetrahedra, solid.tetrahedron_count() - 1));
-    for (bool goes_on = true; goes_on && taken_.size() < most && sum < static_cast<double>(options_.most_volume);) {
+    auto const most = static_cast<std::size_t>(std::min(options_.max_tetrahedra, solid.tetrahedron_count() - 1));
+    for (bool goes_on = true; goes_on && taken_.size() < most && sum < static_cast<double>(options_.max_volume);) {
       goes_on = false;
       std::sort(waiting_.begin(), waiting_.end());
       for (Reached const& next : waiting_) {
@@ -172,7 +172,7 @@ class Aspirator {
       std::erase_if(waiting_, [&](Reached const& one) { return taken_.has(one.tetrahedron); });
       for (int const t : std::exchange(behind_, {})) offer(t);
     }
-    if (taken_.size() < most && sum < static_cast<double>(options_.most_volume)) report_.refused = static_cast<int>(waiting_.size());
+    if (taken_.size() < most && sum < static_cast<double>(options_.max_volume)) report_.refused = static_cast<int>(waiting_.size());
   }
   /// What has to go with a tetrahedron so that the border stays a manifold; false where that is out of reach, or too much for the tick.
   template <class Body>

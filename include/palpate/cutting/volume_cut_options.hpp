@@ -45,9 +45,9 @@ struct VolumeCutOptions {
   Scalar blade_stiffness = 1000; ///< N/m, of the tissue that hangs on to the blade; the blade stays behind the tool by force over stiffness
   Scalar tip_radius = 0;         ///< m, of the ball that the tip is while it presses
   Scalar snap = Scalar(0.15);    ///< a crossing of an edge goes to the edge's end where that is nearer than this share of it,
-  Scalar least_snap = Scalar(0.05);      ///< or than this share of the mesh's mean edge
-  Scalar least_height = Scalar(0.02);    ///< of a tetrahedron that a cut makes, in mean edges; a crossing that would make a lower one goes to an end
-  int most_tetrahedra = 1000;            ///< that a tick may make, about; the blade follows in the next ones
+  Scalar min_snap = Scalar(0.05);      ///< or than this share of the mesh's mean edge
+  Scalar min_height = Scalar(0.02);    ///< of a tetrahedron that a cut makes, in mean edges; a crossing that would make a lower one goes to an end
+  int max_tetrahedra = 1000;            ///< that a tick may make, about; the blade follows in the next ones
   int debris = 0;                        ///< where a stroke ends, cut-off pieces of fewer tetrahedra than that go, if nothing holds them; 0: none does
 
   void validate() const {
@@ -62,11 +62,11 @@ struct VolumeCutOptions {
     detail::require_non_negative("VolumeCutter: the friction of the lips", lip_friction, "N/m");
     detail::require_positive("VolumeCutter: the blade stiffness", blade_stiffness, "N/m");
     if (!(snap >= 0 && snap < Scalar(0.5))) throw InvalidArgument(detail::message("VolumeCutter: snap is ", snap, "; it must be from 0 to below 0.5 of an edge"));
-    if (!(least_snap >= 0 && least_snap < Scalar(0.5)))
-      throw InvalidArgument(detail::message("VolumeCutter: least_snap is ", least_snap, "; it must be from 0 to below 0.5 mean edges"));
-    if (!(least_height >= 0 && least_height < Scalar(0.5)))
-      throw InvalidArgument(detail::message("VolumeCutter: least_height is ", least_height, "; it must be from 0 to below 0.5 mean edges"));
-    if (most_tetrahedra < 1) throw InvalidArgument(detail::message("VolumeCutter: most_tetrahedra is ", most_tetrahedra, "; it must be at least 1"));
+    if (!(min_snap >= 0 && min_snap < Scalar(0.5)))
+      throw InvalidArgument(detail::message("VolumeCutter: min_snap is ", min_snap, "; it must be from 0 to below 0.5 mean edges"));
+    if (!(min_height >= 0 && min_height < Scalar(0.5)))
+      throw InvalidArgument(detail::message("VolumeCutter: min_height is ", min_height, "; it must be from 0 to below 0.5 mean edges"));
+    if (max_tetrahedra < 1) throw InvalidArgument(detail::message("VolumeCutter: max_tetrahedra is ", max_tetrahedra, "; it must be at least 1"));
     if (debris < 0) throw InvalidArgument(detail::message("VolumeCutter: debris is ", debris, "; it must not be negative"));
   }
 };

@@ -43,7 +43,7 @@ namespace palpate {
 /// corners of a face are on the cut, and it lies between its two sides, it is cut; a vertex splits where the faces cut round it part its tetrahedra. The cut
 /// ends, meanwhile, at the last edges that the blade has crossed: beyond them nothing is open. Where parts would only touch along an edge, or in a vertex, the vertex
 /// that came to the cut last waits until the blade has gone on; so an edge of the border has two triangles. Where the stroke ends such an edge is divided, and parts.
-/// Where that would make a tetrahedron lower than least_height, and where parts would touch in a vertex, the faces stay closed, and are counted as such.
+/// Where that would make a tetrahedron lower than min_height, and where parts would touch in a vertex, the faces stay closed, and are counted as such.
 ///   case                         tetrahedra after
 ///   three edges at a corner      4
 ///   four edges                   6
@@ -145,7 +145,7 @@ class VolumeCutter {
 
   /// Whether it is in the tissue, and has cut it.
   bool is_cutting() const noexcept { return cut_.has_cut(); }
-  /// The cut has not come to where the blade was: so much is not cut in one tick, see most_tetrahedra.
+  /// The cut has not come to where the blade was: so much is not cut in one tick, see max_tetrahedra.
   bool is_behind() const noexcept { return is_behind_; }
   Report const& report() const noexcept { return cut_.report(); }
   /// What has gone as debris since it was made.
@@ -322,7 +322,7 @@ class VolumeCutter {
       for (std::size_t i = 0; i < from_.size(); ++i) end_.push_back(k < parts ? Vector3<double>((1 - share) * from_[i] + share * to_[i]) : to_[i]);
       if (punctured_) sweep(body);
       begin_.swap(end_);
-      is_behind_ = k < parts && body.tissue().topology().tetrahedron_count() - made >= options_.most_tetrahedra;
+      is_behind_ = k < parts && body.tissue().topology().tetrahedron_count() - made >= options_.max_tetrahedra;
       if (k == parts) break;
       traced_.put(body, begin_);
       at_.assign(begin_.begin(), begin_.end());
@@ -412,9 +412,9 @@ class VolumeCutter {
       });
       box = {};
     }
-    double const mean = static_cast<double>(edge), share = static_cast<double>(options_.snap), least = static_cast<double>(options_.least_snap) * mean;
+    double const mean = static_cast<double>(edge), share = static_cast<double>(options_.snap), least = static_cast<double>(options_.min_snap) * mean;
     cut_.sweep(body, swept, starts_,
-               {.share = share, .distance = least, .height = static_cast<double>(options_.least_height) * mean, .thickness = 2 * std::max(share * mean, least)});
+               {.share = share, .distance = least, .height = static_cast<double>(options_.min_height) * mean, .thickness = 2 * std::max(share * mean, least)});
   }
 
   Options options_;

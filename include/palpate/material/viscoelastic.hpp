@@ -25,10 +25,10 @@ struct PronyTerm {
 /// and is moved on when the step is taken: see PronyHistory. Its positive semidefinite tangent is that of ψ.
 template <class Law, class T>
 struct ViscoelasticLaw {
-  static constexpr std::size_t most_terms = 4;
+  static constexpr std::size_t max_terms = 4;
   Law law;
   SymmetricTensor3<T> faded;
-  std::array<T, most_terms> share{}, time{};   // of no term 0 and 1
+  std::array<T, max_terms> share{}, time{};   // of no term 0 and 1
 
   T energy(Tensor3<T> const& F) const noexcept {
     return law.energy(F) - number<T>(0.5) * double_contraction(Tensor3<T>(faded), transpose(F) * F - Tensor3<T>::identity());
@@ -53,7 +53,7 @@ struct ViscoelasticLaw {
 template <RealScalar Scalar>
 class PronyStep {
  public:
-  using Terms = std::array<Scalar, ViscoelasticLaw<int, Scalar>::most_terms>;
+  using Terms = std::array<Scalar, ViscoelasticLaw<int, Scalar>::max_terms>;
   Terms fades{}, follows{};
 
   explicit PronyStep(Scalar h) noexcept : h_(h) {}
@@ -82,7 +82,7 @@ template <RealScalar Scalar>
 struct PronyHistory {
   using Stress = SymmetricTensor3<Scalar>;
   Stress last;
-  std::array<Stress, ViscoelasticLaw<int, Scalar>::most_terms> average;
+  std::array<Stress, ViscoelasticLaw<int, Scalar>::max_terms> average;
 
   /// Takes the deformation F at the end of a step; returns what has faded then.
   template <class Law>
@@ -131,7 +131,7 @@ struct ScalarOfMaterial<IsotropicMaterial<Law, Scalar>> {
 template <class M, RealScalar Scalar = typename detail::ScalarOfMaterial<M>::type>
 struct Viscoelastic {
   M material{};
-  PronyTerm<Scalar> terms[ViscoelasticLaw<M, Scalar>::most_terms]{};
+  PronyTerm<Scalar> terms[ViscoelasticLaw<M, Scalar>::max_terms]{};
 
   auto law() const {
     using Inner = detail::LawOf<M>;

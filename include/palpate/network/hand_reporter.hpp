@@ -21,10 +21,10 @@ class HandReporter {
   explicit HandReporter(WeberDeadbandOptions const& deadband = {}) : deadband_(deadband) {}
 
   /// The sample of this pose, if it is to be sent; `now` [s] on the hand's clock.
-  std::optional<HandReport> operator()(ToolPose<double> const& tool, std::uint64_t placements, RemoteTissue const& tissue, double now) noexcept {
+  std::optional<HandReport> operator()(ToolPose<double> const& tool, std::uint64_t pose_discontinuities, RemoteTissue const& tissue, double now) noexcept {
     HandReport sample{.sequence = sent_.sequence + 1,
                       .time = now,
-                      .placements = placements,
+                      .pose_discontinuities = pose_discontinuities,
                       .position = tool.position,
                       .velocity = tool.velocity,
                       .orientation = tool.orientation,
@@ -33,7 +33,7 @@ class HandReporter {
     SurfacePatch<double> const& surface = tissue.model().surface.patch;
     double const stiffness = surface.stiffness, way = (sample.position - sent_.position).norm();
     double const force = std::max(tissue.model().tissue_force.norm(), stiffness * std::abs(surface.distance(sample.position)));
-    bool const anyway = sent_.sequence == 0 || placements != sent_.placements || tool.opening != sent_.opening ||
+    bool const anyway = sent_.sequence == 0 || pose_discontinuities != sent_.pose_discontinuities || tool.opening != sent_.opening ||
                         std::abs(tool.orientation.dot(sent_.orientation)) < 0.99999;   // half a degree
     if (!deadband_(stiffness * way, force, now, anyway)) return std::nullopt;
     return sent_ = sample;

@@ -129,7 +129,7 @@ struct HandReport {
   static constexpr MessageType type = MessageType::hand;
   std::uint64_t sequence = 0;   ///< from 1 on, of this connection
   double time = 0.0;            ///< s, on the client's clock
-  std::uint64_t placements = 0; ///< how often the tool was placed anew, not moved: answers for an earlier place do not count
+  std::uint64_t pose_discontinuities = 0; ///< how often the tool was placed anew, not moved: answers for an earlier place do not count
   Vector3<double> position = Vector3<double>::Zero(), velocity = Vector3<double>::Zero();   ///< m, m/s; world frame
   Eigen::Quaternion<double> orientation = Eigen::Quaternion<double>::Identity();
   double opening = 1.0;
@@ -141,7 +141,7 @@ struct HandReport {
   }
   template <class Self, class Wire>
   static void layout(Self& m, Wire& wire) {
-    wire(m.sequence, m.time, m.placements, m.position, m.velocity, m.orientation, m.opening);
+    wire(m.sequence, m.time, m.pose_discontinuities, m.position, m.velocity, m.orientation, m.opening);
   }
 };
 
@@ -150,7 +150,7 @@ struct AnswerStamp {
   std::uint64_t sequence = 0;      ///< from 1 on, of this connection and kind
   std::uint64_t hand = 0;          ///< sequence of the newest sample that was known; 0: none
   double hand_time = 0.0;          ///< its time, on the client's clock
-  std::uint64_t placements = 0;    ///< its placements
+  std::uint64_t pose_discontinuities = 0;    ///< those of that report
   std::uint64_t revision = 0;      ///< of the body's topology
   double time = 0.0;               ///< s, on the server's clock
 
@@ -170,7 +170,7 @@ struct SurfaceAnswer {
   }
   template <class Self, class Wire>
   static void layout(Self& m, Wire& wire) {
-    wire(m.stamp.sequence, m.stamp.hand, m.stamp.hand_time, m.stamp.placements, m.stamp.revision, m.stamp.time, m.patch.point, m.patch.normal, m.patch.curvature,
+    wire(m.stamp.sequence, m.stamp.hand, m.stamp.hand_time, m.stamp.pose_discontinuities, m.stamp.revision, m.stamp.time, m.patch.point, m.patch.normal, m.patch.curvature,
          m.patch.stiffness, m.patch.velocity, m.patch.angular_velocity, m.patch.reach);
   }
 };
@@ -194,7 +194,7 @@ struct TissueAnswer {
   }
   template <class Self, class Wire>
   static void layout(Self& m, Wire& wire) {
-    wire(m.stamp.sequence, m.stamp.hand, m.stamp.hand_time, m.stamp.placements, m.stamp.revision, m.stamp.time, m.phase, m.diverged, m.restorations, m.home_point,
+    wire(m.stamp.sequence, m.stamp.hand, m.stamp.hand_time, m.stamp.pose_discontinuities, m.stamp.revision, m.stamp.time, m.phase, m.diverged, m.restorations, m.home_point,
          m.normal, m.tip_radius, m.force, m.moment, m.cut_area);
   }
 };

@@ -84,7 +84,7 @@ class RemoteTissue {
   }
 
   /// The tool is placed anew for the n-th time: answers to samples from before say nothing of where it is.
-  void placed(std::uint64_t placements) noexcept { placements_ = placements; }
+  void placed(std::uint64_t pose_discontinuities) noexcept { pose_discontinuities_ = pose_discontinuities; }
   /// Another connection begins, with sequences of its own, and perhaps another body: it counts as restored, and what was touched is gone.
   void reconnected() noexcept {
     surface_ = tissue_ = 0, revision_ = none;
@@ -95,7 +95,7 @@ class RemoteTissue {
   }
   /// A session of the hand begins: nothing is known.
   void begin_session() noexcept {
-    surface_ = tissue_ = 0, revision_ = none, placements_ = 0, reconnections_ = 0;
+    surface_ = tissue_ = 0, revision_ = none, pose_discontinuities_ = 0, reconnections_ = 0;
     latency_ = 0.0;
     auto const sequence = model_.surface.sequence;
     model_ = {};
@@ -128,7 +128,7 @@ class RemoteTissue {
       ++counts_.repeated;
       return false;
     }
-    if (stamp.hand > 0 && stamp.placements != placements_) {
+    if (stamp.hand > 0 && stamp.pose_discontinuities != pose_discontinuities_) {
       ++counts_.other_placement;
       return false;
     }
@@ -148,7 +148,7 @@ class RemoteTissue {
   LocalModel<double> model_{};
   RemoteCounts counts_{};
   std::uint64_t surface_ = 0, tissue_ = 0;   // sequences
-  std::uint64_t revision_ = none, placements_ = 0, surface_revision_ = none;
+  std::uint64_t revision_ = none, pose_discontinuities_ = 0, surface_revision_ = none;
   std::size_t reconnections_ = 0;
   double latency_ = 0.0, surface_time_ = 0.0;   // s
 };

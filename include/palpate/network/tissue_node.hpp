@@ -65,7 +65,7 @@ class TissueNode {
     constexpr double slack = 0.02;   // m
     double const passed = std::max(now - heard_, std::min(sample.time - sample_.time, options_.hand_silent_after));   // it may say any time
     bool const was_moved = (sample.position - sample_.position).norm() <= slack + options_.fastest_hand * passed;
-    if (!has_hand_ || sample.placements != sample_.placements || now - heard_ > options_.hand_silent_after || !was_moved) ++placements_;
+    if (!has_hand_ || sample.pose_discontinuities != sample_.pose_discontinuities || now - heard_ > options_.hand_silent_after || !was_moved) ++pose_discontinuities_;
     sample_ = sample;
     if (double const speed = sample.velocity.norm(); speed > options_.fastest_hand) sample_.velocity *= options_.fastest_hand / speed;
     heard_ = now;
@@ -79,12 +79,12 @@ class TissueNode {
     bool const here = has_hand_ && now - heard_ <= options_.hand_silent_after;
     ToolPose<Scalar> const to{sample_.position.template cast<Scalar>(), sample_.orientation.template cast<Scalar>(), sample_.velocity.template cast<Scalar>(),
                               static_cast<Scalar>(sample_.opening)};
-    ToolPose<Scalar> const from = here && is_here_ && placed_ == placements_ ? from_ : to;
+    ToolPose<Scalar> const from = here && is_here_ && placed_ == pose_discontinuities_ ? from_ : to;
     int const parts = std::max(1, static_cast<int>(std::ceil(h / options_.max_step - 1e-9)));
     LocalModel<Scalar> model;
     for (int k = 1; k <= parts; ++k) {
       Scalar const share = static_cast<Scalar>(k) / static_cast<Scalar>(parts);
-      PlacedTool<Scalar> tool{.is_placed = here, .pose = to, .pose_discontinuities = placements_};
+      PlacedTool<Scalar> tool{.is_placed = here, .pose = to, .pose_discontinuities = pose_discontinuities_};
       if (k < parts) {
         tool.pose.position = from.position + share * (to.position - from.position);
         tool.pose.orientation = from.orientation.slerp(share, to.orientation);
@@ -92,7 +92,7 @@ class TissueNode {
       }
       model = loop_.tick(std::array{tool}, static_cast<Scalar>(h / parts))[0];
     }
-    from_ = to, placed_ = placements_;
+    from_ = to, placed_ = pose_discontinuities_;
     diverged_for_ = model.diverged ? diverged_for_ + h : 0.0;
     if (diverged_for_ > options_.restores_after) loop_.restore(first_), diverged_for_ = 0.0;
     answer(model, here, now);
@@ -103,7 +103,7 @@ class TissueNode {
   bool is_worth_sending(double now) noexcept {
     double const change = (answer_.force - sent_.force).norm();
     bool const anyway = answer_.phase != sent_.phase || answer_.diverged != sent_.diverged || answer_.restorations != sent_.restorations ||
-                        answer_.stamp.revision != sent_.stamp.revision || answer_.stamp.placements != sent_.stamp.placements;
+                        answer_.stamp.revision != sent_.stamp.revision || answer_.stamp.pose_discontinuities != sent_.stamp.pose_discontinuities;
     if (!deadband_(change, sent_.force.norm(), now, anyway)) return false;
     answer_.stamp.sequence = ++sequence_;
     sent_ = answer_;
@@ -149,7 +149,7 @@ class TissueNode {
     next.stamp = {.sequence = sequence_ + 1,
                   .hand = here ? sample_.sequence : 0,
                   .hand_time = here ? sample_.time : 0.0,
-                  .placements = here ? sample_.placements : 0,
+                  .pose_discontinuities = here ? sample_.pose_discontinuities : 0,
                   .revision = body().topology_revision(),
                   .time = now};
     next.phase = model.phase;
@@ -201,7 +201,7 @@ class TissueNode {
   HandReport sample_{};
   double heard_ = -std::numeric_limits<double>::infinity();
   bool has_hand_ = false, is_here_ = false;
-  std::uint64_t placements_ = 0, placed_ = 0, sequence_ = 0;
+  std::uint64_t pose_discontinuities_ = 0, placed_ = 0, sequence_ = 0;
   ToolPose<Scalar> from_{};   // where the tool was after the last tick
   TissueAnswer answer_{}, sent_{};
   CapturedSurface<Scalar> captured_{};
@@ -217,7 +217,7 @@ class SurfaceNode {
   /// The answer to this sample; `longest` is how far ahead [s] the captured surface may be carried on, about a tick of the body.
   SurfaceAnswer const& look(CapturedSurface<S> const& captured, HandReport const& sample, double now, double longest) noexcept {
     S const age = static_cast<S>(std::clamp(now - captured.time, 0.0, longest));
-    answer_.stamp = {.sequence = sequence_ + 1, .hand = sample.sequence, .hand_time = sample.time, .placements = sample.placements, .revision = captured.revision, .time = now};
+    answer_.stamp = {.sequence = sequence_ + 1, .hand = sample.sequence, .hand_time = sample.time, .pose_discontinuities = sample.pose_discontinuities, .revision = captured.revision, .time = now};
     answer_.patch = tracker_.look(captured.near, sample.position.template cast<S>(), captured.tip_radius, captured.stiffness, age, captured.pressed).template cast<double>();
     if (!answer_.valid()) answer_.patch = {};
     tip_ = sample.position;
@@ -226,7 +226,7 @@ class SurfaceNode {
   /// Is it to be sent? Compared are the forces at the tip with the last one that was and with this one; in front of the surface by its height.
   bool is_worth_sending(double now) noexcept {
     double const here = answer_.patch.distance(tip_), there = sent_.patch.distance(tip_), stiffness = answer_.patch.stiffness;
-    bool const anyway = (stiffness > 0.0) != (sent_.patch.stiffness > 0.0) || answer_.stamp.revision != sent_.stamp.revision || answer_.stamp.placements != sent_.stamp.placements;
+    bool const anyway = (stiffness > 0.0) != (sent_.patch.stiffness > 0.0) || answer_.stamp.revision != sent_.stamp.revision || answer_.stamp.pose_discontinuities != sent_.stamp.pose_discontinuities;
     double const turned = std::abs(here) * (answer_.patch.normal_at(tip_) - sent_.patch.normal_at(tip_)).norm();
     if (!deadband_(stiffness * (std::abs(here - there) + turned), stiffness * std::abs(here), now, anyway)) return false;
     answer_.stamp.sequence = ++sequence_;

@@ -179,7 +179,7 @@ class RealtimeServo {
     last_ = started;
     double const time = started_at_ + static_cast<double>(done_) / rate, now = std::chrono::duration<double>(started - begun_).count();
     std::uint64_t const clock = static_cast<std::uint64_t>(now * rate) + lead_, due = std::max(slot_ + (done_ == 0 ? 0 : 1), clock);   // a burst is no gap before the next
-    if (due > clock + most_lead) lead_ += due - clock - most_lead;   // a clock that is too fast
+    if (due > clock + max_lead) lead_ += due - clock - max_lead;   // a clock that is too fast
     std::uint64_t const missed = done_ == 0 ? 0 : due - slot_ - 1;
     slot_ = due;
     loop.read(static_cast<Scalar>(periods / rate), elapsed);
@@ -203,7 +203,7 @@ class RealtimeServo {
   double started_at_;       // s
   Pacer pacer_;
   std::uint64_t done_ = 0;   // ticks; the servo's until it has ended
-  static constexpr std::uint64_t most_lead = 32;   // ticks of a burst
+  static constexpr std::uint64_t max_lead = 32;   // ticks of a burst
   std::uint64_t slot_ = 0, lead_ = 0;              // the last one's number on the clock, had none been missed; what is added to the clock's own
   std::chrono::steady_clock::time_point begun_{}, last_{};   // when its first and its last tick started
   Recording recording_;

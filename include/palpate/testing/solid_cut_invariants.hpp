@@ -27,7 +27,7 @@
 namespace palpate::testing {
 
 struct SolidCutChecks {
-  double least_height = 0;   ///< m, of a tetrahedron that a cut has made
+  double min_height = 0;   ///< m, of a tetrahedron that a cut has made
   int queries = 3;           ///< how many random points the search tree is asked for, against a search of all triangles
   int most = 20;             ///< stop after so many violations
   Seed seed{1};
@@ -56,7 +56,7 @@ struct SolidTaken {
 ///   CHECK(testing::to_text(before.check(body)) == "");
 ///
 /// Topology   what check_tetrahedral_topology checks: each face has one or two tetrahedra, the border is closed.
-/// Shape      at rest each tetrahedron has a positive volume, all together what there was; those that are new are no lower than least_height, or than the lowest
+/// Shape      at rest each tetrahedron has a positive volume, all together what there was; those that are new are no lower than min_height, or than the lowest
 ///            there was.
 /// Border     an edge has two triangles, if it had before; the area of the skin is what it was; wounds face each other: the sum of their areas as vectors is what
 ///            it was.
@@ -213,7 +213,7 @@ class SolidCutInvariants {
   }
 
   void check_shape(Body const& body, Mesh const& mesh, SolidTaken const& taken, Violations& found) const {
-    double const least = std::min(checks_.least_height, lowest_) * (1 - 1e-6);
+    double const least = std::min(checks_.min_height, lowest_) * (1 - 1e-6);
     for (Eigen::Index t = 0; t < mesh.tetrahedra.cols(); ++t) {
       if (!(volume(mesh, t) > 0)) report(found, "tetrahedron ", static_cast<int>(t), " has a volume of ", volume(mesh, t), " m3 at rest");
       if (!(height(mesh, t) >= least)) report(found, "tetrahedron ", static_cast<int>(t), " is ", height(mesh, t), " m high, below ", least);

@@ -43,7 +43,7 @@ template <HasStiffnessBlocks Tissue>
   requires(!std::is_const_v<Tissue>)
 MassScaling<typename Tissue::Scalar> scale_masses(Tissue& tissue, typename Tissue::Scalar step, int frequencies = 6) {
   using Scalar = typename Tissue::Scalar;
-  constexpr int most_rings = 3;
+  constexpr int max_rings = 3;
   detail::require_positive("the step", step, "s");
   auto const at = [](int i) { return static_cast<std::size_t>(i); };
   auto const found = [&] { return frequencies > 0 ? lowest_frequencies(tissue, frequencies) : std::vector<Scalar>{}; };
@@ -78,7 +78,7 @@ MassScaling<typename Tissue::Scalar> scale_masses(Tissue& tissue, typename Tissu
       seen[at(i)] = i;
       ring.assign(1, i);
       Scalar got = 0;
-      for (int r = 0; r < most_rings && spare[at(i)] < 0; ++r) {
+      for (int r = 0; r < max_rings && spare[at(i)] < 0; ++r) {
         next.clear();
         Scalar there = 0;
         for (int const j : ring)

@@ -115,7 +115,7 @@ class RodContact {
     renumbered_ = revision_ != body.topology_revision();
     revision_ = body.topology_revision();
     Scalar const motion = collect(body);
-    int const looks = static_cast<int>(std::clamp<Scalar>(std::ceil(2 * motion / least_radius()), 1, 64));
+    int const looks = static_cast<int>(std::clamp<Scalar>(std::ceil(2 * motion / min_radius()), 1, 64));
     for (int k = 1; k <= looks; ++k) look(body, pose_at(Scalar(k) / Scalar(looks)), Scalar(0), touching);
   }
 
@@ -196,7 +196,7 @@ class RodContact {
   static constexpr Scalar touching = Scalar(1.01), coming = Scalar(1.5);   // radii
 
   Capsule<Scalar> rod_at(int k, Pose const& pose) const noexcept { return shape_.rods[static_cast<std::size_t>(k)].at(pose.opening); }
-  Scalar least_radius() const noexcept {
+  Scalar min_radius() const noexcept {
     Scalar least = std::numeric_limits<Scalar>::infinity();
     for (auto const& each : shape_.rods)
       if (each.use == RodUse::deforming) least = std::min(least, each.rod.radius);

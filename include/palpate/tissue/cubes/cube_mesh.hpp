@@ -23,7 +23,7 @@ namespace palpate::detail {
 /// Hanging    a vertex in the middle of an unsplit cube's edge or face follows its 2 or 4 corners, its leaders, by weights.
 /// Skin       triangles 2 f and 2 f + 1 begin the face f of an unsplit cube, whatever it is split into: first the faces of the uncut body, then those of wounds as
 ///            they were opened, so that no cut gives them other numbers; the rest follows. A face beside a split cube goes through the vertices on its outline.
-/// Cost       build() O(cubes); refine() O(split cubes · parts³), without allocation up to `most_split` of them.
+/// Cost       build() O(cubes); refine() O(split cubes · parts³), without allocation up to `max_split` of them.
 template <RealScalar ScalarType>
 class CubeMesh : public SkinBody<ScalarType> {
   using Base = SkinBody<ScalarType>;
@@ -92,15 +92,15 @@ class CubeMesh : public SkinBody<ScalarType> {
     std::vector<int> cubes, vertex;
   };
 
-  CubeMesh(TriangleMesh<Scalar> const& surface, Scalar edge, int levels, int most_split)
-      : grid_(surface, static_cast<double>(edge)), edge_(edge), parts_(1 << levels), most_split_(levels > 0 ? std::min(most_split, grid_.size()) : 0) {
+  CubeMesh(TriangleMesh<Scalar> const& surface, Scalar edge, int levels, int max_split)
+      : grid_(surface, static_cast<double>(edge)), edge_(edge), parts_(1 << levels), max_split_(levels > 0 ? std::min(max_split, grid_.size()) : 0) {
     this->diagonal_ = Base::diagonal_of(surface.points);
     this->mean_edge_ = edge;
     build();
   }
 
   void check_cube(int c) const { check_index("cube", c, cubes()); }
-  int most_vertices() const noexcept { return base_ + most_split_ * points(); }
+  int max_vertices() const noexcept { return base_ + max_split_ * points(); }
   template <class Visit>
   void for_each_leader(int i, Visit const& visit) const noexcept {
     Hang const& hang = hang_[at(i)];
@@ -131,7 +131,7 @@ class CubeMesh : public SkinBody<ScalarType> {
   void build() {
     renumberings_ += fine_.cubes.empty() ? 0 : 1;
     base_ = grid_.vertices();
-    int const c = cubes(), most = most_vertices();
+    int const c = cubes(), most = max_vertices();
     Matrix3X<Scalar> rest(3, base_);
     for (int v = 0; v < base_; ++v) {
       Vector3<double> const place = grid_.corner() + static_cast<double>(edge_) * grid_.vertex_place(v);
@@ -139,11 +139,11 @@ class CubeMesh : public SkinBody<ScalarType> {
     }
     around_.assign(at(base_), {-1, -1, -1, -1, -1, -1, -1, -1}), hang_.assign(at(base_), {}), head_.assign(at(base_), -1);
     around_.reserve(at(most)), hang_.reserve(at(most)), last_u_.reserve(most), last_v_.reserve(most);
-    followers_.clear(), followers_.reserve(at(4 * most_split_ * points()));
+    followers_.clear(), followers_.reserve(at(4 * max_split_ * points()));
     slot_.assign(at(c), -1);
     for (Fine* list : {&fine_, &last_fine_})
-      list->cubes.clear(), list->vertex.clear(), list->cubes.reserve(at(most_split_)), list->vertex.reserve(at(most_split_ * points()));
-    leaves_.resize(at(c)), leaves_.reserve(at(c + most_split_ * parts_ * parts_ * parts_));
+      list->cubes.clear(), list->vertex.clear(), list->cubes.reserve(at(max_split_)), list->vertex.reserve(at(max_split_ * points()));
+    leaves_.resize(at(c)), leaves_.reserve(at(c + max_split_ * parts_ * parts_ * parts_));
     for (int i = 0; i < c; ++i) set_leaf(i, grid_.corners(i), 0);
 
     faces_.clear();
@@ -155,7 +155,7 @@ class CubeMesh : public SkinBody<ScalarType> {
     for (int const one : grid_.opened()) add_face(one / 6, one % 6);
     auto const f = static_cast<int>(faces_.size());
     extra_.assign(at(f), {0, 0}), stamp_.assign(at(f), 0), patched_.clear(), patched_.reserve(at(f));
-    int const extras = std::min(f, 9 * most_split_) * (2 * parts_ * parts_ + 4 * parts_);
+    int const extras = std::min(f, 9 * max_split_) * (2 * parts_ * parts_ + 4 * parts_);
     extra_face_.clear(), extra_face_.reserve(at(extras));
     Matrix<int, 3, Dynamic> triangles(3, 2 * f);
     std::vector<char> wound;
@@ -165,7 +165,7 @@ class CubeMesh : public SkinBody<ScalarType> {
         wound.push_back(grid_.is_opened(faces_[at(k)].cube, faces_[at(k)].side));
       }
     this->set_skin(rest, triangles, std::move(wound));
-    if (most_split_ > 0) this->reserve_skin(most, 2 * f + extras);
+    if (max_split_ > 0) this->reserve_skin(most, 2 * f + extras);
     this->count_revision();
   }
 
@@ -212,7 +212,7 @@ class CubeMesh : public SkinBody<ScalarType> {
 
   CubeGrid grid_;
   Scalar edge_;                              // m, of an unsplit cube
-  int parts_ = 1, most_split_ = 0;           // of a split cube along an edge; without allocation
+  int parts_ = 1, max_split_ = 0;           // of a split cube along an edge; without allocation
   int base_ = 0;                             // vertices of unsplit cubes
   std::vector<std::array<int, 8>> around_;   // of a vertex, the leaf in each octant
   std::vector<Leaf> leaves_;                 // of all cubes, unsplit; then those of split ones

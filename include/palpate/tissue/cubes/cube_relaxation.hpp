@@ -147,7 +147,7 @@ class CubeRelaxation : public CubeMesh<ScalarType> {
 
   /// After build(): nothing pulls, and nothing has been touched.
   void begin() {
-    int const most = this->most_vertices();
+    int const most = this->max_vertices();
     for (Columns<Scalar, 3>* columns : {&load_, &pushed_, &before_}) columns->resize(0), columns->reserve(most);
     mass_.clear(), k_.clear(), seen_.clear(), is_loaded_.clear(), loaded_.clear(), touched_.clear();
     mass_.reserve(at(most)), k_.reserve(at(most)), seen_.reserve(at(most)), is_loaded_.reserve(at(most));

@@ -143,7 +143,7 @@ class Cubes : public detail::CubeRelaxation<ScalarType> {
   /// No cube has been touched.
   void begin() {
     idle_.assign(at(cubes()), 0), touches_.assign(at(cubes()), 0);
-    hit_.clear(), hit_.reserve(at(cubes())), wanted_.reserve(at(this->most_split_) + 1);
+    hit_.clear(), hit_.reserve(at(cubes())), wanted_.reserve(at(this->max_split_) + 1);
   }
   void begin_anew() {
     Base::build(), Base::begin();

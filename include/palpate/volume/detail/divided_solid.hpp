@@ -92,7 +92,7 @@ class DividedSolid {
     for (std::size_t n = 0; n < parts.parts.size(); ++n)
       for (int k = 0; k < 4; ++k) {
         int const here = parts.parts[n].leaf, beyond = beyond_[at(here)][static_cast<std::size_t>(k)];
-        if (beyond < 0 || beyond == from[n] || ++steps > most_steps) continue;   // across the border everything stays
+        if (beyond < 0 || beyond == from[n] || ++steps > max_steps) continue;   // across the border everything stays
         Point inside;
         for (int i = 0; i < 3; ++i) inside[i] = weights_in(corners(node(here)), corner[static_cast<std::size_t>(i)])[k];
         auto const side = parts.cut(n, inside);
@@ -111,7 +111,7 @@ class DividedSolid {
   }
 
  private:
-  static constexpr int most_steps = 100000;   // outside of the solid, where no tetrahedron holds a point, they might go on for ever
+  static constexpr int max_steps = 100000;   // outside of the solid, where no tetrahedron holds a point, they might go on for ever
 
   struct Node {
     Point normal;   // normal · x − offset is 0 in the plane that divides it, and 1 at the corner that the first child keeps
