@@ -4,6 +4,7 @@
 #include "allocation_trap.hpp"
 #include "catch.hpp"
 #include "device/message.hpp"
+#include "yardstick.hpp"
 
 #include <palpate/cutting/no_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
@@ -23,6 +24,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -95,11 +97,12 @@ TEMPLATE_TEST_CASE("long elements: a block that is pressed has Young's modulus E
     }
 }
 
-TEMPLATE_TEST_CASE("long elements: the pressure is hydrostatic, and the same everywhere without gravity", "[tissue][long_elements]", PALPATE_TEST_SCALARS) {
+TEMPLATE_TEST_CASE("long elements: the pressure is hydrostatic, and the same everywhere without gravity", "[tissue][long_elements][yardstick]", PALPATE_TEST_SCALARS) {
   using S = TestType;
   auto const skin = block_skin<S>(13, 13, 21, S(0.005));
   LongElements body(skin, {.spacing = S(0.005), .young = S(5e5), .density = S(1050)});
-  double const modulus = 2.0 / 3.0 * 5e5;
+  double const modulus = 2.0 / 3.0 * 5e5, kept = std::is_same_v<S, float> ? 1e-5 : 1e-9;
+  std::string const scalar = std::is_same_v<S, float> ? " (float)" : "";
   auto const column_pressure = [&](double z, int axis) {   // what a column along an axis near that height shows, by its own strain
     double sum = 0;
     int count = 0, k = 0;
@@ -124,19 +127,23 @@ TEMPLATE_TEST_CASE("long elements: the pressure is hydrostatic, and the same eve
     for (double const z : {0.0225, 0.0475, 0.0775})
       for (int const axis : {0, 1}) {
         double const drop = column_pressure(z, axis) - column_pressure(z + 0.01, axis);
-        CHECK(drop == Approx(1050 * 9.81 * 0.01).epsilon(0.01));
+        check_yardstick({.what = "long elements, a bag that stands: pressure over 10 mm of height, by columns along " + std::string(axis == 0 ? "x" : "y") + " at " + text(z) + " m" + scalar + " [Pa]",
+                         .source = "ρ g h", .expected = 1050 * 9.81 * 0.01, .ours = drop, .within = 0.01, .relative = true});
         CHECK(drop == Approx(double(body.pressure_at({0, 0, S(z)}) - body.pressure_at({0, 0, S(z + 0.01)}))).epsilon(0.01));
       }
     CHECK(column_pressure(0.0475, 0) == Approx(double(body.pressure_at({S(0.03), S(0.03), S(0.0475)}))).epsilon(0.03));
-    CHECK(std::abs(volume(body.mesh()) / volume(skin) - 1) < (std::is_same_v<S, float> ? 1e-5 : 1e-9));
+    check_yardstick({.what = "long elements, a bag that stands: change of volume over it" + scalar, .source = "incompressible", .expected = 0, .ours = double(volume(body.mesh()) / volume(skin) - 1), .within = kept});
   }
   SECTION("a bag under a press") {
     press(body, skin, 2, S(500));
     CHECK(body.solve_statics().at_rest);
     double const first = column_pressure(0.0025, 0);
-    CHECK(first == Approx(500.0 / 3).epsilon(0.01));   // of the stress one part is the pressure's, two the columns'
+    check_yardstick({.what = "long elements, a bag under a press of 500 Pa: pressure" + scalar + " [Pa]", .source = "σ/3", .expected = 500.0 / 3, .ours = first, .within = 0.01, .relative = true});   // two thirds are the columns'
+    check_yardstick({.what = "long elements, a bag under a press: change of volume over it" + scalar, .source = "incompressible", .expected = 0, .ours = double(volume(body.mesh()) / volume(skin) - 1), .within = kept});
+    double uneven = 0;
     for (double z = 0.0075; z < 0.1; z += 0.005)
-      for (int const axis : {0, 1}) CHECK(column_pressure(z, axis) == Approx(first).epsilon(std::is_same_v<S, float> ? 1e-2 : 1e-6));
+      for (int const axis : {0, 1}) uneven = worse(uneven, std::abs(column_pressure(z, axis) / first - 1));
+    check_yardstick({.what = "long elements, a bag under a press: largest difference of the pressure elsewhere over it" + scalar, .source = "the same everywhere", .expected = 0, .ours = uneven, .within = std::is_same_v<S, float> ? 1e-2 : 1e-6});
   }
 }
 

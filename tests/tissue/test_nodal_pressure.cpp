@@ -2,6 +2,7 @@
 #include "allocation_trap.hpp"
 #include "cantilever.hpp"
 #include "catch.hpp"
+#include "yardstick.hpp"
 
 #include <palpate/body/soft_body.hpp>
 #include <palpate/integrator/backward_euler.hpp>
@@ -24,7 +25,7 @@
 #include <vector>
 
 using namespace palpate;
-using palpate_test::tip_over_timoshenko;
+using palpate_test::check_yardstick, palpate_test::tip_over_timoshenko, palpate_test::worse;
 
 namespace {
 
@@ -58,8 +59,9 @@ static_assert(HasNodalPressure<StableNeoHookean<double>>);
 static_assert(!HasNodalPressure<LinearElastic<double>>, "its energy does not say how much of it is volume");
 
 // Yardstick: dense central differences of the energy and of the forces, on 50 random meshes of one and of two materials.
-TEST_CASE("nodal pressure: forces, products, blocks and row bounds are those of dense differences", "[tissue][nodal_pressure]") {
+TEST_CASE("nodal pressure: forces, products, blocks and row bounds are those of dense differences", "[tissue][nodal_pressure][yardstick]") {
   std::srand(5);
+  double force = 0, stiffness = 0;
   for (int round = 0; round < 50; ++round) {
     auto const mesh = shaken<double>(3, 0.01);
     auto tissue = averaged<double>(mesh, StableNeoHookean<double>{3000, 0.45});
@@ -88,16 +90,16 @@ TEST_CASE("nodal pressure: forces, products, blocks and row bounds are those of 
       gradient(k) = (ahead - tissue.potential_energy(x)) / (2 * step);
       x(k) = before;
     }
-    CHECK((whole.forces(x, still) + gradient).norm() < 1e-6 * gradient.norm());
+    force = worse(force, (whole.forces(x, still) + gradient).norm() / gradient.norm());
     differences(x, dense), differences(mesh.points, at_rest);
 
     Eigen::MatrixXd blocks = Eigen::MatrixXd::Zero(3 * n, 3 * n);
     tissue.for_each_stiffness_block(mesh.points, [&](int i, int j, Matrix<double, 3, 3> const& block) { blocks.block<3, 3>(3 * i, 3 * j) += block; });
-    CHECK((blocks - at_rest).norm() < 1e-6 * at_rest.norm());
+    stiffness = worse(stiffness, (blocks - at_rest).norm() / at_rest.norm());
     Matrix3X<double> const d = Matrix3X<double>::Random(3, n);
     Matrix3X<double> product = still;
     tissue.add_stiffness_product(mesh.points, d, product);
-    CHECK((product.reshaped() - at_rest * d.reshaped()).norm() < 1e-6 * product.norm());
+    stiffness = worse(stiffness, (product.reshaped() - at_rest * d.reshaped()).norm() / product.norm());
     for (int i = 0; i < n; ++i) {
       auto const row = [i, n](Eigen::MatrixXd const& matrix) {
         double sum = 0;
@@ -109,6 +111,8 @@ TEST_CASE("nodal pressure: forces, products, blocks and row bounds are those of 
       CHECK(tissue.stiffness_bound(i) < 20 * row(at_rest));
     }
   }
+  check_yardstick({.what = "forces of nodal pressure, 50 random meshes: difference over their norm", .source = "central differences of the energy", .expected = 0, .ours = force, .within = 1e-6});
+  check_yardstick({.what = "stiffness of nodal pressure, blocks and product: difference over its norm", .source = "central differences of the forces", .expected = 0, .ours = stiffness, .within = 1e-6});
 }
 
 // Yardstick: the laws of tissues; the forces of one particle, of a part and of the whole are the same.
@@ -127,16 +131,10 @@ TEMPLATE_TEST_CASE("nodal pressure and Rayleigh damping keep the laws of tissues
 }
 
 // Yardstick: deflections over Timoshenko's beam as computed independently for these meshes, within 0.01.
-TEST_CASE("nodal pressure cures a cantilever near the limit of volume", "[tissue][nodal_pressure]") {
-  auto const tip = [](int through, double poisson, BlockPattern pattern) {
-    return tip_over_timoshenko<StableNeoHookean<double>>(through, poisson, pattern, {.pressure = Pressure::nodal});
-  };
-  CHECK(std::abs(tip(2, 0.3, BlockPattern::alternating) - 0.74) < 0.01);
-  CHECK(std::abs(tip(4, 0.3, BlockPattern::alternating) - 0.91) < 0.01);
-  CHECK(std::abs(tip(2, 0.49, BlockPattern::alternating) - 0.64) < 0.01);
-  CHECK(std::abs(tip(4, 0.49, BlockPattern::alternating) - 0.86) < 0.01);
-  CHECK(std::abs(tip(2, 0.49, BlockPattern::kuhn) - 0.579) < 0.01);
-  CHECK(std::abs(tip(4, 0.49, BlockPattern::kuhn) - 0.830) < 0.01);
+TEST_CASE("nodal pressure cures a cantilever near the limit of volume", "[tissue][nodal_pressure][yardstick]") {
+  for (auto const& beam : palpate_test::cantilevers)
+    check_yardstick({.what = to_text(beam) + ", nodal pressure", .source = "computed independently", .expected = beam.nodal,
+                     .ours = tip_over_timoshenko<StableNeoHookean<double>>(beam.through, beam.poisson, beam.pattern, {.pressure = Pressure::nodal}), .within = 0.01});
 }
 
 // Yardstick: what is squeezed to nothing or turned over has finite forces, of the stable law also with nodal pressure.
@@ -189,7 +187,7 @@ TEST_CASE("nodal pressure: a zone moves as the whole body does where the rest is
 }
 
 // Yardstick: alpha alone slows a body as a whole by exp(-alpha t); beta alone does not.
-TEST_CASE("Rayleigh's alpha drags, beta damps what deforms", "[tissue][rayleigh]") {
+TEST_CASE("Rayleigh's alpha drags, beta damps what deforms", "[tissue][rayleigh][yardstick]") {
   auto const mesh = make_block<double>(3, 3, 3, 0.01, BlockPattern::alternating);
   auto const speed_after = [&](RayleighDamping<double> const& damping) {
     FiniteElements<double, Corotational<double>> tissue(mesh, {.density = 1000, .material = {3000, 0.4}, .damping = damping});
@@ -200,13 +198,13 @@ TEST_CASE("Rayleigh's alpha drags, beta damps what deforms", "[tissue][rayleigh]
     for (int k = 0; k < 1000; ++k) body.step(1e-4);
     return body.velocities()(0, 13);
   };
-  CHECK(std::abs(speed_after({.alpha = 2, .beta = 0}) - 0.1 * std::exp(-0.2)) < 1e-5);
+  check_yardstick({.what = "speed of a free body of 0.1 m/s after 0.1 s, α = 2 1/s [m/s]", .source = "exp(−α t)", .expected = 0.1 * std::exp(-0.2), .ours = speed_after({.alpha = 2, .beta = 0}), .within = 1e-5});
   CHECK(std::abs(speed_after({.alpha = 0, .beta = 1e-3}) - 0.1) < 1e-9);
   CHECK_THROWS_WITH((FiniteElements<double, Corotational<double>>(mesh, {.density = 1000, .material = {3000, 0.4}, .damping = {.alpha = 0, .beta = -1}})), says("beta", "-1"));
 }
 
 // Yardstick: a bar whose ends are held apart, pre-strained by e, is in the tension of the stretch 1/(1 - e).
-TEST_CASE("pre-strain is the tension of a longer bar", "[tissue][prestrain]") {
+TEST_CASE("pre-strain is the tension of a longer bar", "[tissue][prestrain][yardstick]") {
   auto const mesh = make_block<double>(2, 2, 2, 0.01, BlockPattern::alternating);
   double const strain = 0.1;
   FiniteElements<double, StVenantKirchhoff<double>> const tissue(mesh, {.density = 1000, .material = {3000, 0.0}, .prestrain = strain});
@@ -219,6 +217,7 @@ TEST_CASE("pre-strain is the tension of a longer bar", "[tissue][prestrain]") {
   for (int i = 0; i < tissue.size(); ++i)
     if (mesh.points(0, i) > 0.005) pull -= f(0, i);
   double const stretch = 1 / (1 - strain), area = 0.01 * 0.01 * (1 - strain) * (1 - strain);
-  CHECK(std::abs(pull - 3000.0 / 2 * (stretch * stretch * stretch - stretch) * area) < 1e-9);   // nu = 0: each axis by itself
+  double const expected = 3000.0 / 2 * (stretch * stretch * stretch - stretch) * area;   // nu = 0: each axis by itself
+  check_yardstick({.what = "bar pre-strained by 0.1, ν = 0: its tension [N]", .source = "the stretch 1/(1 − ε)", .expected = expected, .ours = pull, .within = 1e-9});
   CHECK_THROWS_WITH((FiniteElements<double, StVenantKirchhoff<double>>(mesh, {.density = 1000, .material = {3000, 0.0}, .prestrain = 1})), says("pre-strain", "1"));
 }
