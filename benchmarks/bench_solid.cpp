@@ -2,7 +2,7 @@
 // What a leapfrog step of a solid costs beside a plain Eigen loop over the same tetrahedra in the same run, and a product with its tangent beside one with
 // a loop over the elements' 12 x 12 matrices' blocks, by material, scalar and size (cubes of 5 alternating tetrahedra: 8^3, 16^3, 28^3 of
 // them).
-// And: what nodal pressure adds to a step (asked: at most 2); a millisecond of a block of 5 kPa and edges of 7 mm in stable leapfrog steps, from 10^3 to 10^6
+// And: what nodal pressure adds to a step (asked: at most 2); what it costs that nodes are numbered at random; a millisecond of a block of 5 kPa and edges of 7 mm in stable leapfrog steps, from 10^3 to 10^6
 // tetrahedra; an implicit step of 10 ms with 25 iterations, its residual, and one to a residual of 1e-3, without and with an assembled
 // stiffness.
 //   bench_solid                              as it was compiled
@@ -28,8 +28,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <numeric>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -177,29 +179,56 @@ void tangent_product(benchmark::State& state) {
   if (!((product.topRows(3) - out).norm() < S(1e-3) * out.norm())) state.SkipWithError("the two products differ");
 }
 
+/// A step of a body beside one of another: the median of the ratios, under this name, and the best time per tetrahedron.
+template <class Body>
+void beside(benchmark::State& state, char const* name, double tetrahedra, typename Body::Scalar h, Body& plain, Body& body) {
+  std::vector<double> ratios;
+  double best = 1e9;
+  int const rounds = std::max(1, static_cast<int>(4e5 / tetrahedra));
+  for (auto _ : state) {
+    double const start = benchmarks::thread_time();
+    for (int k = 0; k < rounds; ++k) plain.step(h);
+    double const middle = benchmarks::thread_time();
+    for (int k = 0; k < rounds; ++k) body.step(h);
+    double const end = benchmarks::thread_time();
+    ratios.push_back((end - middle) / (middle - start)), best = std::min(best, (end - middle) / rounds);
+  }
+  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
+  state.counters[name] = ratios[ratios.size() / 2];
+  state.counters["ns"] = 1e9 * best / tetrahedra;
+}
+
 /// A leapfrog step with nodal pressure beside one without.
 template <class S, class M>
 void nodal_pressure(benchmark::State& state) {
   int const n = static_cast<int>(state.range(0));
   auto const mesh = make_block<S>(n + 1, n + 1, n + 1, S(0.005), BlockPattern::alternating);
-  SoftBody body(solid<S, M>(mesh), LeapfrogVerlet{}, WholeBody{});
-  SoftBody averaged(FiniteElements<S, M>(mesh, {.density = S(1000), .material = {.young = S(5000), .poisson = S(0.45)}, .pressure = Pressure::nodal}), LeapfrogVerlet{}, WholeBody{});
-  S const h = S(0.3) * std::min(body.stable_step(), averaged.stable_step());
-  auto const tetrahedra = static_cast<double>(mesh.tetrahedra.cols());
-  std::vector<double> ratios;
-  double best = 1e9;
-  int const rounds = std::max(2, static_cast<int>(4e5 / tetrahedra));
-  for (auto _ : state) {
-    double const start = benchmarks::thread_time();
-    for (int k = 0; k < rounds; ++k) body.step(h);
-    double const middle = benchmarks::thread_time();
-    for (int k = 0; k < rounds; ++k) averaged.step(h);
-    double const end = benchmarks::thread_time();
-    ratios.push_back((end - middle) / (middle - start)), best = std::min(best, (end - middle) / rounds);
-  }
-  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
-  state.counters["nodal/element"] = ratios[ratios.size() / 2];
-  state.counters["nodal_ns"] = 1e9 * best / tetrahedra;
+  SoftBody body(solid<S, M>(mesh), LeapfrogVerlet{}, WholeBody{}), averaged(solid<S, M>(mesh, Stiffness::matrix_free, Pressure::nodal), LeapfrogVerlet{}, WholeBody{});
+  beside(state, "nodal/element", static_cast<double>(mesh.tetrahedra.cols()), S(0.3) * std::min(body.stable_step(), averaged.stable_step()), body, averaged);
+}
+
+/// A step of a mesh that is numbered at random beside one that is numbered row by row: by leapfrog, or by backward Euler with 25 iterations.
+template <class Integrator>
+void numbered_at_random(benchmark::State& state) {
+  int const n = static_cast<int>(state.range(0));
+  auto const mesh = make_block<double>(n + 1, n + 1, n + 1, 0.007, BlockPattern::alternating);
+  auto other = mesh;
+  std::vector<int> number(static_cast<std::size_t>(mesh.points.cols()));
+  std::iota(number.begin(), number.end(), 0);
+  std::shuffle(number.begin(), number.end(), std::mt19937(1));
+  for (std::size_t i = 0; i < number.size(); ++i) other.points.col(number[i]) = mesh.points.col(static_cast<Eigen::Index>(i));
+  for (int& corner : other.tetrahedra.reshaped()) corner = number[static_cast<std::size_t>(corner)];
+  auto const make = [](auto const& of) {
+    auto tissue = solid<double, StableNeoHookean<double>>(of);
+    tissue.nail(vertices_where(of, [](auto const& p) { return p.z() < 1e-6; }));
+    Integrator integrator;
+    if constexpr (std::same_as<Integrator, BackwardEuler>) integrator = {.tolerance = 0, .max_iterations = 25};
+    SoftBody body(std::move(tissue), integrator, WholeBody{});
+    body.set_gravity({0, 0, -9.81});
+    return body;
+  };
+  auto rows = make(mesh), random = make(other);
+  beside(state, "random/rows", static_cast<double>(mesh.tetrahedra.cols()), std::min(0.01, 0.5 * rows.stable_step()), rows, random);
 }
 
 /// A millisecond of a block that swings, by leapfrog in stable steps, and what its memory delivers: what a step reads and writes of its tetrahedra.
@@ -271,6 +300,8 @@ BENCHMARK(step<float, Corotational<float>>)->Arg(16)->Unit(benchmark::kMilliseco
 BENCHMARK(tangent_product<double, StableNeoHookean<double>>)->Arg(16)->Unit(benchmark::kMillisecond);
 BENCHMARK(tangent_product<float, StableNeoHookean<float>>)->Arg(16)->Unit(benchmark::kMillisecond);
 BENCHMARK(nodal_pressure<double, StableNeoHookean<double>>)->Arg(16)->Unit(benchmark::kMillisecond);
+BENCHMARK(numbered_at_random<LeapfrogVerlet>)->Arg(16)->Arg(32)->Unit(benchmark::kMillisecond);
+BENCHMARK(numbered_at_random<BackwardEuler>)->Arg(16)->Arg(32)->Unit(benchmark::kMillisecond);
 BENCHMARK(millisecond<double, StableNeoHookean<double>>)->Arg(6)->Arg(9)->Arg(16)->Arg(27)->Arg(58)->Unit(benchmark::kMillisecond);
 BENCHMARK(implicit_step<StableNeoHookean<double>, Stiffness::matrix_free>)->Arg(5)->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);
 BENCHMARK(implicit_step<StableNeoHookean<double>, Stiffness::assembled>)->Arg(5)->Arg(9)->Arg(16)->Unit(benchmark::kMillisecond);

@@ -148,6 +148,27 @@ TEST_CASE("loads that act in parts all act in the end, or there is no balance") 
   CHECK(refused > 2);
 }
 
+// Yardstick: the same body in double, at the origin.
+TEST_CASE("far from the origin a body of float yields under a load, too") {
+  auto const bent = [](auto scalar, double off) {
+    using S = decltype(scalar);
+    auto mesh = make_block<S>(5, 4, 4, S(0.01), BlockPattern::alternating);
+    mesh.points.array() += S(off);
+    FiniteElements<S, NeoHookean<S>> tissue(mesh, {.density = S(1000), .material = {.young = S(5e3), .poisson = S(0.45)}});
+    for (int i = 0; i < tissue.size(); ++i)
+      if (tissue.rest_position(i).x() < S(off + 0.005)) tissue.nail(i);
+    SoftBody body(std::move(tissue), LeapfrogVerlet{}, WholeBody{});
+    body.apply_force(body.size() - 1, {S(0), S(0), S(-0.005)});
+    body.solve_statics(NewtonRaphson{});
+    return Matrix3X<double>(body.positions().template cast<double>() - body.tissue().rest_positions().template cast<double>());
+  };
+  auto const exact = bent(0.0, 0.0);
+  double const most = exact.colwise().norm().maxCoeff();
+  REQUIRE(most > 5e-4);
+  CHECK((bent(0.0f, 0.0) - exact).colwise().norm().maxCoeff() < 0.001 * most);
+  CHECK((bent(0.0f, 10.0) - exact).colwise().norm().maxCoeff() < 0.03 * most);   // 1e-6 m are a unit in the last place there
+}
+
 TEST_CASE("without a balance the body stays as it was and says so") {
   // Nothing holds it against gravity.
   for_each_solver([&](char const* name, auto solver) {

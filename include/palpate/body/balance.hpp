@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/body_view.hpp>
+#include <palpate/body/particle_order.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/statics/concept.hpp>
 
@@ -19,8 +20,8 @@ namespace palpate {
 /// `tolerance` in mean edges; 0: 1e-8, and at most a ten-thousandth of what the loads alone would be (a solid near ν = ½ resists volume so much that small
 /// loads look balanced before it bends), but not below what the digits allow at a distance `offset` [m] from the origin.
 template <TissueModel Tissue, class Solver>
-Equilibrium<typename Tissue::Scalar> find_balance(Solver const& solver, BodyView<Tissue> const& body, typename Tissue::Scalar tolerance,
-                                                  typename Tissue::Scalar mean_edge, typename Tissue::Scalar offset, bool with_forces,
+Equilibrium<typename Tissue::Scalar> find_balance(Solver const& solver, BodyView<Tissue> const& body, detail::ParticleOrder const& order,
+                                                  typename Tissue::Scalar tolerance, typename Tissue::Scalar mean_edge, typename Tissue::Scalar offset, bool with_forces,
                                                   Matrix3X<typename Tissue::Scalar>& x) {
   using Scalar = typename Tissue::Scalar;
   detail::require_non_negative("the tolerance", tolerance, "mean edges");
@@ -33,6 +34,7 @@ Equilibrium<typename Tissue::Scalar> find_balance(Solver const& solver, BodyView
   touch(body.held);
   for (int i = 0; i < body.size(); ++i)
     if (body.is_free(i)) free.push_back(i);
+  order.sort(free);
   StaticProblem<Tissue> problem{body.tissue, free, body.gravity, Matrix3X<Scalar>(3, 0), (is_given ? tolerance : Scalar(1e-8)) * mean_edge, {}};
   if (with_forces) {
     problem.applied = body.state.applied.view();
@@ -44,7 +46,7 @@ Equilibrium<typename Tissue::Scalar> find_balance(Solver const& solver, BodyView
     for (int const i : free)
       if (Scalar const stiffness = body.tissue.stiffness_bound(i); stiffness > 0) most = std::max(most, problem.load(i).norm() / stiffness);
     if (most > 0) problem.tolerance = std::min(problem.tolerance, Scalar(1e-4) * most);
-    problem.tolerance = std::max(problem.tolerance, 16 * std::numeric_limits<Scalar>::epsilon() * offset);
+    problem.tolerance = std::max(problem.tolerance, 2 * std::numeric_limits<Scalar>::epsilon() * offset);
   }
   return solver.solve(problem, x);
 }

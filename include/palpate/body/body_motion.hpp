@@ -286,6 +286,7 @@ class BodyMotion : public BodyShape<TissueType> {
     forces_.restore(state_, saved.forced);
     moving_.restore(saved.moving);
     system_.restore(saved.layout);
+    modal_estimate_.set_order(moving_.order());
     modal_estimate_.resume(saved.search, saved.search_layout);
     known_modes_ = saved.modes, modes_of_ = saved.modes_of, modes_are_known_ = saved.modes_are_known;
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
@@ -309,6 +310,8 @@ class BodyMotion : public BodyShape<TissueType> {
     bound_ = 1000 * Vector(high - low).norm();
     offset_ = std::max(Vector(low.cwiseAbs()).maxCoeff(), Vector(high.cwiseAbs()).maxCoeff());
     moving_.set_scale(mean_edge_, offset_);
+    moving_.find_order(tissue_);
+    modal_estimate_.set_order(moving_.order());
     reserve(size(), tissue_.surface().triangle_count());
     home_revision_ = revision();
     if constexpr (HasPrestrain<Tissue>)
@@ -388,7 +391,7 @@ class BodyMotion : public BodyShape<TissueType> {
   template <class Solver>
   Equilibrium<Scalar> find_balance(Solver const& solver, Scalar tolerance, bool with_forces, bool only_balance) {
     Matrix3X<Scalar> x = positions();
-    auto const found = palpate::find_balance(solver, view(), tolerance, mean_edge_, offset_, with_forces, x);
+    auto const found = palpate::find_balance(solver, view(), moving_.order(), tolerance, mean_edge_, offset_, with_forces, x);
     if (only_balance && !found.converged) return found;
     for (int i = 0; i < size(); ++i) {
       if (!is_free(i)) continue;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/body_view.hpp>
+#include <palpate/body/particle_order.hpp>
 #include <palpate/body/truncation.hpp>
 #include <palpate/region/concept.hpp>
 #include <palpate/tissue/concept.hpp>
@@ -35,6 +36,7 @@ class MovingSet {
     bool awake, has_left;
     RegionType region;
     int steps_to_look;
+    detail::ParticleOrder order;
   };
 
   /// Throws what the region's validate() throws, if it has one.
@@ -44,6 +46,9 @@ class MovingSet {
 
   /// `mean_edge` and the body's distance from the origin, `offset` [m], say what counts as small.
   void set_scale(Scalar mean_edge, Scalar offset) noexcept { mean_edge_ = mean_edge, offset_ = offset; }
+  /// Finds the order in which they are computed.
+  void find_order(Tissue const& tissue) { order_.find(tissue); }
+  detail::ParticleOrder const& order() const noexcept { return order_; }
 
   void reserve(int particle_count) {
     selection_.reserve(particle_count);
@@ -75,7 +80,7 @@ class MovingSet {
     forget();
   }
 
-  State save() const { return {moving_, {border().begin(), border().end()}, awake_, has_left_, region_, steps_to_look_}; }
+  State save() const { return {moving_, {border().begin(), border().end()}, awake_, has_left_, region_, steps_to_look_, order_}; }
   void restore(State const& saved) {
     moving_ = saved.particles;
     border_.clear();
@@ -83,6 +88,7 @@ class MovingSet {
     awake_ = saved.awake, has_left_ = saved.has_left;
     region_ = saved.region;
     steps_to_look_ = saved.steps_to_look;
+    order_ = saved.order;
     forget();
   }
 
@@ -136,6 +142,7 @@ class MovingSet {
         next_.push_back(i);
         relaxed = relaxed && has_relaxed(body, i);
       }
+    order_.sort(next_);
     if (relaxed && !fresh) awake_ = false;
     Choice const now = choice(body);
     if (now == chosen_for_ && next_ == moving_) return false;
@@ -212,6 +219,7 @@ class MovingSet {
   RegionType given_, region_;   // as the host wants it, and as it has adapted itself
   Selection selection_, border_;
   std::vector<int> touched_, last_touched_, moving_, next_;
+  detail::ParticleOrder order_;
   Choice chosen_for_, gathered_for_;
   Scalar mean_edge_ = 0;   // m
   Scalar offset_ = 0;      // m

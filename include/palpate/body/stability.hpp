@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/particle_order.hpp>
 #include <palpate/core/columns.hpp>
 #include <palpate/core/error.hpp>
 #include <palpate/core/padded_columns.hpp>
@@ -62,6 +63,7 @@ namespace detail {
 /// The tangent of a whole tissue by its Assembly, of one that says it is faster so.
 template <class Tissue>
 struct WholeTangent {
+  void set_order(ParticleOrder const&) noexcept {}
   typename LayoutOf<Tissue>::type layout() const noexcept { return {}; }
 };
 template <HasFastTangent Tissue>
@@ -69,11 +71,13 @@ class WholeTangent<Tissue> {
  public:
   using Scalar = typename Tissue::Scalar;
 
+  void set_order(ParticleOrder const& order) { order_ = order, d_.resize(0); }
   template <class X>
   void linearise(Tissue const& tissue, X const& x) {
     if (d_.size() != tissue.size() || revision_ != tissue.revision()) {
       all_.resize(static_cast<std::size_t>(tissue.size()));
       std::iota(all_.begin(), all_.end(), 0);
+      order_.sort(all_);
       if constexpr (FollowsEdits<Tissue>)
         tissue.follow_edits(all_, assembly_);
       else
@@ -81,15 +85,18 @@ class WholeTangent<Tissue> {
       d_.resize(tissue.size()), y_.resize(tissue.size());
       revision_ = tissue.revision();
     }
-    d_.view() = x;
+    gather(x);
     assembly_.linearise(d_.padded_view(), nullptr);
   }
   /// y = (damping C + stiffness K) d.
   template <class D, class Y>
   void multiply(Scalar damping, Scalar stiffness, D const& d, Y& y) {
-    d_.view() = d;
+    gather(d);
     assembly_.multiply_tangent(Scalar(0), damping, stiffness, d_.padded_view().data(), y_.padded_view().data());
-    y = y_.view();
+    if (order_.is_by_number())
+      y = y_.view();
+    else
+      for (int k = 0; k < y_.size(); ++k) y.col(all_[static_cast<std::size_t>(k)]) = y_[k];
   }
   /// The order of its sums, and the tissue is another one whose tangent had that.
   typename LayoutOf<Tissue>::type layout() const {
@@ -104,6 +111,15 @@ class WholeTangent<Tissue> {
   }
 
  private:
+  template <class From>
+  void gather(From const& from) {
+    if (order_.is_by_number())
+      d_.view() = from;
+    else
+      for (int k = 0; k < d_.size(); ++k) d_[k] = from.col(all_[static_cast<std::size_t>(k)]);
+  }
+
+  ParticleOrder order_;
   typename Tissue::Assembly assembly_;
   std::vector<int> all_;
   PaddedColumns<Scalar> d_, y_;
@@ -174,6 +190,8 @@ class ModalEstimate {
     }
   }
 
+  /// In this order the tissue's sums are made.
+  void set_order(detail::ParticleOrder const& order) { whole_.set_order(order); }
   ModalSearch<Scalar> const& search() const noexcept { return search_; }
   typename detail::LayoutOf<Tissue>::type layout() const { return whole_.layout(); }
   /// The tissue is another one, whose search has come so far with sums in that order.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/concept.hpp>
+#include <palpate/body/particle_order.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/core/matrix.hpp>
 #include <palpate/core/padded_columns.hpp>
@@ -102,8 +103,10 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
     for (int i = 0; i < tissue.size(); ++i)
       if (!tissue.nailed(i) && !body.is_held(i)) free_.push_back(i);
     std::array const now{tissue.revision(), body.restorations()};   // a restore brings back a revision that another edit follows
-    if (free_ == chosen_ && made_of_ == now) return;
-    chosen_ = free_, made_of_ = now;
+    if (free_ == free_then_ && made_of_ == now) return;
+    if (chosen_.empty() || made_of_ != now) order_.find(tissue);
+    free_then_ = chosen_ = free_, made_of_ = now;
+    order_.sort(chosen_);
     tissue.assemble(chosen_, assembly_);
     place_.assign(at(tissue.size()), -1), inverse_mass_.clear();
     for (int k = 0; k < moving(); ++k) place_[at(chosen_[at(k)])] = k, inverse_mass_.push_back(1 / tissue.mass(chosen_[at(k)]));
@@ -124,7 +127,8 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
   }
 
   typename Tissue::Assembly assembly_;
-  std::vector<int> chosen_, free_, place_;   // particles that move; place_: of each of the body among them, −1 of others
+  ParticleOrder order_;
+  std::vector<int> chosen_, free_, free_then_, place_;   // particles that move; place_: of each of the body among them, −1 of others
   std::vector<Scalar> inverse_mass_;         // 1/kg
   std::array<std::size_t, 2> made_of_{};     // revision and restorations
   PaddedColumns<Scalar> x_, velocity_, force_, inverse_, residual_, direction_, product_, change_, response_;
