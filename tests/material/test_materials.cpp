@@ -145,6 +145,27 @@ TEST_CASE("the nearest rotation is that of the singular value decomposition, tur
 }
 
 // Yardstick: the eigenvalues of the tangent as a 9 x 9 matrix, by Eigen.
+// Where the two smallest stretches cancel no rotation is nearest, and Newton's steps for the trace end at a double root. Yardstick: with any rotation |P| is at most
+// 2 μ (|F| + √3) + √3 λ |tr S − 3|, tr S no more than √3 |F|.
+TEMPLATE_TEST_CASE("the corotational stress stays what it can be where no rotation is nearest", "[material]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const law = Corotational<S>{.young = S(5e3), .poisson = S(0.45)}.law();
+  std::srand(11);
+  double worst = 0;
+  for (int k = 0; k < 4000; ++k) {
+    double const off = k < 2000 ? 0 : std::pow(10.0, -1 - k % 12);
+    Square const Q = Eigen::HouseholderQR<Square>(Square::Random()).householderQ(), U = Eigen::HouseholderQR<Square>(Square::Random()).householderQ();
+    Eigen::Vector3d const stretches = k % 2 == 0 ? Eigen::Vector3d(3, 0.5, -0.5 + off) : Eigen::Vector3d(3, off, 0);
+    Eigen::Matrix<S, 3, 3> const F = (Q * stretches.asDiagonal() * U.transpose() * (Q.determinant() * U.determinant())).cast<S>();
+    Tensor3<S> const tensor{F(0, 0), F(0, 1), F(0, 2), F(1, 0), F(1, 1), F(1, 2), F(2, 0), F(2, 1), F(2, 2)}, P = law.stress(tensor);
+    double const norm = std::sqrt(double(double_contraction(P, P))), size = double(F.norm()), three = std::sqrt(3.0);
+    double const most = 2 * double(law.mu) * (size + three) + three * double(law.lambda) * (three * size + 3);
+    REQUIRE(std::isfinite(double(law.energy(tensor))));
+    worst = !(norm / most < worst) ? norm / most : worst;
+  }
+  CHECK(worst < 1);
+}
+
 TEST_CASE("the tangent's positive semidefinite part leaves the positive eigenvalues", "[material][yardstick]") {
   std::srand(5);
   auto const check = [](auto const& law, double strain) {

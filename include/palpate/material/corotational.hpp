@@ -26,26 +26,46 @@ struct RotationOf {
   explicit RotationOf(Tensor3<T> const& F) noexcept {
     Tensor3<T> const cof = cofactor(F);
     T const I = double_contraction(F, F), J = determinant(F, cof), K = double_contraction(cof, cof);
+    T lowest;
+    find(I, J, K, lowest, [](T const& value, T& slope) {
+      simd::raise_to(slope, number<T>(1e-30));
+      return T(value / slope);
+    });
+    if (!simd::all_below(T(lowest - divisor), NumberOf<T>(0))) find_double_root(I, J, K, lowest);
+    simd::raise_to(lowest, number<T>(1e-30));
+    simd::raise_to(divisor, lowest);
+    R = (number<T>(1) / divisor) * ((number<T>(0.5) * (trace * trace + I) * F + trace * cof) - F * (transpose(F) * F));   // s² − q = (s² + I)/2
+  }
+
+ private:
+  static constexpr double least_share = sizeof(NumberOf<T>) == 8 ? 3e-8 : 1e-3;   // of the divisor in I s: below it the two smaller roots have no digits, about √ε
+
+  template <class StepOf>
+  void find(T const& I, T const& J, T const& K, T& lowest, StepOf const& step_of) noexcept {
     constexpr double epsilon = std::numeric_limits<NumberOf<T>>::epsilon();
-    T s;
+    T& s = trace;
     simd::square_root(s, T(number<T>(3) * I));
     for (int k = 0; k < 30; ++k) {
       T const squared = s * s, two_I = I + I;
       T const value = squared * (squared - two_I) - number<T>(8) * J * s + (I * I - number<T>(4) * K);
-      T slope = number<T>(4) * (s * (squared - I) - (J + J));
-      simd::raise_to(slope, number<T>(1e-30));
-      T step = value / slope;
+      T slope = number<T>(4) * (s * (squared - I) - (J + J));   // eight times the divisor
+      T step = step_of(value, slope);
       simd::raise_to(step, T{});   // only down; NaN stays where it is
       s -= step;
       if (simd::all_below(T(step - number<T>(4 * epsilon) * s), std::numeric_limits<NumberOf<T>>::min())) break;
     }
-    T const q = number<T>(0.5) * (s * s - I);
-    T lowest = number<T>(1e4 * epsilon) * I * s;
-    simd::raise_to(lowest, number<T>(1e-30));
-    divisor = s * q - J;
-    simd::raise_to(divisor, lowest);
-    R = (number<T>(1) / divisor) * (((s * s - q) * F + s * cof) - F * (transpose(F) * F));
-    trace = s;
+    divisor = s * (number<T>(0.5) * (s * s - I)) - J;
+    lowest = number<T>(least_share) * I * s;
+  }
+  /// Where two roots come together Newton's steps run past them and away: they stop where the slope is no more than rounding.
+  [[gnu::noinline]] void find_double_root(T const& I, T const& J, T const& K, T& lowest) noexcept {
+    find(I, J, K, lowest, [&](T const& value, T& slope) {
+      T const least = number<T>(8 * least_share) * I * trace;
+      simd::raise_to(slope, T{});
+      T divided = slope * slope + least * least;
+      simd::raise_to(divided, number<T>(1e-37));
+      return T(value * slope / divided);
+    });
   }
 };
 
