@@ -9,13 +9,16 @@
 #include <palpate/integrator/leapfrog_verlet.hpp>
 #include <palpate/integrator/node_steps.hpp>
 #include <palpate/integrator/theta_scheme.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/grid.hpp>
 #include <palpate/mesh/sphere.hpp>
+#include <palpate/mesh/vertices_where.hpp>
 #include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/statics/newton_raphson.hpp>
 #include <palpate/tissue/cubic_spring.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 #include <palpate/tissue/locking_spring.hpp>
 #include <palpate/tissue/mass_spring.hpp>
 #include <palpate/tissue/saturating_spring.hpp>
@@ -178,6 +181,28 @@ TEST_CASE("a body's path converges with the order stated, with damped and compre
   CHECK(order(BackwardEuler{}) == Approx(1.0).margin(0.1));
   CHECK(order(CrankNicolson{}) == Approx(2.0).margin(0.1));
   CHECK((path(BackwardEuler{}, 40) - exact).norm() > 5 * (path(CrankNicolson{}, 40) - exact).norm());
+}
+
+// Yardstick: Dormand and Prince's steps to 1e-10. The damping of a solid is that of where it is; a step that weighs its ways by that of its start has to say so.
+TEST_CASE("a damped solid's path converges with the order stated, however hard it is pushed") {
+  auto const path = [](auto integrator, double push, int steps) {
+    auto const mesh = make_block<double>(4, 3, 3, 0.01, BlockPattern::alternating);
+    FiniteElements<double, StableNeoHookean<double>> tissue(mesh, {.density = 1000, .material = {.young = 5e3, .poisson = 0.45}, .damping = {.alpha = 1, .beta = 1e-3}});
+    tissue.nail(vertices_where(mesh, [](auto const& p) { return p.x() < 1e-6; }));
+    SoftBody body(std::move(tissue), integrator, WholeBody{});
+    for (int k = 0; k < steps; ++k) {
+      body.apply_force(body.size() - 1, {push, push / 2, -push});
+      REQUIRE(body.step(0.03 / steps));
+    }
+    return Matrix3X<double>(body.positions());
+  };
+  for (double const push : {0.02, 0.3, 1.0}) {
+    CAPTURE(push);
+    Matrix3X<double> const exact = path(DormandPrince{.relative = 1e-10}, push, 1);
+    auto const order = [&](auto integrator) { return std::log2((path(integrator, push, 128) - exact).norm() / (path(integrator, push, 256) - exact).norm()); };
+    CHECK(order(CrankNicolson{}) == Approx(2.0).margin(0.2));
+    CHECK(order(BackwardEuler{}) == Approx(1.0).margin(0.15));
+  }
 }
 
 TEST_CASE("far above the explicit limit a stiff body stays bounded and comes to rest where statics say") {

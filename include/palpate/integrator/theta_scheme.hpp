@@ -84,7 +84,7 @@ struct ThetaScheme {
     report.converged = size == 0, report.residual = report.converged ? Scalar(0) : Scalar(1);   // without a budget
     int left = std::isfinite(size) ? max_iterations : 0;
     [[maybe_unused]] bool const searches = HasPotential<S> && halvings > 0 && share > 0;
-    [[maybe_unused]] Scalar potential = 0;
+    [[maybe_unused]] Scalar potential = 0, fallen = 0;   // W, and how far Π has fallen from its value at x⁺ = x
     if constexpr (HasPotential<S>)
       if (searches) potential = system.potential(x);
     for (int k = 0; k < newton_iterations && left > 0; ++k) {
@@ -111,7 +111,7 @@ struct ThetaScheme {
       report.converged = reached <= enough;
       ++report.newton_iterations;
       if constexpr (HasPotential<S>)
-        if (searches && !search(system, h, a, potential, report)) break;
+        if (searches && !search(system, h, a, potential, fallen, report)) break;
     }
     report.iterations = max_iterations - left;
     if constexpr (TakesSolveReport<S>) system.take(report);
@@ -170,10 +170,11 @@ struct ThetaScheme {
     residual -= product;
   }
 
-  /// Halves the way that an iteration took the change, from the mean velocity in scratch(from_at), until the incremental potential is not above that there;
+  /// Halves the way that an iteration took the change, from the mean velocity in scratch(from_at), until the incremental potential is not above that
+  /// there; with damping not above that at x⁺ = x, from where it has `fallen` to there: Π has the damping of the start, and further iterations come to where its least is not quite.
   /// W there is `potential`, and then where it went to. `a` is the acceleration at the start. False: no part of it is better.
   template <class S, class Columns, class Scalar = typename S::Scalar>
-  bool search(S& system, Scalar h, Columns const& a, Scalar& potential, SolveReport<Scalar>& report) const {
+  bool search(S& system, Scalar h, Columns const& a, Scalar& potential, Scalar& fallen, SolveReport<Scalar>& report) const {
     auto&& x = padded_view(system.positions());
     auto&& v = padded_view(system.velocities());
     auto&& change = padded_view(system.scratch(change_at));
@@ -187,13 +188,15 @@ struct ThetaScheme {
     Scalar square = way.cwiseProduct(product).sum() / (2 * share * share), line = (from - v).cwiseProduct(product).sum() / (share * share);
     line -= rest * h / share * a.cwiseProduct(product).sum();
     system.multiply_tangent(Scalar(0), Scalar(1), Scalar(0), way, product);
-    square += h / (2 * share) * way.cwiseProduct(product).sum(), line += h / share * (from - rest * v).cwiseProduct(product).sum();
-    Scalar const most = potential + system.potential_rounding() + 4 * std::numeric_limits<Scalar>::epsilon() * std::abs(potential);
+    Scalar const damped = way.cwiseProduct(product).sum();
+    square += h / (2 * share) * damped, line += h / share * (from - rest * v).cwiseProduct(product).sum();
+    Scalar const most = potential + (damped > 0 ? fallen : Scalar(0)) + system.potential_rounding() + 4 * std::numeric_limits<Scalar>::epsilon() * std::abs(potential);
     Scalar factor = 1;
     for (int halved = 0;; ++halved, factor /= 2) {
       place = x + h * from + (h * factor) * way;
       Scalar const there = system.potential(place);
-      if (there + factor * (factor * square + line) <= most) {
+      if (Scalar const here = there + factor * (factor * square + line); here <= most) {
+        fallen += potential - here;
         potential = there;
         break;
       }
