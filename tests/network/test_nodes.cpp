@@ -357,6 +357,29 @@ TEST_CASE("the surface that is sent presses a tool of any radius at rest as the 
   }
 }
 
+// Yardstick: what docs/network.md says of silence: what is not heard of for 0.1 s fades. The surface alone is no news of a body that stands still.
+TEST_CASE("the surface of a body that stands still is not sent on, and that of one that goes again is", "[network]") {
+  TissueNode node(sheet(), NoCutter<double>{});
+  SurfaceNode<double> fast;
+  std::uint64_t sequence = 0;
+  auto const report = [&](double now) { return at(0.052, 0.051, -0.003 + 0.002 * std::sin(40 * now), ++sequence, now); };
+  auto const sent = [&](double from, double until, bool ticks) {
+    int count = 0;
+    for (double now = from; now < until; now += 0.001) {
+      HandReport const hand = report(now);
+      node.take(hand, now);
+      if (ticks) node.tick(0.001, now);
+      fast.look(node.captured(), hand, now, 0.0015);
+      count += fast.is_worth_sending(now);
+    }
+    return count;
+  };
+  CHECK(sent(0.0, 0.3, true) > 5);
+  CHECK(sent(0.301, 0.395, false) > 1);   // a tick or two late is news still
+  CHECK(sent(0.405, 2.0, false) == 0);
+  CHECK(sent(2.0, 2.3, true) > 5);
+}
+
 // The servo's tick and all that it is given: a guard ends the program where one allocates, locks, waits, reads or writes. The clock's part is bench_network's.
 TEST_CASE("C5-N4: the servo's tick on a network allocates and locks nothing, whatever arrives", "[network]") {
   TissueNode node(sheet(), NoCutter<double>{});

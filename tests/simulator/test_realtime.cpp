@@ -671,6 +671,12 @@ TEST_CASE("a device whose clock stands still ends the run with a sentence", "[si
   CHECK_THROWS_WITH(simulator.run_realtime(10.0), says("after 50 ticks", "check that it is connected"));
 }
 
+TEST_CASE("where there are several tools the sentence says whose device's clock stands still", "[simulator][realtime][threads]") {
+  auto const tool = [](Clock const& clock) { return Tool(ClockedDevice(clock), NoCutter<double>{}, NoForce{}); };
+  Simulator simulator(palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), tool({}), tool({.stops_after = 50}));
+  CHECK_THROWS_WITH(simulator.run_realtime(10.0), says("the clock of the device of tool 1 has stopped after 50 ticks", "check that it is connected"));
+}
+
 TEST_CASE("a run that is stopped after the device's clock has stopped ends with the ticks there were", "[simulator][realtime][threads]") {
   Simulator simulator(ClockedDevice({.stops_after = 50}), palpate_test::skin<double>(ZoneOfInfluence{.rings = 2}), NoCutter<double>{}, NoForce{});
   std::thread stopper([&] {

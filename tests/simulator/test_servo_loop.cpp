@@ -283,6 +283,24 @@ TEST_CASE("before the first pose there is no tip and no force", "[simulator][ser
   CHECK(stage.servo.placed());
 }
 
+TEST_CASE("a device that has no sample yet has no pose, and its first one is no way from anywhere", "[simulator][servo_loop]") {
+  Stage<double> stage;
+  stage.answer = {0, 0, 1};
+  stage.strings.reads = DeviceStatus::stale;
+  stage.strings.leaves_state = true;
+  for (int k = 0; k < 50; ++k) {
+    CHECK(stage.tick({9, 9, 9}).force.isZero(0));
+    REQUIRE_FALSE(stage.servo.placed());
+  }
+  stage.strings.reads = DeviceStatus::ok;
+  stage.strings.leaves_state = false;
+  Tick const first = stage.tick({0.04, 0, 0});
+  CHECK(first.tip == Vector3<double>(0.04, 0, 0));
+  CHECK(stage.servo.placed());
+  CHECK(stage.servo.velocity().isZero(0));
+  CHECK(stage.servo.pose_discontinuities() == 0);
+}
+
 TEST_CASE("a body that has diverged gives no force", "[simulator][servo_loop]") {
   Stage<double> stage;
   stage.answer = {0, 0, 1};

@@ -207,6 +207,16 @@ namespace detail {
 
 // Members that have the names of refinements, whether they are them or not.
 template <class Device>
+concept NamesOpen = requires(Device& device) { device.open(); };
+template <class Device>
+concept NamesArm = requires(Device& device) { device.arm(); };
+template <class Device>
+concept TellsCalibration = requires(Device& device) {
+  { device.calibration() } -> std::same_as<Calibration>;
+};
+template <class Device>
+concept NamesStart = requires(Device& device, void (*tick)(void*) noexcept, void* context) { device.start(tick, context); };
+template <class Device>
 concept NamesOpenAndClose = requires(Device& device) { device.open(), device.close(); };
 template <class Device>
 concept NamesArmAndDisarm = requires(Device& device) { device.arm(), device.disarm(); };
@@ -229,6 +239,12 @@ concept NamesClock = requires(Device& device) {
 /// Says, where it is instantiated, which members of Device would not be called, because they are not quite those of a refinement.
 template <class Device>
 struct DeviceRefinements {
+  static_assert(!NamesOpen<Device> || NamesOpenAndClose<Device>, "palpate: the device has open() and no close(), so that it would never be opened; declare: void open(); void close() noexcept.");
+  static_assert(!NamesArm<Device> || NamesArmAndDisarm<Device>, "palpate: the device has arm() and no disarm(), so that it would never be armed; declare: void arm(); void disarm() noexcept.");
+  static_assert(!TellsCalibration<Device> || NamesCalibration<Device>,
+                "palpate: the device has calibration() and no calibrate(), so that it would count as calibrated; declare: Calibration calibration() noexcept; void calibrate() noexcept, which may do nothing.");
+  static_assert(!NamesStart<Device> || NamesStartAndStop<Device>,
+                "palpate: the device has start() and no stop(), so that its clock would not be used; declare: void start(void (*tick)(void*) noexcept, void* context); void stop() noexcept.");
   static_assert(!NamesOpenAndClose<Device> || OpensAndCloses<Device>,
                 "palpate: the device's close() may throw, so that neither it nor open() would be called; declare: void open(); void close() noexcept.");
   static_assert(!NamesArmAndDisarm<Device> || Armable<Device>,

@@ -217,6 +217,7 @@ class SurfaceNode {
   /// The answer to this sample; `longest` is how far ahead [s] the captured surface may be carried on, about a tick of the body.
   SurfaceAnswer const& look(CapturedSurface<S> const& captured, HandReport const& sample, double now, double longest) noexcept {
     S const age = static_cast<S>(std::clamp(now - captured.time, 0.0, longest));
+    is_late_ = now - captured.time > std::max(0.1, 2.0 * longest);
     answer_.stamp = {.sequence = sequence_ + 1, .hand = sample.sequence, .hand_time = sample.time, .pose_discontinuities = sample.pose_discontinuities, .revision = captured.revision, .time = now};
     answer_.patch = tracker_.look(captured.near, sample.position.template cast<S>(), captured.tip_radius, captured.stiffness, age, captured.pressed).template cast<double>();
     if (!answer_.valid()) answer_.patch = {};
@@ -224,7 +225,9 @@ class SurfaceNode {
     return answer_;
   }
   /// Is it to be sent? Compared are the forces at the tip with the last one that was and with this one; in front of the surface by its height.
+  /// Not where the body stands still: a hand that hears nothing fades its force, and one that heard surfaces alone would keep the tissue's last force.
   bool is_worth_sending(double now) noexcept {
+    if (is_late_) return false;
     double const here = answer_.patch.distance(tip_), there = sent_.patch.distance(tip_), stiffness = answer_.patch.stiffness;
     bool const anyway = (stiffness > 0.0) != (sent_.patch.stiffness > 0.0) || answer_.stamp.revision != sent_.stamp.revision || answer_.stamp.pose_discontinuities != sent_.stamp.pose_discontinuities;
     double const turned = std::abs(here) * (answer_.patch.normal_at(tip_) - sent_.patch.normal_at(tip_)).norm();
@@ -246,6 +249,7 @@ class SurfaceNode {
   SurfaceAnswer answer_{}, sent_{};
   Vector3<double> tip_ = Vector3<double>::Zero();
   std::uint64_t sequence_ = 0;
+  bool is_late_ = false;   // the capture: the body has not ticked for long
 };
 
 }  // namespace palpate

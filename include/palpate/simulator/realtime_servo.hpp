@@ -17,9 +17,12 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -102,7 +105,8 @@ class RealtimeServo {
 
   bool runs() const noexcept { return runs_.load(std::memory_order_acquire); }
   /// Throws where a device that has the clock has not ticked for a second, or three of its periods: nobody waits for ever. A run that was asked to stop ends.
-  void watch() {
+  /// `tool`: whose device it is, where there are several.
+  void watch(std::optional<std::size_t> tool = {}) {
     if (!is_driven_ || !runs()) return;
     std::uint64_t const beats = beats_.load(std::memory_order_relaxed);
     auto const now = std::chrono::steady_clock::now();
@@ -110,7 +114,7 @@ class RealtimeServo {
       is_watched_ = true, seen_beats_ = beats, seen_at_ = now;
     } else if (double const most = std::max(1.0, 3.0 / servo_.loop.rate()); std::chrono::duration<double>(now - seen_at_).count() > most) {
       if (flags_.stop.load(std::memory_order_acquire)) return runs_.store(false, std::memory_order_release);
-      throw Error(message("the device's clock has stopped after ", beats, " ticks: no call for ", most, " s; check that it is connected, and that no other program uses it"));
+      throw Error(message(tool ? message("the clock of the device of tool ", *tool) : std::string("the device's clock"), " has stopped after ", beats, " ticks: no call for ", most, " s; check that it is connected, and that no other program uses it"));
     }
   }
 

@@ -126,6 +126,8 @@ class ServoLoop {
       follows_ = false;
       return;
     }
+    has_sample_ = has_sample_ || status == DeviceStatus::ok;
+    if (!has_sample_) return;   // nothing is known yet: the state is as it was made, and the tool nowhere
     state_ = state;
     bool const fresh = is_fresh_ = status == DeviceStatus::ok;
     work_clutch(position);
@@ -381,6 +383,7 @@ class ServoLoop {
   bool usable_ = false;    // this tick's pose is new
   bool is_fresh_ = false;  // and so is its sample
   bool follows_ = false;   // there was a new sample since the tool was placed: from it to the next one is a way
+  bool has_sample_ = false;   // there was ever one
   bool placed_ = false;
   double since_sample_ = 0;      // s, since its velocity was measured last
   std::uint64_t pose_discontinuities_ = 0;

@@ -119,7 +119,7 @@ class Simulation {
       double const period = 1.0 / options_.body_rate;
       Pacer pacer(options_.body_rate);
       while (any_servo_runs()) {
-        for_each_running([](auto& servo) { servo.watch(); });
+        watch();
         auto const slot = pacer.wait();
         if (slot.skipped > max_caught_up) loop_.leave_out(period * static_cast<double>(slot.skipped - max_caught_up));
         move_body(period * static_cast<double>(1 + std::min(slot.skipped, max_caught_up)), slot);
@@ -153,7 +153,7 @@ class Simulation {
   bool tick_body(double h) {
     if (!running_) throw Error("Simulator: tick_body before start; start(seconds) lets the servos run");
     if (!(h > 0) || !std::isfinite(h)) throw InvalidArgument(message("Simulator: tick_body takes ", h, " s; it must be finite and positive"));
-    for_each_running([](auto& servo) { servo.watch(); });
+    watch();
     if (any_servo_runs()) move_body(h, {.due = std::chrono::steady_clock::now(), .skipped = 0});
     return any_servo_runs();
   }
@@ -382,6 +382,10 @@ class Simulation {
   template <class Use>
   void for_each_running(Use const& use) {
     std::apply([&](auto&... servo) { (use(*servo), ...); }, running_->servos);
+  }
+  void watch() {
+    std::size_t k = 0;
+    for_each_running([&](auto& servo) { servo.watch(tools > 1 ? std::optional(k) : std::nullopt), ++k; });
   }
   bool any_servo_runs() const noexcept {
     return std::apply([](auto const&... servo) { return (servo->runs() || ...); }, running_->servos);
