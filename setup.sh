@@ -225,7 +225,7 @@ part() {
 
 # as_often_as_always <command>...: with the numbers of `setup.sh test`, not with those of the long runs.
 as_often_as_always() (
-  unset PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES \
+  unset PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_BEAM_STEPS PALPATE_TETRA_EDITS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES \
     PALPATE_CROSSINGS PALPATE_BENDS PALPATE_SKIN_STROKES PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_CONTACT_STARTS PALPATE_COLLISIONS \
     PALPATE_SCENE_TICKS PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
   "$@"
@@ -234,10 +234,10 @@ as_often_as_always() (
 # Each number can be set in the environment, to small ones for a trial.
 run_long_tests() {
   : "${PALPATE_SOAK_SESSIONS:=100}" "${PALPATE_SOAK_TICKS:=100000}" "${PALPATE_STROKES:=100000}" "${PALPATE_ORGANS:=20}" \
-    "${PALPATE_SOLID_STEPS:=100000}" "${PALPATE_SOLID_RANDOM:=10000}" "${PALPATE_SOLID_STROKES:=10000}" "${PALPATE_CROSSINGS:=2000}" \
+    "${PALPATE_SOLID_STEPS:=100000}" "${PALPATE_SOLID_BEAM_STEPS:=1000}" "${PALPATE_TETRA_EDITS:=100000}" "${PALPATE_SOLID_RANDOM:=10000}" "${PALPATE_SOLID_STROKES:=10000}" "${PALPATE_CROSSINGS:=2000}" \
     "${PALPATE_BENDS:=200}" "${PALPATE_SKIN_STROKES:=10000}" "${PALPATE_ASPIRATIONS:=1000}" \
     "${PALPATE_POSES:=10000}" "${PALPATE_CONTACT_STARTS:=10000}" "${PALPATE_COLLISIONS:=10000}" "${PALPATE_SCENE_TICKS:=60000}" "${PALPATE_GMSH_FILES:=100000}" "${PALPATE_VTK_FILES:=100000}" "${PALPATE_EXCHANGES:=100000000}" "${PALPATE_FUZZ_SECONDS:=600}"
-  export PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES \
+  export PALPATE_SOAK_SESSIONS PALPATE_SOAK_TICKS PALPATE_STROKES PALPATE_ORGANS PALPATE_SOLID_STEPS PALPATE_SOLID_BEAM_STEPS PALPATE_TETRA_EDITS PALPATE_SOLID_RANDOM PALPATE_SOLID_STROKES \
     PALPATE_CROSSINGS PALPATE_BENDS PALPATE_SKIN_STROKES PALPATE_ASPIRATIONS PALPATE_POSES PALPATE_CONTACT_STARTS PALPATE_COLLISIONS PALPATE_SCENE_TICKS PALPATE_GMSH_FILES PALPATE_VTK_FILES PALPATE_EXCHANGES
   provide "$test_needs"
   mkdir -p build/long
@@ -258,6 +258,8 @@ run_long_tests() {
   part "$PALPATE_ORGANS organs, 200 strokes each" build/ci/tests/test_cutting_simulator_device 'strokes across each other leave*'
   part "$PALPATE_ORGANS times five uneven meshes, 40 strokes each" build/ci/tests/test_cutting_simulator_device 'strokes over uneven meshes*'
   part "a solid over $PALPATE_SOLID_STEPS steps" build/ci/tests/test_tissue_material_mesh_region 'an undamped solid keeps its energy and momenta*'
+  part "beams that are let go over $PALPATE_SOLID_BEAM_STEPS steps of 10 ms" build/ci/tests/test_tissue_material_mesh_region 'a beam that is let go*'
+  part "$PALPATE_TETRA_EDITS random edits of tetrahedra" build/ci/tests/test_tissue_material_mesh_region 'random edits of solids*'
   part "$PALPATE_SOLID_RANDOM random solids" build/ci/tests/test_tissue_material_mesh_region 'random solids under random forces*'
   part "$PALPATE_SKIN_STROKES random strokes through skins" build/ci/tests/test_volume 'no triangle of a skin spans a wound*'
   part "$PALPATE_POSES random poses of four tools at three bodies" build/ci/tests/test_tool 'Whatever four tools do at random*'

@@ -17,6 +17,7 @@
 #include <palpate/material/viscoelastic.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/measures.hpp>
+#include <palpate/region/whole_body.hpp>
 #include <palpate/region/zone_of_influence.hpp>
 #include <palpate/testing/solid_cut_invariants.hpp>
 #include <palpate/tissue/finite_elements.hpp>
@@ -118,6 +119,26 @@ TEMPLATE_LIST_TEST_CASE("a plane through a block has the area that it must, wher
       if (x != 0.0213) CHECK(body.tissue().tetrahedra() == tetrahedra);   // it bends to the vertices
       CHECK_FALSE(knife.is_cutting());
     }
+}
+
+// Yardstick: the plane that a straight edge sweeps when it is drawn across itself.
+TEST_CASE("the edge turns with the tool: drawn tilted it leaves a plane that is tilted", "[volume_cutter]") {
+  auto const mesh = make_block<double>(7, 7, 7, 0.005, BlockPattern::alternating);
+  SoftBody body(FiniteElements<double, StableNeoHookean<double>>(mesh, {.density = 1000, .material = {.young = 5e3, .poisson = 0.45}}), BackwardEuler{}, WholeBody{});
+  VolumeCutter<double> knife({.edge = {{0, 0, 0}, {0, 0, 0.05}}});
+  Eigen::Quaterniond const tilt(Eigen::AngleAxisd(0.5, Vector3<double>::UnitY()));
+  Vector3<double> const normal = tilt * Vector3<double>::UnitX(), tip(0.0087, 0, 0.0081);
+  for (int k = 0; k <= 40; ++k) knife.advance(body, ToolPose<double>{.position = tip + Vector3<double>(0, -0.004 + 0.001 * k, 0), .orientation = tilt});
+  auto const old = static_cast<int>(mesh.points.cols());
+  int on_plane = 0;
+  for (int i = old; i < body.size(); ++i) {
+    Vector3<double> const x = body.tissue().rest_position(i);
+    bool const is_copy = (mesh.points.colwise() - x).colwise().norm().minCoeff() < 1e-12;   // of a vertex that the cut went to
+    CAPTURE(i, x.transpose());
+    if (!is_copy) CHECK(std::abs(normal.dot(x - tip)) < 1e-12);
+    on_plane += !is_copy;
+  }
+  CHECK(on_plane > 60);
 }
 
 TEMPLATE_LIST_TEST_CASE("a cut is the same however finely its way is divided into ticks", "[volume_cutter]",
