@@ -86,7 +86,7 @@ constexpr bool is_part() noexcept {
 /// loading to unloading as the tool comes back, and to loading again as it goes deeper. Unloading is never above loading: the smaller of
 /// the two curves. Every curve fades to zero at depth 0 and is zero outside. `CurveJoin` states these rules.
 ///
-///   CuttingForce force(liver_hysteresis<double>(), OrganForce<double>{.coefficient = 2.0}, WhiteGaussianNoise<double>({.seed = 7}));
+///   CuttingForce force(liver_hysteresis<double>(), OrganForce<double>{.coefficient = 2000.0}, WhiteGaussianNoise<double>({.seed = 7}));
 ///
 /// Units      [m], [N]; world frame. The force pushes the hand out of the tissue, along +normal.
 /// Source     \cite zheng2006 eq. 6-7 … 6-13

@@ -20,7 +20,7 @@ inline void require_servo(char const* who, double mass, double damping, double p
 /// The stiffest wall [N/m] that a mass with damping stays stable at when a servo renders it from samples: at a stiffer one it vibrates ever more.
 ///   K = min((1 − e) / (φ²/m − e (T − φ)/b), 2 b (1 + e) / (T (1 + e) − 2 φ)),   e = e^(−b T/m),   φ = (1 − e) m/b;   about 2 b/T
 /// Units      kg, N·s/m, s.
-/// Source     the loop under zero-order hold: at the first its determinant is 1, at the second, with more damping than 3.5 m/T, an eigenvalue −1;
+/// Source     the loop under zero-order hold: at the first its determinant is 1, at the second, with more damping than 3.7 m/T, an eigenvalue −1;
 ///            \cite gil2004. Without delay, without virtual damping, the mass alone: a hand's mass
 ///            lowers it and its damping raises it.
 /// Errors     InvalidArgument for what is not positive; 0 for a mass without damping, which no wall is stable with.

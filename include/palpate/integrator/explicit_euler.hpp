@@ -10,7 +10,7 @@ namespace palpate {
 
 /// Explicit Euler: x⁺ = x + h v, v⁺ = v + h a(x, v).
 /// Order      1. One evaluation of the forces.
-/// Stability  a mode is stable while h ≤ γ/κ (oscillating) and h ≤ the slow root's limit: without damping, never.
+/// Stability  a mode is stable while h ≤ γ/κ (it oscillates) and h ≤ 2/γ at most (overdamped: its fast root's limit); without damping never.
 /// Source     \cite zheng2006. Erratum: local error h², global error h; the thesis prints h² for both.
 struct ExplicitEuler {
   static constexpr int order = 1;
