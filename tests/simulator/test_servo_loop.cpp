@@ -299,6 +299,18 @@ TEST_CASE("a device that has no sample yet has no pose, and its first one is no 
   CHECK(stage.servo.placed());
   CHECK(stage.servo.velocity().isZero(0));
   CHECK(stage.servo.pose_discontinuities() == 0);
+
+  // In the next session it is the same, wherever the hand has gone meanwhile, and whatever a stale state holds.
+  stage.strings.capabilities.moves_a_hand = true;
+  stage.servo.begin_session();
+  stage.strings.reads = DeviceStatus::stale;
+  for (int k = 0; k < 50; ++k) stage.tick({0, 0, 0});
+  CHECK(stage.servo.tip() == Vector3<double>(0.04, 0, 0));
+  stage.strings.reads = DeviceStatus::ok;
+  stage.tick({0, 0.04, 0});
+  CHECK(stage.servo.tip() == Vector3<double>(0, 0.04, 0));
+  CHECK(stage.servo.velocity().isZero(0));
+  CHECK(stage.servo.pose_discontinuities() == 1);   // 57 mm in a tick are no way
 }
 
 TEST_CASE("a body that has diverged gives no force", "[simulator][servo_loop]") {

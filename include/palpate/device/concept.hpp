@@ -211,6 +211,10 @@ concept NamesOpen = requires(Device& device) { device.open(); };
 template <class Device>
 concept NamesArm = requires(Device& device) { device.arm(); };
 template <class Device>
+concept NamesDisarm = requires(Device& device) { device.disarm(); };
+template <class Device>
+concept NamesCalibrate = requires(Device& device) { device.calibrate(); };
+template <class Device>
 concept TellsCalibration = requires(Device& device) {
   { device.calibration() } -> std::same_as<Calibration>;
 };
@@ -241,6 +245,9 @@ template <class Device>
 struct DeviceRefinements {
   static_assert(!NamesOpen<Device> || NamesOpenAndClose<Device>, "palpate: the device has open() and no close(), so that it would never be opened; declare: void open(); void close() noexcept.");
   static_assert(!NamesArm<Device> || NamesArmAndDisarm<Device>, "palpate: the device has arm() and no disarm(), so that it would never be armed; declare: void arm(); void disarm() noexcept.");
+  static_assert(!NamesDisarm<Device> || NamesArmAndDisarm<Device>, "palpate: the device has disarm() and no arm(), so that it would never be disarmed; declare: void arm(); void disarm() noexcept.");
+  static_assert(!NamesCalibrate<Device> || NamesCalibration<Device>,
+                "palpate: the device has calibrate() and no calibration(), so that it would never be calibrated; declare: Calibration calibration() noexcept; void calibrate() noexcept.");
   static_assert(!TellsCalibration<Device> || NamesCalibration<Device>,
                 "palpate: the device has calibration() and no calibrate(), so that it would count as calibrated; declare: Calibration calibration() noexcept; void calibrate() noexcept, which may do nothing.");
   static_assert(!NamesStart<Device> || NamesStartAndStop<Device>,

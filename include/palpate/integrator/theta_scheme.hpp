@@ -196,7 +196,8 @@ struct ThetaScheme {
       place = x + h * from + (h * factor) * way;
       Scalar const there = system.potential(place);
       if (Scalar const here = there + factor * (factor * square + line); here <= most) {
-        fallen += potential - here;
+        Scalar const fell = potential - here;   // from an energy that was no number to one that is: the bound is that of there
+        fallen = std::isfinite(fell) ? fallen + fell : Scalar(0);
         potential = there;
         break;
       }

@@ -40,7 +40,8 @@ struct CapturedSurface {
   S stiffness = 0;       ///< N/m; 0: nothing is near
   S tip_radius = 0;      ///< m
   Vector3<S> pressed = Vector3<S>::Zero();   ///< direction of the contact; zero: nothing touches
-  double time = 0.0;     ///< s, on the server's clock, of the capture
+  double time = 0.0;     ///< s, on the server's clock, of the capture,
+  double handed_over = 0.0;   ///< and of when the fast side could have it: the end of the body's tick
   std::uint64_t revision = 0;
 };
 
@@ -173,7 +174,7 @@ class TissueNode {
 
   void capture(LocalModel<Scalar> const& model, bool here, double now) {
     is_here_ = here;
-    captured_.time = now;
+    captured_.time = captured_.handed_over = now;
     captured_.revision = body().topology_revision();
     captured_.stiffness = here ? model.surface.patch.stiffness : Scalar(0);
     captured_.tip_radius = loop_.cutter().tip_radius();
@@ -217,7 +218,7 @@ class SurfaceNode {
   /// The answer to this sample; `longest` is how far ahead [s] the captured surface may be carried on, about a tick of the body.
   SurfaceAnswer const& look(CapturedSurface<S> const& captured, HandReport const& sample, double now, double longest) noexcept {
     S const age = static_cast<S>(std::clamp(now - captured.time, 0.0, longest));
-    is_late_ = now - captured.time > std::max(0.1, 2.0 * longest);
+    is_late_ = now - captured.handed_over > std::max(0.1, 2.0 * longest);
     answer_.stamp = {.sequence = sequence_ + 1, .hand = sample.sequence, .hand_time = sample.time, .pose_discontinuities = sample.pose_discontinuities, .revision = captured.revision, .time = now};
     answer_.patch = tracker_.look(captured.near, sample.position.template cast<S>(), captured.tip_radius, captured.stiffness, age, captured.pressed).template cast<double>();
     if (!answer_.valid()) answer_.patch = {};

@@ -185,7 +185,7 @@ class TissueServer {
     if (hand.is_here && node_.is_worth_sending(now)) answer_ = node_.last();
     BodyNews& news = body_news_.back();
     news.session = session_;
-    news.captured = node_.captured();
+    news.captured = node_.captured(), news.captured.handed_over = time();
     news.answer = answer_;
     news.revision = body().topology_revision();
     body_news_.publish();

@@ -127,7 +127,11 @@ class ServoLoop {
       return;
     }
     has_sample_ = has_sample_ || status == DeviceStatus::ok;
-    if (!has_sample_) return;   // nothing is known yet: the state is as it was made, and the tool nowhere
+    if (!has_sample_) {   // nothing is known yet, in this session: where the tool was is not where it is
+      velocity_.setZero();
+      follows_ = false, since_sample_ = 0;
+      return;
+    }
     state_ = state;
     bool const fresh = is_fresh_ = status == DeviceStatus::ok;
     work_clutch(position);
@@ -228,7 +232,7 @@ class ServoLoop {
       force_.begin_session(capabilities, mapping_, model_rate);
     else if constexpr (SurfaceForce<Force, Scalar>)
       force_.begin_session(rate_, model_rate);
-    since_sample_ = 0, from_ = tip_;
+    since_sample_ = 0, from_ = tip_, has_sample_ = false;
     reports_velocity_ = capabilities.reports_velocity;
     reports_orientation_ = capabilities.reports_orientation;
     reports_gripper_ = capabilities.reports_gripper;
@@ -383,7 +387,7 @@ class ServoLoop {
   bool usable_ = false;    // this tick's pose is new
   bool is_fresh_ = false;  // and so is its sample
   bool follows_ = false;   // there was a new sample since the tool was placed: from it to the next one is a way
-  bool has_sample_ = false;   // there was ever one
+  bool has_sample_ = false;   // there was one in this session
   bool placed_ = false;
   double since_sample_ = 0;      // s, since its velocity was measured last
   std::uint64_t pose_discontinuities_ = 0;

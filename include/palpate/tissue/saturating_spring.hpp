@@ -43,7 +43,7 @@ struct SaturatingSpring {
   /// s − ln(1 + s), by its series where the difference would lose its digits
   static Scalar bend(Scalar s) noexcept {
     if (s > Scalar(0.02)) return s - std::log1p(s);
-    return s * s * (Scalar(0.5) + s * (-1 / Scalar(3) + s * (Scalar(0.25) + s * (-Scalar(0.2) + s * (1 / Scalar(6) - s / 7)))));
+    return s * s * (Scalar(0.5) + s * (-1 / Scalar(3) + s * (Scalar(0.25) + s * (-Scalar(0.2) + s * (1 / Scalar(6) + s * (-1 / Scalar(7) + s * (Scalar(0.125) - s / 9)))))));
   }
 };
 
