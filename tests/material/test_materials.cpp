@@ -144,7 +144,6 @@ TEST_CASE("the nearest rotation is that of the singular value decomposition, tur
   for (double const stretch : {0.0, 1e-200, 1e-9, 1e9}) CHECK(is_finite(matrix(RotationOf<double>(Tensor3<double>::diagonal(stretch)).R)));
 }
 
-// Yardstick: the eigenvalues of the tangent as a 9 x 9 matrix, by Eigen.
 // Where the two smallest stretches cancel no rotation is nearest, and Newton's steps for the trace end at a double root. Yardstick: with any rotation |P| is at most
 // 2 μ (|F| + √3) + √3 λ |tr S − 3|, tr S no more than √3 |F|.
 TEMPLATE_TEST_CASE("the corotational stress stays what it can be where no rotation is nearest", "[material]", PALPATE_TEST_SCALARS) {
@@ -161,11 +160,12 @@ TEMPLATE_TEST_CASE("the corotational stress stays what it can be where no rotati
     double const norm = std::sqrt(double(double_contraction(P, P))), size = double(F.norm()), three = std::sqrt(3.0);
     double const most = 2 * double(law.mu) * (size + three) + three * double(law.lambda) * (three * size + 3);
     REQUIRE(std::isfinite(double(law.energy(tensor))));
-    worst = !(norm / most < worst) ? norm / most : worst;
+    worst = worse(worst, norm / most);
   }
   CHECK(worst < 1);
 }
 
+// Yardstick: the eigenvalues of the tangent as a 9 x 9 matrix, by Eigen.
 TEST_CASE("the tangent's positive semidefinite part leaves the positive eigenvalues", "[material][yardstick]") {
   std::srand(5);
   auto const check = [](auto const& law, double strain) {

@@ -53,7 +53,7 @@ class MovingSet {
   void reserve(int particle_count) {
     selection_.reserve(particle_count);
     border_.reserve(particle_count);
-    for (auto* list : {&touched_, &last_touched_, &moving_, &next_}) list->reserve(2 * static_cast<std::size_t>(particle_count));
+    for (auto* list : {&touched_, &last_touched_, &moving_, &next_, &by_number_}) list->reserve(2 * static_cast<std::size_t>(particle_count));
   }
 
   std::span<int const> particles() const noexcept { return moving_; }
@@ -142,11 +142,12 @@ class MovingSet {
         next_.push_back(i);
         relaxed = relaxed && has_relaxed(body, i);
       }
-    order_.sort(next_);
     if (relaxed && !fresh) awake_ = false;
     Choice const now = choice(body);
-    if (now == chosen_for_ && next_ == moving_) return false;
+    if (now == chosen_for_ && next_ == by_number_) return false;
+    by_number_.assign(next_.begin(), next_.end());
     moving_.swap(next_);
+    order_.sort(moving_);
     chosen_for_ = now;
     find_border(body);
     return true;
@@ -218,7 +219,7 @@ class MovingSet {
 
   RegionType given_, region_;   // as the host wants it, and as it has adapted itself
   Selection selection_, border_;
-  std::vector<int> touched_, last_touched_, moving_, next_;
+  std::vector<int> touched_, last_touched_, moving_, next_, by_number_;   // the last: those that were chosen, ascending
   detail::ParticleOrder order_;
   Choice chosen_for_, gathered_for_;
   Scalar mean_edge_ = 0;   // m

@@ -31,11 +31,12 @@ class ParticleOrder {
     int const n = tissue.size();
     double apart = 0, edges = 0, count = 0;   // of neighbours, looked at here and there: numbers, m
     for (int i = 0; i < n; i += 1 + n / 4096)
-      tissue.for_each_neighbour(i, [&](int j) { apart += std::abs(i - j), edges += static_cast<double>((tissue.rest_position(i) - tissue.rest_position(j)).norm()), ++count; });
+      tissue.for_each_neighbour(i, [&](int j) { apart += std::abs(i - j), edges += (place_of(tissue, i) - place_of(tissue, j)).matrix().norm(), ++count; });
     double const edge = edges / count;
     if (!(apart > 2 * count * std::pow(n, 2.0 / 3) && edge > 0)) return;
     Eigen::Array3Xd at(3, n);
-    for (int i = 0; i < n; ++i) at.col(i) = tissue.rest_position(i).template cast<double>();
+    for (int i = 0; i < n; ++i) at.col(i) = place_of(tissue, i);
+    if (!at.isFinite().all()) return;
     Eigen::Array3d const low = at.rowwise().minCoeff(), size = at.rowwise().maxCoeff() - low;
     std::array<int, 3> axes{0, 1, 2};
     std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return size[a] > size[b]; });
@@ -56,6 +57,12 @@ class ParticleOrder {
   }
 
  private:
+  template <class Tissue>
+  static Eigen::Array3d place_of(Tissue const& tissue, int i) {
+    Vector3<typename Tissue::Scalar> const rest = tissue.rest_position(i);
+    return rest.template cast<double>().array();
+  }
+
   std::shared_ptr<std::vector<int> const> rank_;   // of those that were there; none: by number
 };
 

@@ -26,7 +26,7 @@
 ///   class Assembly                                         default constructible, with
 ///     std::span<int const> particles() const                 those in `moving`, then those that act on them
 ///     void add_forces(X const& x, V const& v, F& f) const    a template; adds to f.col(k) [N], 3 × particles(), at x [m], v [m/s]
-///   void assemble(std::span<int const> moving, Assembly& assembly) const
+///   void assemble(std::span<int const> moving, Assembly& assembly) const   each once, in any order
 ///   Vector3<Scalar> internal_force(int i, X const& x, V const& v) const   a template that asks x and v for col(j) and nothing else [N]
 ///   Scalar stiffness_bound(int i) const                    ≥ Σ_j ‖K_ij‖ at rest [N/m]
 ///   Scalar damping_bound(int i) const                      ≥ Σ_j ‖C_ij‖ [N·s/m]

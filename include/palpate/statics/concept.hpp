@@ -17,7 +17,7 @@ struct StaticProblem {
   using Scalar = typename Tissue::Scalar;
 
   Tissue const& tissue;
-  std::span<int const> free;                       ///< the particles that may move
+  std::span<int const> free;                       ///< the particles that may move, in any order
   Vector3<Scalar> gravity = Vector3<Scalar>::Zero();
   Matrix3X<Scalar> applied = Matrix3X<Scalar>(3, 0);
   Scalar tolerance = Scalar(1e-9);                 ///< of the imbalance, see Equilibrium

@@ -78,7 +78,7 @@ concept HasSurface = requires(T const& tissue) {
 };
 
 /// Gathers what acts on a subset of its particles into an `Assembly`, which then adds the forces at (x, v) [N].
-///   assemble(moving, assembly) const
+///   assemble(moving, assembly) const      each of them once, in any order
 ///   assembly.particles()                  the particles in `moving`, then those that act on them
 ///   assembly.add_forces(x, v, f)          3 × particles(); x, v and f are padded columns in a body, matrices in statics and tests: make it a template
 template <class T>
