@@ -219,7 +219,9 @@ concept TellsCalibration = requires(Device& device) {
   { device.calibration() } -> std::same_as<Calibration>;
 };
 template <class Device>
-concept NamesStart = requires(Device& device, void (*tick)(void*) noexcept, void* context) { device.start(tick, context); };
+concept NamesStart = requires(Device& device, void (*tick)(void*) noexcept, void* context) {   // void: a data member of this name, a vector say, may be called, too
+  { device.start(tick, context) } -> std::same_as<void>;
+};
 template <class Device>
 concept NamesOpenAndClose = requires(Device& device) { device.open(), device.close(); };
 template <class Device>
