@@ -17,7 +17,7 @@
 namespace palpate::detail {
 
 /// The order in which a body computes its particles, whatever their numbers. Meshes from files are often numbered without regard to place: then what elements
-/// share is not in cache, and a step of 20,000 tetrahedra takes up to five times as long.
+/// share is not in cache, and a step takes several times as long.
 /// Order      by number where neighbours' numbers are close: |i − j| below 2 n^(2/3) in the mean; in a block that is numbered row by row it is about half of n^(2/3).
 ///            Else row by row through the rest shape, in slabs and rows that are a mean edge thick, across the longest side first.
 /// Later      particles that edits add follow in the order of their numbers.

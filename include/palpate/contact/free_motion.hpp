@@ -104,9 +104,9 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
       if (!tissue.nailed(i) && !body.is_held(i)) free_.push_back(i);
     std::array const now{tissue.revision(), body.restorations()};   // a restore brings back a revision that another edit follows
     if (free_ == free_then_ && made_of_ == now) return;
-    if (chosen_.empty() || made_of_ != now) order_.find(tissue);
     free_then_ = chosen_ = free_, made_of_ = now;
-    order_.sort(chosen_);
+    ParticleOrder order;
+    order.find(tissue), order.sort(chosen_);
     tissue.assemble(chosen_, assembly_);
     place_.assign(at(tissue.size()), -1), inverse_mass_.clear();
     for (int k = 0; k < moving(); ++k) place_[at(chosen_[at(k)])] = k, inverse_mass_.push_back(1 / tissue.mass(chosen_[at(k)]));
@@ -127,7 +127,6 @@ class FreeMotion<SoftBody<Tissue, IntegratorType, RegionType, ExecutionType>> {
   }
 
   typename Tissue::Assembly assembly_;
-  ParticleOrder order_;
   std::vector<int> chosen_, free_, free_then_, place_;   // particles that move; place_: of each of the body among them, −1 of others
   std::vector<Scalar> inverse_mass_;         // 1/kg
   std::array<std::size_t, 2> made_of_{};     // revision and restorations

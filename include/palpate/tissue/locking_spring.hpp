@@ -40,7 +40,7 @@ struct LockingSpring {
     Scalar const inside = std::max(elongation, -guard * reach);
     Scalar const beyond = elongation - inside;
     Scalar const room = 1 + inside / reach;
-    return largest_tension * reach * bend(inside / reach) + beyond * (tension(inside, rest_length) + stiffness / (room * room) * beyond / 2);
+    return largest_tension * reach * detail::less_logarithm(inside / reach) + beyond * (tension(inside, rest_length) + stiffness / (room * room) * beyond / 2);
   }
   bool monotone(Scalar /*rest_length*/) const noexcept {
     return stiffness > 0 && largest_tension > 0 && guard >= 0 && guard < 1;
@@ -50,13 +50,6 @@ struct LockingSpring {
     check.positive(".stiffness", static_cast<double>(stiffness), " N/m");
     check.positive(".largest_tension", static_cast<double>(largest_tension), " N");
     check(guard >= 0 && guard < 1, ".guard", static_cast<double>(guard), "give the share of the way to the pole where the formula ends, 0 to below 1");
-  }
-
- private:
-  /// s − ln(1 + s), by its series where the difference would lose its digits
-  static Scalar bend(Scalar s) noexcept {
-    if (std::abs(s) > Scalar(0.02)) return s - std::log1p(s);
-    return s * s * (Scalar(0.5) + s * (-1 / Scalar(3) + s * (Scalar(0.25) + s * (-Scalar(0.2) + s * (1 / Scalar(6) + s * (-1 / Scalar(7) + s * (Scalar(0.125) - s / 9)))))));
   }
 };
 

@@ -30,20 +30,13 @@ struct SaturatingSpring {
   Scalar energy(Scalar elongation, Scalar /*rest_length*/) const noexcept {
     Scalar const reach = largest_tension / stiffness;
     Scalar const length = std::abs(elongation);
-    return largest_tension * reach * bend(length / reach);
+    return largest_tension * reach * detail::less_logarithm(length / reach);
   }
   bool monotone(Scalar /*rest_length*/) const noexcept { return stiffness > 0 && largest_tension > 0; }
   void validate() const {
     detail::OptionCheck const check{"SaturatingSpring"};
     check.positive(".stiffness", static_cast<double>(stiffness), " N/m");
     check.positive(".largest_tension", static_cast<double>(largest_tension), " N");
-  }
-
- private:
-  /// s − ln(1 + s), by its series where the difference would lose its digits
-  static Scalar bend(Scalar s) noexcept {
-    if (s > Scalar(0.02)) return s - std::log1p(s);
-    return s * s * (Scalar(0.5) + s * (-1 / Scalar(3) + s * (Scalar(0.25) + s * (-Scalar(0.2) + s * (1 / Scalar(6) + s * (-1 / Scalar(7) + s * (Scalar(0.125) - s / 9)))))));
   }
 };
 

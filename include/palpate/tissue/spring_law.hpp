@@ -3,6 +3,7 @@
 
 #include <palpate/core/matrix.hpp>
 
+#include <cmath>
 #include <concepts>
 
 namespace palpate {
@@ -32,6 +33,13 @@ template <class Law, class Scalar>
 concept SpringLaw = RealScalar<Scalar> && std::copyable<Law> && std::default_initializable<Law> && detail::HasTension<Law, Scalar> && detail::HasDamping<Law, Scalar>;
 
 namespace detail {
+
+/// s − ln(1 + s), by its series where the difference would lose its digits: so ends the energy of laws like k δ/(1 + s), s = k δ/T_max, in T_max²/k.
+template <RealScalar Scalar>
+Scalar less_logarithm(Scalar s) noexcept {
+  if (std::abs(s) > Scalar(0.02)) return s - std::log1p(s);
+  return s * s * (Scalar(0.5) + s * (-1 / Scalar(3) + s * (Scalar(0.25) + s * (-Scalar(0.2) + s * (1 / Scalar(6) + s * (-1 / Scalar(7) + s * (Scalar(0.125) - s / 9)))))));
+}
 
 /// Says, where it is instantiated, what keeps Law from being a SpringLaw of this scalar.
 template <class Law, class Scalar>
