@@ -63,6 +63,15 @@ TEMPLATE_TEST_CASE("solids of a material of one's own keep the laws of tissue", 
   check(FiniteElements<S, testing::MaterialArchetype<S>>(mesh, {.density = S(1000), .material = {}}));
 }
 
+TEST_CASE("rubber of one's own is a solid with pressure at nodes, as docs/new_material.md makes it") {
+  auto const mesh = make_block<double>(2, 2, 2, 0.01, BlockPattern::alternating);
+  FiniteElements<double, CompressibleRubber<double>> tissue(
+      mesh, {.density = 1000.0, .material = {.mu = 1000.0, .bulk = 1e4}, .pressure = Pressure::nodal});
+  double mass = 0;
+  for (int i = 0; i < tissue.size(); ++i) mass += tissue.mass(i);
+  CHECK(mass == Approx(1000 * 1e-6));   // 10 mm cubed of 1000 kg/m³
+}
+
 namespace {
 
 /// Hooke's law of Green's strain, which says neither that it is isotropic nor what of its tangent is semidefinite.

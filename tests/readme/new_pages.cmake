@@ -3,12 +3,13 @@
 # quoted sentence of the compiler in a header; one that ends with … begins there. cmake -D source=<palpate> -P new_pages.cmake
 cmake_policy(VERSION 3.24)
 
-# palpate_read(<out> <file>): without what CMake takes for lists.
+# palpate_read(<out> <file>): without what CMake takes for lists, and without indentation.
 function(palpate_read out file)
   file(READ "${file}" text)
   string(REPLACE ";" "@S" text "${text}")
   string(REPLACE "[" "@L" text "${text}")
   string(REPLACE "]" "@R" text "${text}")
+  string(REGEX REPLACE "\n +" "\n" text "${text}")
   set(${out} "${text}" PARENT_SCOPE)
 endfunction()
 
