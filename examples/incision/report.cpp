@@ -96,7 +96,7 @@ std::string summary(Options const& options, Organ const& organ, Hand const& hand
     line(text, "cut           none: the tool did not puncture (puncture depth %.1f mm)", 1000.0 * organ.puncture_depth);
   line(text, "pieces        %d", outcome.pieces);
   line(text, "largest force %.3f N, deepest point %.1f mm", outcome.recording.largest_force(), 1000.0 * deepest);
-  for (std::string const& note : {lag_text(outcome.body_counts), to_text(outcome.recording.saturation())})
+  for (std::string const& note : {lag_text(outcome.body_counts), inverted_text(outcome.body_counts), to_text(outcome.recording.saturation())})
     if (!note.empty()) line(text, "note          %s", note.substr(0, note.size() - 1).c_str());
   if (auto const passed = passed_through(organ, outcome))
     line(text, "note          the tool came out of the organ on another side at %.3f s, %.1f mm below where it went in; the cut ends there", passed->time,

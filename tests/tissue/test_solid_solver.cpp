@@ -11,6 +11,7 @@
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/vertices_where.hpp>
+#include <palpate/simulator/step_control.hpp>
 #include <palpate/statics/newton_raphson.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 
@@ -200,10 +201,51 @@ TEST_CASE("a tetrahedron that is turned over is reported with its determinant", 
   CHECK(std::abs(report.determinant - turned.tissue().lowest_determinant(turned.positions()).value) < 1e-12);
   CHECK(start(BackwardEuler{}, 0.0).step(1e-5).element == -1);
 
+  // Explicit steps take turns at it, and begin where a restored body did.
+  auto const told = [](auto& body) {
+    std::vector<StepReport<double>> reports;
+    for (int k = 0; k < 70; ++k) {
+      auto const before = body.tissue().lowest_determinant(body.positions());
+      reports.push_back(body.step(1e-7));
+      if (auto const& last = reports.back(); last.element >= 0 && last.element == before.element) CHECK(last.determinant == Approx(before.value).epsilon(0.01));
+    }
+    return reports;
+  };
+  auto swinging = start(LeapfrogVerlet{}, 0.03);
+  auto const worst = swinging.tissue().lowest_determinant(swinging.positions());
+  auto const from = swinging.save();
+  auto const first = told(swinging);
+  CHECK(std::count_if(first.begin(), first.begin() + 32, [&](auto const& each) { return each.element == worst.element; }) == 1);
+  CHECK(std::count_if(first.begin() + 32, first.begin() + 64, [&](auto const& each) { return each.element == worst.element; }) == 1);
+  swinging.restore(from);
+  auto const again = told(swinging);
+  for (std::size_t k = 0; k < first.size(); ++k) CHECK(again[k].element == first[k].element);
+  swinging.restore(from);
+  StepControl<decltype(swinging)> control;   // what a simulator counts
+  control.allow(100), control.reset(swinging);
+  double const h = swinging.stable_step();
+  int said = 0;
+  for (int k = 0; k < 32; ++k) {
+    auto later = from;
+    later.time = k * h;
+    swinging.restore(later);
+    auto const three = swinging.advance(3 * h);
+    CHECK(three.steps == 3);
+    said += three.element == worst.element;
+    swinging.restore(later);
+    CHECK(control.advance(swinging, 3 * h, [](auto&&...) {}));
+  }
+  CHECK(said >= 1);   // by the first of three steps, after which it goes back
+  CHECK(control.counts(swinging).inverted >= 1);
+  CHECK(control.counts(swinging).inverted_element >= 0);
+  CHECK(control.counts(swinging).lowest_determinant < worst.value / 2);
+  auto resting = start(LeapfrogVerlet{}, 0.0);
+  for (auto const& each : told(resting)) CHECK(each.element == -1);
+
   auto exploding = start(LeapfrogVerlet{}, 1e-3);
-  double const h = 40 * exploding.stable_step();
-  auto last = exploding.step(h);
-  for (int k = 0; k < 100 && last; ++k) last = exploding.step(h);
+  double const above = 40 * exploding.stable_step();
+  auto last = exploding.step(above);
+  for (int k = 0; k < 100 && last; ++k) last = exploding.step(above);
   REQUIRE(last.status == StepStatus::diverged);
   CHECK(last.element >= 0);
   CHECK(is_finite(exploding.positions()));   // the last good state

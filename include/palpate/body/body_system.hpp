@@ -230,11 +230,11 @@ class BodySystem {
   {
     assembly_.take_history(tissue);
   }
-  /// Of the elements that act on the moving particles, where they are.
-  auto lowest_determinant() noexcept
+  /// Of the elements that act on the moving particles, where they are, one of so many parts.
+  auto lowest_determinant(int part = 0, int parts = 1) noexcept
     requires HasLowestDeterminant<Tissue>
   {
-    return assembly_.lowest_determinant(now(x_, &State::position).padded_view().data());
+    return assembly_.lowest_determinant(now(x_, &State::position).padded_view().data(), part, parts);
   }
   void take(SolveReport<Scalar> const& report) noexcept { solve_ = report; }
   SolveReport<Scalar> const& solve() const noexcept { return solve_; }

@@ -16,6 +16,7 @@
 #include <palpate/integrator/motion_forecast.hpp>
 #include <palpate/region/whole_body.hpp>
 
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <type_traits>
@@ -135,8 +136,11 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
     EqualSteps<Scalar> const steps = split_duration(duration, known_stable_step_, substeps.most);
     StepReport<Scalar> report;
     for (int k = 1; k <= steps.count && report; ++k) {
+      StepReport<Scalar> const last = report;
       report = take_step(steps.each);
       report.steps = k;
+      if (report && !ImplicitIntegrator<IntegratorType, Scalar> && last.element >= 0 && !(report.determinant <= last.determinant))
+        report.element = last.element, report.determinant = last.determinant;
     }
     if (report && known_stable_step_ > 0) report.status = steps.capped ? StepStatus::behind : StepStatus::ok;
     this->consume_forces();
@@ -196,11 +200,16 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
       if constexpr (ImplicitIntegrator<IntegratorType, Scalar>) {
         solved_.add(report.solve = system.solve());
         if constexpr (HasLowestDeterminant<Tissue>) note_inverted(report, system.lowest_determinant(), Scalar(0));
+      } else if constexpr (HasLowestDeterminant<Tissue>) {   // a part in each of so many steps: by time, so that what follows a restored state is the same
+        double const steps = std::round(static_cast<double>(this->time()) / static_cast<double>(h));
+        note_inverted(report, system.lowest_determinant(steps < 1e15 ? static_cast<int>(std::fmod(steps, looks)) : 0, looks), Scalar(0));
       }
     }
     this->end_step(h);
     return report;
   }
+
+  static constexpr int looks = 32;   // explicit steps, in which each element is looked at once
 
   bool knows_stable_step() const noexcept { return StepsOfAnySize<IntegratorType> ? known_stable_step_ > 0 : this->knows_modes(); }
   static void note_inverted(StepReport<Scalar>& report, auto const& lowest, Scalar most) noexcept {

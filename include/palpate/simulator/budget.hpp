@@ -144,6 +144,13 @@ inline std::string lag_text(BodyCounts const& body) {
   return text + "\n";
 }
 
+/// Which tetrahedron was turned over, how far, and what to do, in one line; empty where none was found.
+inline std::string inverted_text(BodyCounts const& body) {
+  if (body.inverted == 0) return {};
+  return detail::message("a tetrahedron was turned over after ", body.inverted, " of ", body.steps, " steps, most of all number ", body.inverted_element, ", to det F = ",
+                         detail::rounded(body.lowest_determinant), ": there the force is not a tissue's; press less, or with a larger tip, or make the mesh finer\n");
+}
+
 /// Where the time of a tick goes, as text: for a log or a window beside the simulation.
 ///   servo: tick 3.12 µs (p99 5.2 µs) of 1000 µs at 1000 Hz: 0.312 % (p99 0.52 %); 0 overruns, 0 skipped in 1500 ticks
 ///     period 1000 µs (p99 1040 µs, longest 1130 µs), woken 37 µs late (p99 82 µs)
@@ -151,7 +158,8 @@ inline std::string lag_text(BodyCounts const& body) {
 ///     period 2000 µs (p99 2050 µs, longest 2200 µs), woken 60 µs late (p99 110 µs)
 ///   next bottleneck: the body's computing, 13 % of its period at p99; it may take 7.69 times as long
 ///   forecast: steps up to 1140 µs are stable, 2 steps a tick of 2000 µs, 100 µs each: 10 % of it
-/// After it, where there is reason to, how far the body lags, `lag_text`, and what the limit of force did, `to_text(ForceSaturation)`.
+/// After it, where there is reason to, how far the body lags, `lag_text`, what was turned over, `inverted_text`, and what the limit of force did,
+/// `to_text(ForceSaturation)`.
 /// Share      computing time / period aimed at, at the median and at p99. Steps a tick are a mean. Times of a quantile are within 1/32.
 /// For        `simulator.statistics()` after a run, `simulator.live_statistics()` during one; of several tools an array of theirs,
 ///              std::array{simulator.statistics<0>(), simulator.statistics<1>()}
@@ -176,7 +184,7 @@ inline std::string budget_text(std::span<SimulatorStatistics const> tools) {
     text += first.share <= 1.0 ? detail::message("it may take ", detail::rounded(1.0 / first.share), " times as long\n")
                                : detail::message("that is ", detail::rounded(first.share), " times what there is\n");
   }
-  text += to_text(step_forecast(tools[0])) + lag_text(body);
+  text += to_text(step_forecast(tools[0])) + lag_text(body) + inverted_text(body);
   for (std::size_t k = 0; k < tools.size(); ++k)
     if (std::string const force = to_text(tools[k].servo_counts.saturation); !force.empty()) text += (tools.size() > 1 ? detail::message("tool ", k, ", ") : std::string()) + force;
   return text;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/concept.hpp>
+#include <palpate/body/step_report.hpp>
 #include <palpate/body/substeps.hpp>
 #include <palpate/simulator/body_counts.hpp>
 
@@ -105,6 +106,12 @@ class StepControl {
       covered_ += static_cast<double>(each);
     else
       ++counts_.diverged;
+    if constexpr (TellsInvertedElements<Report>)
+      if (report && report.element >= 0) {
+        ++counts_.inverted;
+        auto const determinant = static_cast<double>(report.determinant);
+        if (!(determinant >= counts_.lowest_determinant)) counts_.inverted_element = report.element, counts_.lowest_determinant = determinant;
+      }
     return static_cast<bool>(report);
   }
   /// After the steps of a tick of h seconds that was split so.

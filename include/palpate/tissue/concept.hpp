@@ -322,10 +322,11 @@ concept HasHistory = HasSubsetForces<T> && requires(T& tissue, typename T::Assem
   assembly.take_history(tissue);
 };
 
-/// Refinement: says at positions x which of its elements is nearest to being turned over, and its J = det F; so does its Assembly, of those that act.
+/// Refinement: says at positions x which of its elements is nearest to being turned over, and its J = det F; so does its Assembly, of those that act, or of
+/// one of so many parts of them.
 template <class T>
 concept HasLowestDeterminant = HasSubsetForces<T> && requires(T const& tissue, typename T::Assembly const& assembly, Matrix3X<typename T::Scalar> const& x) {
-  assembly.lowest_determinant(x.data());
+  assembly.lowest_determinant(x.data(), 0, 1);
   { tissue.lowest_determinant(x).element } -> std::convertible_to<int>;
   { tissue.lowest_determinant(x).value } -> std::convertible_to<typename T::Scalar>;
 };

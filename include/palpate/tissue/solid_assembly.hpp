@@ -125,11 +125,11 @@ class SolidAssembly : public AssembledParticles<Scalar> {
   }
   /// What rounding makes of that: some digits of what the tetrahedra would store if each were stretched to twice its size.
   Scalar energy_rounding() const noexcept { return energy_rounding_; }
-  /// The lowest J of the tetrahedra that act on the chosen particles, and its number in the tissue.
-  detail::LowestDeterminant<Scalar> lowest_determinant(Scalar const* x) const noexcept {
+  /// The lowest J of the tetrahedra that act on the chosen particles, and its number in the tissue; of one of so many parts of them.
+  detail::LowestDeterminant<Scalar> lowest_determinant(Scalar const* x, int part = 0, int parts = 1) const noexcept {
     detail::LowestDeterminant<Scalar> found;
     for (int b = 0; b < blocks(); ++b)
-      if (auto const one = packs_[at(b)].lowest(x); !(one.value >= found.value)) found = one;
+      if (auto const one = packs_[at(b)].lowest(x, part, parts); !(one.value >= found.value)) found = one;
     return found;
   }
 

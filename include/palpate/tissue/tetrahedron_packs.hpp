@@ -428,9 +428,12 @@ class TetrahedronPacks {
     }
     return sum;
   }
-  LowestDeterminant<Scalar> lowest(Scalar const* x) const noexcept {
+  /// Of one of so many parts.
+  LowestDeterminant<Scalar> lowest(Scalar const* x, int part, int parts) const noexcept {
     LowestDeterminant<Scalar> found;
-    for (std::size_t k = 0; k < packs_.size(); ++k) {
+    auto const first_of = [&](int n) { return packs_.size() * static_cast<std::size_t>(n) / static_cast<std::size_t>(parts); };
+    for (std::size_t k = first_of(part); k < first_of(part + 1); ++k) {
+      prefetch_after(packs_, k);
       Tensor3<T> const F = gradient(packs_[k], x);
       T const J = determinant(F, cofactor(F));
       if (simd::all_below(T(number<T>(static_cast<double>(found.value)) - J), Scalar(0))) continue;
