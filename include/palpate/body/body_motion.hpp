@@ -265,6 +265,7 @@ class BodyMotion : public BodyShape<TissueType> {
     bool modes_are_known;
     SurfaceTree<Scalar> tree;   // edits have shaped it: another one is searched in another order
     bool tree_is_fitted;
+    Scalar mean_edge, bound, offset;   // of the undisturbed body: what counts as near, small and far
   };
   /// While a cut is in progress the wound is saved as if it ended where the blade is.
   State save() const {
@@ -277,13 +278,15 @@ class BodyMotion : public BodyShape<TissueType> {
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, disturbed_, this->evened_, moving_.save(),
             gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, this->numbering_, system_.layout(),
-            modal_estimate_.search(), modal_estimate_.layout(), known_modes_, modes_of_, modes_are_known_, this->tree_, tree_is_fitted_};
+            modal_estimate_.search(), modal_estimate_.layout(), known_modes_, modes_of_, modes_are_known_, this->tree_, tree_is_fitted_, mean_edge_, bound_, offset_};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
     state_ = saved.particles;
     held_ = saved.held;
     forces_.restore(state_, saved.forced);
+    mean_edge_ = saved.mean_edge, bound_ = saved.bound, offset_ = saved.offset;
+    moving_.set_scale(mean_edge_, offset_);
     moving_.restore(saved.moving);
     system_.restore(saved.layout);
     modal_estimate_.set_order(moving_.order());
