@@ -438,12 +438,17 @@ TEST_CASE("two devices at one service have a force and a state each, and one tha
   CHECK(pushed("04BA") == 2.0);
 
   Inverse3Device third(at(service, {.device = "049D"}));   // two would send the same motors their forces in turn
-  try {
-    third.open();
-    FAIL("a device was opened twice");
-  } catch (HaplyError const& error) {
-    CHECK(error.problem() == HaplyProblem::in_use);
-    CHECK(unsaid(error.what(), "049D is open in this program already", "close it there first") == "");
+  for (char const* host : {"127.0.0.1", "localhost", "LOCALHOST", "127.1", "0.0.0.0"}) {
+    auto options = at(service, {.device = "049D"});
+    options.host = host;
+    Inverse3Device again(options);
+    try {
+      again.open();
+      FAIL("a device was opened twice, as one of " << host);
+    } catch (HaplyError const& error) {
+      CHECK(error.problem() == HaplyProblem::in_use);
+      CHECK(unsaid(error.what(), "049D is open in this program already", "close it there first") == "");
+    }
   }
   is_there.store(false);
   REQUIRE(comes_true([&] { return other.read(there) == DeviceStatus::disconnected; }));

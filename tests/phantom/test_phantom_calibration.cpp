@@ -99,7 +99,7 @@ TEST_CASE("a stylus that belongs into the inkwell is asked for", "[phantom]") {
   device.open();
   CHECK(device.calibration() == Calibration::needs_hand);
   std::string const text = message_of([&] { device.arm(); });
-  CHECK(unsaid(text, "the motors stay off", "needs the user's hand", "into the inkwell", "calibration_patience") == "");
+  CHECK(unsaid(text, "the motors of the default PHANToM stay off", "needs the user's hand", "into the inkwell", "calibration_patience") == "");
   CHECK_FALSE(fake.seen[0].motors);
   DeviceState<double> state;
   CHECK(device.read(state) == DeviceStatus::ok);   // it can be looked at

@@ -60,7 +60,7 @@ class PhantomDevice {
     if (opened_) throw InvalidArgument("PhantomDevice: it is open already; close it first");
     auto const facts = std::make_shared<detail::phantom::Facts>();
     auto servo =
-        runtime().open(options_.library, options_.device.empty() ? "the default PHANToM" : "the PHANToM \"" + options_.device + "\"", options_.rate,
+        runtime().open(options_.library, who(), options_.rate,
                        options_.timeout, [facts, options = options_](detail::phantom::Functions const& hd, std::size_t others) {
                          return detail::phantom::open_device(hd, others, options, *facts);
                        });
@@ -88,13 +88,13 @@ class PhantomDevice {
     require_open("arm");
     if (DeviceStatus const now = servo_->status.load(); !is_usable(now))
       throw PhantomError(PhantomProblem::driver,
-                         detail::message("the motors stay off: the device is at fault (", to_string(now), "); close it and open it again"));
+                         detail::message("the motors of ", who(), " stay off: the device is at fault (", to_string(now), "); close it and open it again"));
     if (options_.calibrated_only) require_calibration();
     servo_->force_wanted.store(true);
     if (!wait(options_.timeout, [&] { return servo_->force_on.load() || !is_usable(servo_->status.load()); }) || !servo_->force_on.load()) {
       servo_->force_wanted.store(false);
       throw PhantomError(is_usable(servo_->status.load()) ? PhantomProblem::timeout : PhantomProblem::driver,
-                         "the motors were not switched on; ask pop_fault() what the driver said");
+                         detail::message("the motors of ", who(), " were not switched on; ask pop_fault() what the driver said"));
     }
   }
   void disarm() noexcept {
@@ -207,6 +207,8 @@ class PhantomDevice {
   bool on_servo_thread() const noexcept { return runtime().servo_thread() == std::this_thread::get_id(); }
   bool within_tick() const noexcept { return servo_->inside.load() && on_servo_thread(); }
 
+  std::string who() const { return options_.device.empty() ? "the default PHANToM" : "the PHANToM \"" + options_.device + "\""; }
+
   void require_open(char const* call) const {
     if (!opened_)
       throw InvalidArgument(detail::message("PhantomDevice: ", call, "() needs an open device; call open() first, or use a DeviceSession"));
@@ -234,7 +236,7 @@ class PhantomDevice {
     }
     if (wait(options_.calibration_patience, [&] { return calibration() == Calibration::good; })) return;
     throw PhantomError(PhantomProblem::not_calibrated,
-                       detail::message("the motors stay off, the calibration ", to_string(calibration()), ": ", calibration_advice(),
+                       detail::message("the motors of ", who(), " stay off, the calibration ", to_string(calibration()), ": ", calibration_advice(),
                                        " (PhantomOptions::calibration_patience says how long arm() waits for that)"));
   }
 

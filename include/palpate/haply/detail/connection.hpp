@@ -94,6 +94,13 @@ class Connection {
                  [&](Step& done) { socket_.async_write(boost::asio::buffer(out_), [&done](ErrorCode error, std::size_t) { done.end(error); }); }),
             HaplyProblem::gone, "the service ended the connection");
   }
+  /// Where the service is, whatever names it: on this machine "localhost".
+  std::string peer() const {
+    ErrorCode error, other;
+    auto const there = socket_.next_layer().remote_endpoint(error), here = socket_.next_layer().local_endpoint(other);
+    if (error || other) return address_;
+    return message(there.address() == here.address() ? std::string("localhost") : there.address().to_string(), ":", there.port());
+  }
   /// The next message, whole, also if it comes in pieces.
   std::string receive(Clock::time_point deadline) {
     if (!read_.begun) begin_reading();   // else it may have come while the request was on its way out

@@ -44,7 +44,7 @@ struct Command {
 /// Invariant  one for each: two would send the same motors their forces in turn.
 class Claim {
  public:
-  Claim(Inverse3Options const& options, std::string const& device) : name_(device + "@" + options.host + ":" + std::to_string(options.port)) {
+  Claim(std::string const& service, std::string const& device) : name_(device + "@" + service) {   // where it is, not what it is called: a machine has several names
     std::lock_guard const lock(held().mutex);
     if (!held().names.insert(name_).second)
       throw HaplyError(HaplyProblem::in_use, message(legible(device), " is open in this program already; close it there first, or name another device"));
@@ -77,7 +77,7 @@ class Link {
  public:
   /// Connects, reads the inventory, and sends zero once. Throws `HaplyError`.
   explicit Link(Inverse3Options const& options) : options_(options), report_(opened()), max_force_(options.max_force), command_(report_) {
-    claim_.emplace(options_, report_.device_id);
+    claim_.emplace(connection_->peer(), report_.device_id);
     exchange(Vector3<double>::Zero());
   }
   ~Link() { stop(); }

@@ -45,6 +45,8 @@ using Json = nlohmann::json;
 inline Json parsed(std::string_view text) {
   try {
     return Json::parse(text.begin(), text.end());
+  } catch (Json::out_of_range const&) {
+    throw HaplyError(HaplyProblem::protocol, message("the service sent a number that is too large: ", legible(text)));
   } catch (Json::exception const&) {
     throw HaplyError(HaplyProblem::protocol, message("the service sent what is no JSON: ", legible(text),
                                                      "; is the address that of Haply's Inverse Service, and the port that of format 3.x (10001)?"));
