@@ -231,7 +231,7 @@ class VolumeCutter {
     detail::SkinOf<Body> skin(body, state_ == CuttingPhase::moving);
     SurfaceContact<Scalar> const& contact = touch_.update(skin, tool.position, state_ == CuttingPhase::moving);
     int const taken = removed_.tetrahedra;
-    if (!contact.touching) {
+    if (!contact.touching && !(state_ == CuttingPhase::moving && is_edge_in(body))) {
       if (state_ == CuttingPhase::moving) left_at_.assign(blade_.begin(), blade_.end()), leaves_ = true;
       state_ = CuttingPhase::no_contact;
     }
@@ -251,6 +251,27 @@ class VolumeCutter {
     if (state_ != CuttingPhase::moving) return;
     cut(body, std::span<Vector const>(blade_), Scalar(0));
     if (removed_.tetrahedra != taken) touch_.update(skin, tool.position, true);   // what it touched may be gone
+  }
+
+  /// Whether a part of the edge is in the tissue, or between the lips of a wound, while the tip is in neither: in a cavity, or out at the far side.
+  template <class Body>
+  bool is_edge_in(Body& body) {
+    if (traced_.goes_through_border(body, std::span<Vector const>(blade_))) return true;
+    detail::SkinOf<Body> skin(body, true);
+    Scalar const edge = body.mean_edge();
+    auto const is_between_lips = [&](Vector const& point) {   // near a wall, and below the skin
+      auto const wall = body.nearest_point(point);
+      if (!wall.found() || wall.distance > edge || !body.tissue().is_wound(wall.triangle)) return false;
+      auto const over = skin.nearest_point(point);
+      bool on_border = false;
+      return over.found() && (point - over.point).dot(detail::pseudo_normal(skin, over.triangle, over.barycentric, on_border)) < 0;
+    };
+    for (std::size_t k = 1; k < blade_.size(); ++k) {
+      int const parts = 1 + static_cast<int>(2 * (blade_[k] - blade_[k - 1]).norm() / edge);
+      for (int j = 0; j <= parts; ++j)
+        if (is_between_lips(blade_[k - 1] + static_cast<Scalar>(j) / static_cast<Scalar>(parts) * (blade_[k] - blade_[k - 1]))) return true;
+    }
+    return false;
   }
 
   // --- the blade ------------------------------------------------------------------------------------------------------
