@@ -70,7 +70,7 @@ struct SolidTaken {
 /// Search     nearest point and nearest vertex are those of a search of all.
 /// Taken      where tetrahedra were taken away, volume and mass are less by what is said; the skin is not larger, and the border is a manifold at its vertices
 ///            wherever it was. Blades may let cavities meet in a vertex: where they have cut since, make one of these anew before tissue is taken away.
-/// At a stroke's end, by check_end(), of elements that remember nothing:
+/// At a stroke's end, by check_end(), of elements of one material that remember nothing; where two materials meet a stretch pulls, cut or not:
 /// Stretch    the energy of a uniform stretch is what it was, however it was divided and opened, and no particle inside is pulled: a patch test.
 /// Rigid      each piece may be turned and moved by itself without any energy: six modes each.
 /// Tolerances 1e-12 (double) or 1e-5 (float) of the total; row bounds 1e-6 or 1e-3.
