@@ -309,6 +309,36 @@ TEST_CASE("a tool that crosses an old wound cuts on beyond it, and is not jerked
   }
 }
 
+TEST_CASE("a tool that comes back into the wound that it has left cuts on from its end", "[volume_cutter][cut_force]") {
+  // Yardstick: its depth times the way of the second stroke beyond the first.
+  double const low = top - depth;
+  for (double const back : {0.030, 0.039}) {
+    INFO("back at x = " << back << " m");
+    Body body = make_body<double>();
+    Knife knife({.puncture_depth = 0.006});
+    auto const go = [&](Vector3<double> const& from, Vector3<double> const& to) {
+      int jumps = 0;
+      for (int tick = 1; tick <= 200; ++tick) {
+        auto const before = knife.state();
+        knife.advance(body, ToolPose<double>{.position = from + tick / 200.0 * (to - from)});
+        jumps += knife.state() != before;
+        REQUIRE(body.step(1e-3));
+      }
+      return jumps;
+    };
+    Vector3<double> const in(0.012, 0.0113, top - depth), end(0.042, 0.0113, top - depth), over(back, 0.0113, top + 0.006), deep(back, 0.0113, low);
+    go({0.012, 0.0113, top + 0.004}, in), go(in, end), go(end, {0.042, 0.0113, top + 0.006});
+    REQUIRE(knife.state() == CuttingPhase::no_contact);
+    double const first = knife.area();
+    go({0.042, 0.0113, top + 0.006}, over), go(over, deep);
+    CHECK(knife.state() == CuttingPhase::moving);
+    CHECK(go(deep, {0.055, 0.0113, low}) == 0);
+    CHECK(knife.area() - first == Approx(depth * (0.055 - 0.042)).epsilon(0.25));
+    go({0.055, 0.0113, low}, {0.055, 0.0113, top + 0.006});
+    CHECK(knife.state() == CuttingPhase::no_contact);
+  }
+}
+
 TEST_CASE("a blade punctures when it presses hard enough, however little deep", "[volume_cutter][cut_force]") {
   // Yardstick: the force of the recording at the puncture.
   double const force = 0.25;

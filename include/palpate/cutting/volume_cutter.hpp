@@ -240,9 +240,10 @@ class VolumeCutter {
       if (!is_behind_) lift(body);
       if (removed_.tetrahedra != taken) touch_.update(skin, tool.position);   // what it touches again may be gone
     }
-    if (contact.touching && state_ != CuttingPhase::moving) {
+    bool const comes_through_wound = state_ != CuttingPhase::moving && is_in_wound(body, tool.position);
+    if (comes_through_wound || (contact.touching && state_ != CuttingPhase::moving)) {
       state_ = CuttingPhase::indenting;
-      if (!leaves_ && (!(contact.depth < options_.puncture_depth) || force >= options_.puncture_force)) {   // the last cut is done
+      if (!leaves_ && (comes_through_wound || !(contact.depth < options_.puncture_depth) || force >= options_.puncture_force)) {   // the last cut is done
         state_ = CuttingPhase::moving;
         if (!last_blade_.empty()) cut(body, std::span<Vector const>(last_blade_), Scalar(0));   // from where it was in the last tick: from outside
       }
@@ -257,21 +258,30 @@ class VolumeCutter {
   template <class Body>
   bool is_edge_in(Body& body) {
     if (traced_.goes_through_border(body, std::span<Vector const>(blade_))) return true;
-    detail::SkinOf<Body> skin(body, true);
     Scalar const edge = body.mean_edge();
-    auto const is_between_lips = [&](Vector const& point) {   // near a wall, and below the skin
-      auto const wall = body.nearest_point(point);
-      if (!wall.found() || wall.distance > edge || !body.tissue().is_wound(wall.triangle)) return false;
-      auto const over = skin.nearest_point(point);
-      bool on_border = false;
-      return over.found() && (point - over.point).dot(detail::pseudo_normal(skin, over.triangle, over.barycentric, on_border)) < 0;
-    };
     for (std::size_t k = 1; k < blade_.size(); ++k) {
       int const parts = 1 + static_cast<int>(2 * (blade_[k] - blade_[k - 1]).norm() / edge);
       for (int j = 0; j <= parts; ++j)
-        if (is_between_lips(blade_[k - 1] + static_cast<Scalar>(j) / static_cast<Scalar>(parts) * (blade_[k] - blade_[k - 1]))) return true;
+        if (depth_between_lips(body, blade_[k - 1] + static_cast<Scalar>(j) / static_cast<Scalar>(parts) * (blade_[k] - blade_[k - 1])) > 0) return true;
     }
     return false;
+  }
+  /// Whether the tip, that has not punctured the skin, has come in where a wound is open: as deep as it would have to press, or an edge.
+  template <class Body>
+  bool is_in_wound(Body& body, Vector const& tip) {
+    int const near = touch_.nearest_triangle();
+    if (near < 0 || near >= body.tissue().surface().triangle_count() || !body.tissue().is_wound(near)) return false;
+    return depth_between_lips(body, tip) > std::min(options_.puncture_depth, body.mean_edge());
+  }
+  /// How far below the skin a point is that is within an edge of the wall of a wound; 0 of others.
+  template <class Body>
+  static Scalar depth_between_lips(Body& body, Vector const& point) {
+    auto const wall = body.nearest_point(point);
+    if (!wall.found() || wall.distance > body.mean_edge() || !body.tissue().is_wound(wall.triangle)) return 0;
+    detail::SkinOf<Body> skin(body, true);
+    auto const over = skin.nearest_point(point);
+    bool on_border = false;
+    return over.found() && (point - over.point).dot(detail::pseudo_normal(skin, over.triangle, over.barycentric, on_border)) < 0 ? over.distance : Scalar(0);
   }
 
   // --- the blade ------------------------------------------------------------------------------------------------------
