@@ -6,11 +6,14 @@
 #include <palpate/mesh/block.hpp>
 #include <palpate/mesh/detail/close_points.hpp>
 #include <palpate/mesh/grid.hpp>
+#include <palpate/mesh/repair.hpp>
 #include <palpate/mesh/sphere.hpp>
 #include <palpate/mesh/validation.hpp>
 
+#include <algorithm>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace palpate;
@@ -209,6 +212,65 @@ TEMPLATE_TEST_CASE("every defect of a volume is named", "[mesh]", PALPATE_TEST_S
                                 "correct the overlap at the source";
     REQUIRE(found);
   }
+}
+
+// Two tetrahedra stand on one face, both upright; mirrored, they share it as neighbours do.
+TEMPLATE_TEST_CASE("two tetrahedra on the same side of a face overlap", "[mesh]", PALPATE_TEST_SCALARS) {
+  TetrahedralMesh<TestType> mesh;
+  mesh.points.resize(3, 5);
+  mesh.points << 0, 3, 0, 1, TestType(1.2), 0, 0, 3, 1, TestType(0.8), 0, 0, 0, 3, 2;
+  mesh.tetrahedra.resize(4, 2);
+  mesh.tetrahedra << 0, 0, 1, 1, 2, 2, 3, 4;
+  check_only(mesh, Kind::overlap, 1, 0, says("tetrahedra 0 and 1", "same side of the face", "mesh anew"));
+  auto repaired = mesh;
+  auto const report = repair(repaired);
+  REQUIRE(report.left.size() == 1);
+  REQUIRE_FALSE(report.changed());
+  mesh.points(2, 4) = -2;
+  check_only(mesh, Kind::inverted, 1, -1, says("inside out"));   // one cause, one defect
+  std::swap(mesh.tetrahedra(0, 1), mesh.tetrahedra(1, 1));
+  REQUIRE(validate(mesh).empty());
+}
+
+// Yardstick: every pair of tetrahedra with three common corners, and on which side of them the fourth of each lies.
+TEMPLATE_TEST_CASE("a folded volume has the overlaps that brute force finds", "[mesh]", PALPATE_TEST_SCALARS) {
+  auto const signed_volume = [](auto const& mesh, int a, int b, int c, int d) {
+    auto const at = [&](int v) { return Vector3<double>(mesh.points.col(v).template cast<double>()); };
+    return (at(b) - at(a)).cross(at(c) - at(a)).dot(at(d) - at(a));
+  };
+  int found = 0;
+  for (unsigned const seed : {1u, 2u, 3u, 4u, 5u, 6u}) {
+    CAPTURE(seed);
+    Random random(Seed{seed});
+    auto mesh = make_block<TestType>(4, 4, 4, TestType(1));
+    for (int folds = 0; folds < 3; ++folds) {   // vertices that go through the faces about them
+      auto const v = static_cast<Eigen::Index>(random() % 64);
+      for (int k = 0; k < 3; ++k) mesh.points(k, v) += TestType(2.6) * random.template uniform<TestType>() - TestType(1.3);
+    }
+    int const count = static_cast<int>(mesh.tetrahedra.cols());
+    for (int t = 0; t < count; ++t)   // as a reader turns them
+      if (signed_volume(mesh, mesh.tetrahedra(0, t), mesh.tetrahedra(1, t), mesh.tetrahedra(2, t), mesh.tetrahedra(3, t)) < 0)
+        std::swap(mesh.tetrahedra(2, t), mesh.tetrahedra(3, t));
+    std::vector<std::pair<int, int>> expected, overlaps;
+    for (int b = 0; b < count; ++b)
+      for (int a = 0; a < b; ++a) {
+        std::vector<int> common, own;
+        for (int const v : mesh.tetrahedra.col(a)) (mesh.tetrahedra.col(b).array() == v).any() ? common.push_back(v) : own.push_back(v);
+        if (common.size() != 3) continue;
+        for (int const v : mesh.tetrahedra.col(b))
+          if (!(mesh.tetrahedra.col(a).array() == v).any()) own.push_back(v);
+        if (signed_volume(mesh, common[0], common[1], common[2], own[0]) * signed_volume(mesh, common[0], common[1], common[2], own[1]) > 0)
+          expected.emplace_back(b, a);
+      }
+    for (auto const& d : validate(mesh)) {
+      REQUIRE(d.kind == Kind::overlap);
+      overlaps.emplace_back(d.index, d.other);
+    }
+    std::sort(overlaps.begin(), overlaps.end()), std::sort(expected.begin(), expected.end());
+    REQUIRE(overlaps == expected);
+    found += static_cast<int>(expected.size());
+  }
+  REQUIRE(found > 20);
 }
 
 TEST_CASE("the exception shows the first defects and counts the rest", "[mesh]") {

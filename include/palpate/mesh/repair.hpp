@@ -330,7 +330,7 @@ void repair_elements(TetrahedralMesh<Scalar>& mesh, double tolerance, RepairRepo
 /// Limits     Merging joins surfaces that only touch; a point used by no triangle but not finite is dropped like any other.
 ///
 /// A foreign volume: vertices at one place are merged, tetrahedra without volume and repeated ones dropped, two corners of those inside out
-/// swapped, unused vertices dropped.
+/// swapped, unused vertices dropped. Tetrahedra that overlap stay, and are reported in `left`.
 template <detail::SimplexMesh Mesh>
 RepairReport repair(Mesh& mesh, RepairOptions const& options = {}) {
   RepairReport report;

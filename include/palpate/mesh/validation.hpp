@@ -35,6 +35,7 @@ enum class MeshDefectKind {
   duplicate_element,          ///< element, the earlier element
   non_manifold_edge,          ///< vertex, vertex, number of triangles at the edge
   non_manifold_face,          ///< tetrahedron, tetrahedron, number of tetrahedra at the face
+  overlap,                    ///< tetrahedron, the earlier tetrahedron: both lie on the same side of the face that they share
   inconsistent_orientation,   ///< vertex, vertex: the edge whose two triangles face opposite ways
   non_manifold_vertex,        ///< vertex, –, number of separate fans of triangles
   open_border,                ///< smallest vertex of a hole, –, number of its edges
@@ -84,6 +85,9 @@ inline std::string to_string(MeshDefect const& d) {
     case MeshDefectKind::non_manifold_face:
       return message("a face of tetrahedron ", d.index, " belongs to ", count(), " tetrahedra, ", d.other,
                      " among them, where a volume has one or two; correct the overlap at the source");
+    case MeshDefectKind::overlap:
+      return message("tetrahedra ", d.other, " and ", d.index, " lie on the same side of the face that they share, so they overlap; move the vertex back that",
+                     " has gone through it, or mesh anew there");
     case MeshDefectKind::inconsistent_orientation:
       return message("the two triangles at edge ", d.index, "–", d.other, " face opposite ways; `repair` turns one side");
     case MeshDefectKind::non_manifold_vertex:
@@ -112,7 +116,8 @@ namespace detail {
 template <RealScalar Scalar, int Corners>
 struct ElementChecks {
   std::vector<MeshDefect> defects;
-  std::vector<char> sound;   ///< per element: safe to read, and part of the topology
+  std::vector<char> sound;     ///< per element: safe to read, and part of the topology
+  std::vector<char> upright;   ///< per tetrahedron: its volume is above 0
 };
 
 /// What triangles and tetrahedra have in common: points, indices, repeated corners, unused and doubled vertices.
@@ -131,6 +136,7 @@ ElementChecks<Scalar, Corners> check_elements(Matrix<Scalar, 3, Dynamic> const& 
         defects.push_back({Kind::not_finite, v, k, static_cast<double>(points(k, v)), Corners});
 
   result.sound.assign(static_cast<std::size_t>(elements.cols()), 1);
+  result.upright.assign(Corners == 4 ? result.sound.size() : 0, 0);
   for (int e = 0; e < static_cast<int>(elements.cols()); ++e) {
     char& sound = result.sound[static_cast<std::size_t>(e)];
     for (int c = 0; c < Corners && sound; ++c)
@@ -168,6 +174,8 @@ ElementChecks<Scalar, Corners> check_elements(Matrix<Scalar, 3, Dynamic> const& 
       } else if (flat < 0) {
         Vector3<double> const u = p[1] - p[0], v = p[2] - p[0], w = p[3] - p[0];
         defects.push_back({Kind::inverted, e, -1, u.cross(v).dot(w) / 6, 4});
+      } else {
+        result.upright[static_cast<std::size_t>(e)] = flat > 0;   // NaN where a length overflows
       }
     }
   }
@@ -288,13 +296,18 @@ std::vector<MeshDefect> validate(TriangleMesh<Scalar> const& mesh, MeshRequireme
 }
 
 /// Everything that is wrong with a volume; `closed` means nothing here.
+/// Limits     Tetrahedra that overlap are found where they share a face, of parts that pass through each other none.
 template <RealScalar Scalar>
 std::vector<MeshDefect> validate(TetrahedralMesh<Scalar> const& mesh, MeshRequirements const& wanted = {}) {
   auto checks = detail::check_elements(mesh.points, mesh.tetrahedra, wanted);
   detail::for_each_face(mesh.tetrahedra, [&](int t) { return checks.sound[static_cast<std::size_t>(t)] != 0; }, [&](auto const* first, auto const* last) {
     auto const tetrahedron = [](auto const& face) { return static_cast<int>(face.second / 4); };
+    int const a = tetrahedron(first[0]), b = tetrahedron(last[-1]);
     if (last - first > 2)
-      checks.defects.push_back({MeshDefectKind::non_manifold_face, tetrahedron(first[0]), tetrahedron(first[1]), static_cast<double>(last - first), 4});
+      checks.defects.push_back({MeshDefectKind::non_manifold_face, a, tetrahedron(first[1]), static_cast<double>(last - first), 4});
+    else if (a != b && checks.upright[static_cast<std::size_t>(a)] && checks.upright[static_cast<std::size_t>(b)] &&
+             detail::rises(mesh.tetrahedra, first[0].second) == detail::rises(mesh.tetrahedra, first[1].second))
+      checks.defects.push_back({MeshDefectKind::overlap, b, a, 0, 4});
   });
   return std::move(checks.defects);
 }

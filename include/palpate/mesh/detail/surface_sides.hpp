@@ -93,6 +93,13 @@ void for_each_edge(std::vector<Side> const& sides, Visit visit) {
 
 inline constexpr int outward_faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};   // of a tetrahedron of positive volume
 
+/// Whether a face, 4 · tetrahedron + face, goes round its corners in rising order when seen from outside. Two tetrahedra at a face differ in it.
+inline bool rises(Matrix<int, 4, Dynamic> const& tetrahedra, std::int64_t face) {
+  auto const& [a, b, c] = outward_faces[face % 4];
+  int const u = tetrahedra(a, face / 4), v = tetrahedra(b, face / 4), w = tetrahedra(c, face / 4);
+  return (u < v) + (v < w) + (w < u) == 2;
+}
+
 /// Calls visit(places) for the faces with the same corners: 4 · tetrahedron + face each, in rising order. Of tetrahedra for which use(t) holds.
 template <class Use, class Visit>
 void for_each_face(Matrix<int, 4, Dynamic> const& tetrahedra, Use use, Visit visit) {
