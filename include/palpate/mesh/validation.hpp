@@ -169,13 +169,13 @@ ElementChecks<Scalar, Corners> check_elements(Matrix<Scalar, 3, Dynamic> const& 
         defects.push_back({Kind::no_area, e, -1, flat, 3});
     } else {
       double const flat = flatness(p[0], p[1], p[2], p[3]);
-      if (std::abs(flat) <= wanted.tolerance) {
+      if (!(std::abs(flat) > wanted.tolerance)) {   // NaN where a length overflows
         defects.push_back({Kind::no_volume, e, -1, flat, 4});
       } else if (flat < 0) {
         Vector3<double> const u = p[1] - p[0], v = p[2] - p[0], w = p[3] - p[0];
         defects.push_back({Kind::inverted, e, -1, u.cross(v).dot(w) / 6, 4});
       } else {
-        result.upright[static_cast<std::size_t>(e)] = flat > 0;   // NaN where a length overflows
+        result.upright[static_cast<std::size_t>(e)] = 1;
       }
     }
   }

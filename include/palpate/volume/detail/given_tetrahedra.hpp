@@ -8,6 +8,7 @@
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/mesh/validation.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -17,6 +18,31 @@
 #include <vector>
 
 namespace palpate::detail {
+
+/// What is wrong in a file, with its numbers of vertices and tetrahedra, and what to do where it was made: its reader has no mesh that `repair` could take.
+inline std::string defect_of_file(MeshDefect defect, std::vector<int> const& new_index, std::vector<Vector3<double>> const& points,
+                                  std::vector<std::array<int, 4>> const& tetrahedra) {
+  using Kind = MeshDefectKind;
+  auto const in_file = [&](int v) { return static_cast<int>(std::find(new_index.begin(), new_index.end(), v) - new_index.begin()); };
+  if (defect.kind == Kind::not_finite || defect.kind == Kind::duplicate_vertex) defect.index = in_file(defect.index);
+  if (defect.kind == Kind::repeated_corner || defect.kind == Kind::duplicate_vertex) defect.other = in_file(defect.other);
+  std::string text = to_string(defect);
+  text.resize(std::min(text.size(), text.find("; `repair`")));
+  if (defect.kind == Kind::no_volume || defect.kind == Kind::duplicate_element || defect.kind == Kind::non_manifold_face || defect.kind == Kind::overlap) {
+    text += message("; the vertices of tetrahedron ", defect.index, " are");
+    for (char const* separator = " "; int const v : tetrahedra[static_cast<std::size_t>(defect.index)]) {
+      text += message(separator, v);
+      if (auto const& p = points[static_cast<std::size_t>(v)]; defect.kind == Kind::no_volume) text += message(" (", p.x(), ", ", p.y(), ", ", p.z(), ")");   // one may be far off
+      separator = ", ";
+    }
+  }
+  if (defect.kind == Kind::no_volume) text += "; mesh anew there (in Gmsh: Mesh.Optimize = 1), or correct the vertex";
+  if (defect.kind == Kind::repeated_corner) text += "; take it out of the file, or mesh anew";
+  if (defect.kind == Kind::duplicate_vertex) text += "; merge such vertices (in Gmsh: Coherence Mesh)";
+  if (defect.kind == Kind::duplicate_element)
+    text += "; leave one of them (in version 2 Gmsh writes those of two physical groups twice: give each volume one group, or save as 4.1)";
+  return text + "; all is counted from 0 in the order of the file";
+}
 
 /// The volume of a file: tetrahedra that are inside out are turned, vertices of none dropped. Throws `FileError` in one line for any other fault.
 inline TetrahedralMesh<double> given_tetrahedra(std::vector<Vector3<double>> const& points, std::vector<std::array<int, 4>> const& tetrahedra, double metres_per_unit,
@@ -40,7 +66,8 @@ inline TetrahedralMesh<double> given_tetrahedra(std::vector<Vector3<double>> con
   report.new_index.resize(points.size());
   std::iota(report.new_index.begin(), report.new_index.end(), 0);
   drop_unused(mesh, true, report);
-  for (auto const& defect : validate(mesh)) throw FileError(message(name, ": ", to_string(defect)));
+  if (auto const defects = validate(mesh); !defects.empty())
+    throw FileError(message(name, ": ", defect_of_file(defects.front(), report.new_index, points, tetrahedra)));
   return mesh;
 }
 
