@@ -139,6 +139,10 @@ TEST_CASE("what is wrong with a Gmsh file is said in one line", "[volume][gmsh]"
   says(with(second, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n", ""), "$MeshFormat");
   says(second.substr(0, second.find("50 1 1 1")), "ends where a vertex", "cut short");
   says(second.substr(0, second.find("$Elements")), "no elements");
+  says(second.substr(0, second.find("0 20 30 40 50") + 12), "vertex 5,", "ends in this line", "cut short");
+  says(second.substr(0, second.find("0 20 30 40 50") + 10), "nothing", "a corner", "ends in this line", "cut short");
+  says(second.substr(0, second.find("50 1 1 1") + 7), "nothing stands where a coordinate", "ends in this line", "cut short");
+  CHECK(message_of([&] { parse_gmsh(with(second, "0 20 30 40 50", "0 20 30 40 5")); }).find("ends in this line") == std::string::npos);
   says(with(second, "$Nodes\n6", "$Nodes\n5"), "$EndNodes", "announces");
   says(with(second, "$Nodes\n6", "$Nodes\n600000000000"), "can not hold");
   says(with(second, "$Nodes\n6", "$Nodes\n-1"), "-1");

@@ -115,7 +115,8 @@ TEST_CASE("what is wrong with a volume's file is said in one line", "[vtk][read_
   says("a.vtk", with(legacy, "4 1 2 3 4", "4 1 2 3 300000000"), "CELLS: cell 2", "vertex 300000000");
   says("a.vtu", with(xml, "1 2 3 4<", "1 2 3 30000000<"), "cell 2 refers to vertex 30000000", "vertices 0 … 5");
   says("a.vtk", with(legacy, "4 1 2 3 4", "4 1 2 3 3"), "more than once");
-  says("a.vtk", with(legacy, "0 0 1\n", "0 0 nan\n"), "damaged");
+  says("a.vtk", with(legacy, "0 0 1\n", "0 0 nan\n"), "z coordinate of vertex 3 is not a finite number (nan)");
+  says("a.vtk", with(legacy, "0 1 0\n", "0 -inf 0\n"), "y coordinate of vertex 2 is not a finite number (-inf)");
   says("a.vtk", with(legacy, "0 0 1\n", "1 1 0\n"), "no volume");
   says("a.vtk", "# vtk DataFile Version 2.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\nPOLYGONS 1 4\n3 0 1 2\n", "no unstructured grid");
   says("a.vtk", with(legacy, "CELLS 3 14", "CELLSe3 14"), "CELLS");   // VTK takes it for CELLS 14 …, and writes beyond its list

@@ -64,6 +64,12 @@ class GmshScan {
     throw FileError(message(name_, ", line ", line_, ": ", parts...));
   }
 
+  /// Of a number or a vertex: sections go on to their $End...
+  template <class... Parts>
+  [[noreturn]] void fail_in_section(Parts const&... parts) const {
+    fail(parts..., rest_.empty() ? "; the file ends in this line, it was cut short" : "");
+  }
+
   bool next(std::string_view& line) {
     if (rest_.empty()) return false;
     line = take_line(rest_);
@@ -80,7 +86,7 @@ class GmshScan {
   long long whole(std::string_view& line, char const* what) const {
     std::string_view const word = take_word(line);
     auto const value = to_number<long long>(word);
-    if (!value) fail(word.empty() ? "nothing" : "\"" + legible(word) + "\"", " stands where ", what, " should be");
+    if (!value) fail_in_section(word.empty() ? "nothing" : "\"" + legible(word) + "\"", " stands where ", what, " should be");
     return *value;
   }
   /// A number of things that each take a byte at least.
@@ -123,7 +129,7 @@ class GmshScan {
     for (int k = 0; k < 3; ++k) {
       std::string_view const word = take_word(line);
       auto const value = to_number<double>(word);
-      if (!value || !std::isfinite(*value)) fail(word.empty() ? "nothing" : "\"" + legible(word) + "\"", " is not a coordinate");
+      if (!value || !std::isfinite(*value)) fail_in_section(word.empty() ? "nothing" : "\"" + legible(word) + "\"", word.empty() ? " stands where a coordinate should be" : " is not a coordinate");
       p[k] = *value;
     }
     points_.push_back(p);
@@ -134,7 +140,7 @@ class GmshScan {
       for (int& corner : corners) {
         long long const tag = whole(line, "a corner of a tetrahedron");
         auto const found = index_.find(tag);
-        if (found == index_.end()) fail("a tetrahedron names vertex ", tag, ", which the file does not have");
+        if (found == index_.end()) fail_in_section("a tetrahedron names vertex ", tag, ", which the file does not have");
         corner = found->second;
       }
       tetrahedra_.push_back(corners);

@@ -13,6 +13,7 @@
 #include <vtkSmartPointer.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -67,6 +68,7 @@ class LegacyCheck {
     bool const lists_of_corners = *major < 5;   // later: offsets, which VTK checks
     auto const points = counts("POINTS", 1);
     vertices_ = points ? points->number : 0;
+    if (points && text_) check_coordinates(points->rest);
     if (!grid) {
       for (std::string_view const list : lists)
         if (auto const found = counts(list, 2); found && lists_of_corners) check(list, *found);
@@ -121,6 +123,17 @@ class LegacyCheck {
     }
     if (!text_) take_line(found.rest);
     return found;
+  }
+
+  /// "nan" and "inf", where VTK says that sizes do not match.
+  void check_coordinates(std::string_view rest) const {
+    take_word(rest);   // their type
+    for (long long i = 0; i < 3 * vertices_; ++i) {
+      std::string_view const word = take_word(rest);
+      if (auto const value = to_number<double>(word); value && !std::isfinite(*value))
+        fail("the ", std::string(1, "xyz"[i % 3]), " coordinate of vertex ", i / 3, " is not a finite number (", legible(word), ")");
+      if (word.empty()) return;   // VTK says so
+    }
   }
 
   void check(std::string_view list, Counts counts) const {
