@@ -3,6 +3,7 @@
 #include "device/message.hpp"
 #include "scratch_folder.hpp"
 
+#include <palpate/core/units.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/validation.hpp>
 #include <palpate/volume/read_gmsh.hpp>
@@ -181,6 +182,20 @@ TEST_CASE("a Gmsh file's vertices and tetrahedra are told from 0 in the order of
   CHECK(unsaid(said("50 .3 .3 -2\n60 .3 .3 -1\n", "3 4 1 1 4 20 10 30 50\n4 4 1 1 4 20 10 30 60\n", "8", "4"), "3 tetrahedra", "the vertices of tetrahedron 0 are 1, 2, 3, 5", order) == "");
 }
 
+// A whole person, a room for tests and a vessel are read; an organ in millimetres that is taken for metres is not.
+TEST_CASE("a Gmsh file whose unit nobody stated is refused where metres make no sense", "[volume][gmsh]") {
+  auto const of_length = [](std::string const& length) {
+    return "$NOD\n5\n1 0 0 0\n2 " + length + " 0 0\n3 0 " + length + " 0\n4 0 0 " + length + "\n5 9e9 0 0\n$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n";
+  };
+  for (std::string const length : {"1e-5", "0.001", "1", "2", "10"}) CHECK(parse_gmsh(of_length(length)).points(0, 1) == std::stod(length));
+  CHECK_THROWS_AS(parse_gmsh(of_length("163")), FileError);
+  CHECK(unsaid(message_of([&] { parse_gmsh(of_length("163"), {}, "organ.msh"); }), "organ.msh: read in metres, the longest side would be 163 m", "in mm it would be 0.163 m",
+               "metres_per_unit, as metres_per(\"mm\")") == "");
+  CHECK(parse_gmsh(of_length("163"), metres_per("mm")).points(0, 1) == Approx(0.163));
+  CHECK(parse_gmsh(of_length("163"), metres_per("m")).points(0, 1) == 163);
+  CHECK(parse_gmsh<float>(of_length("0.16"), metres_per("mm")).points(0, 1) == Approx(0.00016f));
+}
+
 // Yardstick: the exact volume of the octahedron. Its middle vertex has gone through a face: what the reader turned would count twice.
 TEST_CASE("a Gmsh file that is folded is refused, as it is by a tissue", "[volume][gmsh]") {
   auto const octahedron = [](char const* middle) {
@@ -213,7 +228,7 @@ TEST_CASE("damaged Gmsh files are read or refused, never crash", "[volume][gmsh]
       if (text.empty()) text = "$";
     }
     try {
-      if (!validate(parse_gmsh(text)).empty()) FAIL("an invalid mesh was read from:\n" << text);
+      if (!validate(parse_gmsh(text, 1.0)).empty()) FAIL("an invalid mesh was read from:\n" << text);
       ++read;
     } catch (FileError const&) {
       ++refused;

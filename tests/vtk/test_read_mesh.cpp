@@ -188,6 +188,15 @@ TEST_CASE("vertices and triangles keep the order of the file", "[vtk][read]") {
   }
 }
 
+TEST_CASE("a surface whose unit nobody stated is refused where metres make no sense", "[vtk][read][error]") {
+  ScratchFolder const folder;
+  auto const of_length = [&](std::string const& length) { return folder.write("liver.obj", "v 0 0 0\nv " + length + " 0 0\nv 0 1 0\nf 1 2 3\n"); };
+  for (std::string const length : {"0.001", "2", "10"}) CHECK(read_mesh<double>(of_length(length)).points(0, 1) == std::stod(length));
+  CHECK_THAT(error_of(of_length("163")), says("liver.obj: read in metres, the longest side would be 163 m", "in mm it would be 0.163 m", "metres_per_unit"));
+  CHECK(read_mesh<double>(of_length("163"), metres_per("mm")).points(0, 1) == Approx(0.163));
+  CHECK(read_mesh<double>(of_length("163"), metres_per("m")).points(0, 1) == 163);
+}
+
 TEST_CASE("polygons become triangles; unused and doubled vertices stay", "[vtk][read]") {
   ScratchFolder const folder;
   // A concave pentagon: a fan from its first corner would leave it. Area by the shoelace formula: 3.
@@ -458,7 +467,7 @@ TEST_CASE("a damaged file gives an error or a mesh, nothing worse", "[vtk][read]
       for (std::size_t hits = 1 + below(4); hits > 0; --hits) damaged[below(damaged.size())] = "09-. \n\xff\0z"[below(9)];
       CAPTURE(name, trial);
       try {
-        auto const mesh = read_mesh<double>(folder.write(name, damaged));
+        auto const mesh = read_mesh<double>(folder.write(name, damaged), 1.0);
         CHECK(mesh.triangles.minCoeff() >= 0);
         CHECK(mesh.triangles.maxCoeff() < mesh.points.cols());
         CHECK(mesh.points.allFinite());
@@ -499,7 +508,7 @@ TEST_CASE("a damaged surface's file gives an error or a mesh, nothing worse", "[
     palpate_test::damage(text, random);
     CAPTURE(name, text);
     try {
-      auto const mesh = read_mesh<double>(folder.write(name, text));
+      auto const mesh = read_mesh<double>(folder.write(name, text), 1.0);
       bool const exist = mesh.triangles.minCoeff() >= 0 && mesh.triangles.maxCoeff() < mesh.points.cols() && mesh.points.allFinite();
       if (!exist) FAIL("a corner or a coordinate does not exist");
       ++read;

@@ -130,6 +130,9 @@ TEST_CASE("what is wrong with a volume's file is said in one line", "[vtk][read_
   }
   says("a.vtu", xml.substr(0, xml.size() / 2), "cut short");
   says("a.vtu", with(xml, "5 10 10", "5 5 5"), "no tetrahedra");
+  std::string const long_one = with(legacy, "0 0 1\n", "0 0 163\n");
+  says("a.vtk", long_one, "read in metres, the longest side would be 163 m", "in mm it would be 0.163 m", "metres_per_unit");
+  CHECK(read_volume(folder.write("a.vtk", long_one), 1.0).points(2, 3) == 163);
   CHECK(unsaid(message_of([&] { read_volume(folder.path() / "none.vtk"); }), "none.vtk", "exist") == "");
 }
 
@@ -162,7 +165,7 @@ TEST_CASE("a damaged volume's file gives an error or a mesh, nothing worse", "[v
     palpate_test::damage(text, random);
     auto const file = folder.write(round % 2 == 0 ? "a.vtk" : "a.vtu", text);
     try {
-      if (!validate(read_volume(file)).empty()) FAIL("an invalid mesh was read from:\n" << text);
+      if (!validate(read_volume(file, 1.0)).empty()) FAIL("an invalid mesh was read from:\n" << text);
       ++read;
     } catch (FileError const&) {
       ++refused;

@@ -4,6 +4,7 @@
 #include <palpate/core/error.hpp>
 
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -28,6 +29,8 @@ struct LengthRange {
 
 /// Diagonal of an organ's bounding box: from an insect's to a person's.
 inline constexpr LengthRange organ_extent{0.001, 2.0};
+/// Longest side of what is in a file whose unit nobody stated: more is no tissue, but a file in another unit. What is small has no other unit to be in.
+inline constexpr LengthRange unstated_extent{0.0, 12.0};
 /// Depth of a tool below the surface: up to a long needle's.
 inline constexpr LengthRange tool_depth{0.0, 0.3};
 /// Of a tool's parts, and of a ball at one's end.
@@ -58,5 +61,23 @@ inline std::string unlikely_length(double number, std::string_view unit, LengthR
 inline void require_length(std::string_view what, double metres, LengthRange range) {
   if (!range.contains(metres)) throw InvalidArgument(detail::message(what, " is ", unlikely_length(metres, "m", range), "; give it in m"));
 }
+
+namespace detail {
+
+/// Metres per unit of a file: as stated, else 1.
+inline double stated_or_metres(std::optional<double> metres_per_unit) {
+  double const metres = metres_per_unit.value_or(1.0);
+  require_positive("metres per unit", metres, "m");
+  return metres;
+}
+
+/// Throws `FileError` where nobody stated the unit and the longest side [m] says that it is another one.
+inline void require_stated_unit(std::string const& name, double longest_side, std::optional<double> metres_per_unit) {
+  if (metres_per_unit || unstated_extent.contains(longest_side)) return;
+  throw FileError(message(name, ": read in metres, the longest side would be ", unlikely_length(longest_side, "m", unstated_extent),
+                          "; say what the file is written in with metres_per_unit, as metres_per(\"mm\")"));
+}
+
+}  // namespace detail
 
 }  // namespace palpate

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -29,7 +30,7 @@ class GmshScan {
   /// `text` and `name` must outlive the object.
   GmshScan(std::string_view text, std::string const& name) : rest_(text), size_(text.size()), name_(name) {}
 
-  TetrahedralMesh<double> operator()(double metres_per_unit) {
+  TetrahedralMesh<double> operator()(std::optional<double> metres_per_unit) {
     bool nodes = false, elements = false;
     for (std::string_view line; next(line);) {
       std::string_view const keyword = take_word(line);
@@ -129,7 +130,8 @@ class GmshScan {
     for (int k = 0; k < 3; ++k) {
       std::string_view const word = take_word(line);
       auto const value = to_number<double>(word);
-      if (!value || !std::isfinite(*value)) fail_in_section(word.empty() ? "nothing" : "\"" + legible(word) + "\"", word.empty() ? " stands where a coordinate should be" : " is not a coordinate");
+      if (word.empty()) fail_in_section("nothing stands where a coordinate should be");
+      if (!value || !std::isfinite(*value)) fail_in_section("\"", legible(word), "\" is not a coordinate");
       p[k] = *value;
     }
     points_.push_back(p);
@@ -227,19 +229,19 @@ class GmshScan {
 
 /// The tetrahedra in the text of a Gmsh file; `name` opens messages. See read_gmsh.
 template <RealScalar Scalar = double>
-TetrahedralMesh<Scalar> parse_gmsh(std::string_view text, double metres_per_unit = 1.0, std::string const& name = "Gmsh text") {
-  detail::check_metres_per_unit(metres_per_unit);
+TetrahedralMesh<Scalar> parse_gmsh(std::string_view text, std::optional<double> metres_per_unit = {}, std::string const& name = "Gmsh text") {
+  detail::stated_or_metres(metres_per_unit);
   auto const mesh = detail::GmshScan(text, name)(metres_per_unit);
   return {mesh.points.template cast<Scalar>(), mesh.tetrahedra};
 }
 
 /// Reads the tetrahedra of a Gmsh file in ASCII, of version 1, 2.x or 4.1. Points, lines and faces in it are passed over, as are sections of other things.
-///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`
+///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`. Not given, it is 1, and a file that is longer than 12 m is refused.
 /// Tetrahedra that are inside out are turned, vertices of none are dropped; the rest keeps its order.
 /// Throws `FileError` in one line with the line of the file: cut short, damaged, binary, of another version, volumes that are no tetrahedra of four vertices, a
 /// coordinate that is not finite; with the numbers of tetrahedra and vertices, from 0 in the order of the file: flat or double tetrahedra, more than two at a face.
 template <RealScalar Scalar = double>
-TetrahedralMesh<Scalar> read_gmsh(std::filesystem::path const& file, double metres_per_unit = 1.0) {
+TetrahedralMesh<Scalar> read_gmsh(std::filesystem::path const& file, std::optional<double> metres_per_unit = {}) {
   return parse_gmsh<Scalar>(detail::read_whole_file(file), metres_per_unit, file.string());
 }
 

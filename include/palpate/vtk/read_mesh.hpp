@@ -3,6 +3,7 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/units.hpp>
 #include <palpate/mesh/triangle_mesh.hpp>
 #include <palpate/vtk/detail/check_files.hpp>
 #include <palpate/vtk/detail/legacy_file.hpp>
@@ -28,6 +29,7 @@
 #include <exception>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 
 namespace palpate {
@@ -85,7 +87,7 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
 }  // namespace detail
 
 /// Reads a surface from an OBJ, STL, PLY or VTK file (legacy .vtk of POLYDATA, or of an UNSTRUCTURED_GRID the outer surface; .vtp).
-///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`
+///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`. Not given, it is 1, and a file that is longer than 12 m is refused.
 /// Polygons and strips become triangles, in the order of the file. Vertices keep their order and are left as they are, unused and
 /// doubled ones too (`validate` and `repair` speak about those); only STL, which has no shared vertices, gets equal corners merged.
 /// Throws `FileError` in one line: no such file, empty, cut short, unknown kind, damaged, no triangles, a coordinate that is not finite.
@@ -95,9 +97,9 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
 ///            Of a grid, linear and quadratic cells are read, no polyhedra and none of higher order. VTK does not notice that base64 data
 ///            in the middle of a .vtp are too short: their last coordinates are then any numbers.
 template <RealScalar Scalar = double>
-TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, double metres_per_unit = 1.0) {
+TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, std::optional<double> metres_per_unit = {}) {
   std::string const name = file.string();
-  detail::require_positive("metres per unit", metres_per_unit, "m");
+  double const metres = detail::stated_or_metres(metres_per_unit);
   detail::MessageTrap trap;
   vtkNew<vtkTriangleFilter> triangulated;
   try {
@@ -129,12 +131,14 @@ TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, double metres_
     double x[3];
     read->GetPoint(i, x);
     for (int axis = 0; axis < 3; ++axis) {
-      mesh.points(axis, i) = static_cast<Scalar>(x[axis] * metres_per_unit);
+      mesh.points(axis, i) = static_cast<Scalar>(x[axis] * metres);
       if (!std::isfinite(mesh.points(axis, i)))
         throw FileError(detail::message(name, ": the ", std::string(1, static_cast<char>('x' + axis)),
                                         " coordinate of vertex ", i, " is not a finite number (", x[axis], ")"));
     }
   }
+  auto const [low, high] = low_and_high(mesh.points);
+  detail::require_stated_unit(name, static_cast<double>((high - low).maxCoeff()), metres_per_unit);
   mesh.triangles.resize(3, triangles);
   vtkCellArray* const polygons = read->GetPolys();
   for (vtkIdType t = 0; t < triangles; ++t) {

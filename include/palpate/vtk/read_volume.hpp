@@ -3,6 +3,7 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/units.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
 #include <palpate/volume/detail/given_tetrahedra.hpp>
 #include <palpate/volume/read_gmsh.hpp>
@@ -21,6 +22,7 @@
 #include <exception>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,14 +43,14 @@ inline vtkSmartPointer<vtkUnstructuredGrid> read_grid(std::filesystem::path cons
 
 /// Reads the tetrahedra of a VTK file (legacy .vtk or .vtu, an unstructured grid) or of a Gmsh file (.msh, see read_gmsh). Points, lines and faces in it are passed
 /// over; tetrahedra that are inside out are turned, vertices of none are dropped, the rest keeps its order.
-///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`
+///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`. Not given, it is 1, and a file that is longer than 12 m is refused.
 /// Throws `FileError` in one line: no such file, unknown kind, damaged or cut short, no unstructured grid, volumes that are no tetrahedra of four vertices, flat or double
 /// tetrahedra, more than two at a face, a coordinate that is not finite.
 /// Limits     VTK's messages are caught through its process-wide output window: do not read while another thread uses VTK.
 ///            VTK does not notice that base64 data in the middle of a .vtu are too short: their last coordinates are then any numbers.
 template <RealScalar Scalar = double>
-TetrahedralMesh<Scalar> read_volume(std::filesystem::path const& file, double metres_per_unit = 1.0) {
-  detail::check_metres_per_unit(metres_per_unit);
+TetrahedralMesh<Scalar> read_volume(std::filesystem::path const& file, std::optional<double> metres_per_unit = {}) {
+  detail::stated_or_metres(metres_per_unit);
   std::string const name = file.string();
   std::string const extension = detail::lower_case(file.extension().string());
   if (extension == ".msh") return read_gmsh<Scalar>(file, metres_per_unit);

@@ -3,6 +3,7 @@
 
 #include <palpate/core/error.hpp>
 #include <palpate/core/matrix.hpp>
+#include <palpate/core/units.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/repair.hpp>
 #include <palpate/mesh/tetrahedral_mesh.hpp>
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,8 +33,9 @@ inline std::string defect_of_file(MeshDefect defect, std::vector<int> const& new
   if (defect.kind == Kind::no_volume || defect.kind == Kind::duplicate_element || defect.kind == Kind::non_manifold_face || defect.kind == Kind::overlap) {
     text += message("; the vertices of tetrahedron ", defect.index, " are");
     for (char const* separator = " "; int const v : tetrahedra[static_cast<std::size_t>(defect.index)]) {
+      auto const& p = points[static_cast<std::size_t>(v)];
       text += message(separator, v);
-      if (auto const& p = points[static_cast<std::size_t>(v)]; defect.kind == Kind::no_volume) text += message(" (", p.x(), ", ", p.y(), ", ", p.z(), ")");   // one may be far off
+      if (defect.kind == Kind::no_volume) text += message(" (", p.x(), ", ", p.y(), ", ", p.z(), ")");   // one may be far off
       separator = ", ";
     }
   }
@@ -45,12 +48,13 @@ inline std::string defect_of_file(MeshDefect defect, std::vector<int> const& new
 }
 
 /// The volume of a file: tetrahedra that are inside out are turned, vertices of none dropped. Throws `FileError` in one line for any other fault.
-inline TetrahedralMesh<double> given_tetrahedra(std::vector<Vector3<double>> const& points, std::vector<std::array<int, 4>> const& tetrahedra, double metres_per_unit,
-                                                std::string const& name) {
+inline TetrahedralMesh<double> given_tetrahedra(std::vector<Vector3<double>> const& points, std::vector<std::array<int, 4>> const& tetrahedra,
+                                                std::optional<double> metres_per_unit, std::string const& name) {
+  double const metres = stated_or_metres(metres_per_unit);
   if (tetrahedra.empty()) throw FileError(message(name, ": there are no tetrahedra in this file; a surface is read by read_mesh and filled by fill"));
   TetrahedralMesh<double> mesh;
   mesh.points.resize(3, static_cast<Eigen::Index>(points.size()));
-  for (std::size_t i = 0; i < points.size(); ++i) mesh.points.col(static_cast<Eigen::Index>(i)) = metres_per_unit * points[i];
+  for (std::size_t i = 0; i < points.size(); ++i) mesh.points.col(static_cast<Eigen::Index>(i)) = metres * points[i];
   mesh.tetrahedra.resize(4, static_cast<Eigen::Index>(tetrahedra.size()));
   for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
     for (std::size_t c = 0; c < 4; ++c) {
@@ -68,11 +72,9 @@ inline TetrahedralMesh<double> given_tetrahedra(std::vector<Vector3<double>> con
   drop_unused(mesh, true, report);
   if (auto const defects = validate(mesh); !defects.empty())
     throw FileError(message(name, ": ", defect_of_file(defects.front(), report.new_index, points, tetrahedra)));
+  auto const [low, high] = low_and_high(mesh.points);
+  require_stated_unit(name, (high - low).maxCoeff(), metres_per_unit);
   return mesh;
-}
-
-inline void check_metres_per_unit(double metres_per_unit) {
-  require_positive("metres per unit", metres_per_unit, "m");
 }
 
 }  // namespace palpate::detail
