@@ -4,14 +4,20 @@
 #include "scratch_folder.hpp"
 
 #include <palpate/core/units.hpp>
+#include <palpate/material/stable_neo_hookean.hpp>
+#include <palpate/mesh/block.hpp>
 #include <palpate/mesh/measures.hpp>
 #include <palpate/mesh/validation.hpp>
+#include <palpate/tissue/finite_elements.hpp>
 #include <palpate/volume/read_gmsh.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <random>
+#include <sstream>
 #include <string>
+#include <vector>
 
 using namespace palpate;
 using palpate_test::message_of, palpate_test::unsaid;
@@ -182,6 +188,70 @@ TEST_CASE("a Gmsh file's vertices and tetrahedra are told from 0 in the order of
   CHECK(unsaid(said("50 .3 .3 -2\n60 .3 .3 -1\n", "3 4 1 1 4 20 10 30 50\n4 4 1 1 4 20 10 30 60\n", "8", "4"), "3 tetrahedra", "the vertices of tetrahedron 0 are 1, 2, 3, 5", order) == "");
 }
 
+// Two cubes of six tetrahedra beside one another, the left one's written last; by hand after the reference manual, triangles between.
+TEST_CASE("tetrahedra keep the order of a Gmsh file, and its physical groups name them", "[volume][gmsh]") {
+  auto const row = make_block<double>(3, 2, 2, 1.0);
+  std::vector<int> order, nodule, all{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};   // of the block's tetrahedra in the file
+  for (bool const left : {false, true})
+    for (int t = 0; t < 12; ++t) {
+      double middle = 0;
+      for (int const v : row.tetrahedra.col(t)) middle += row.points(0, v) / 4;
+      if ((middle < 1) != left) continue;
+      if (left) nodule.push_back(static_cast<int>(order.size()));
+      order.push_back(t);
+    }
+  REQUIRE(nodule == std::vector<int>{6, 7, 8, 9, 10, 11});
+  std::ostringstream nodes, tags, places, old, blocks;
+  for (int v = 0; v < 12; ++v) {
+    Vector3<double> const p = row.points.col(v);
+    tags << 100 - v << '\n', places << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+    nodes << 100 - v << ' ' << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+  }
+  for (int k = 0; k < 12; ++k) {
+    auto const corners = [&](std::ostream& out) {
+      for (int const v : row.tetrahedra.col(order[static_cast<std::size_t>(k)])) out << ' ' << 100 - v;
+      out << '\n';
+    };
+    if (k == 6) old << "90 2 2 7 1 100 99 98\n", blocks << "3 8 4 6\n";
+    old << k + 1 << (k < 6 ? " 4 2 3 1" : " 4 2 5 2"), corners(old);
+    blocks << k + 1, corners(blocks);
+  }
+  std::string const names = "$PhysicalNames\n3\n2 3 \"skin\"\n3 3 \"liver, left \"\n3 5 \"$End \"nodule\"\"\n$EndPhysicalNames\n";
+  std::string const second_text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + names + "$Nodes\n12\n" + nodes.str() + "$EndNodes\n$Elements\n13\n" + old.str() + "$EndElements\n";
+  std::string const fourth_text = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" + names + "$Entities\n1 0 1 2\n1 0 0 0 1 9\n1 0 0 0 1 1 1 1 3 0\n4 0 0 0 1 1 1 1 3 0\n8 0 0 0 1 1 1 2 3 5 1 1\n$EndEntities\n" +
+                                  "$Nodes\n1 12 89 100\n3 4 0 12\n" + tags.str() + places.str() + "$EndNodes\n$Elements\n3 13 1 90\n2 1 2 1\n90 100 99 98\n3 4 4 6\n" + blocks.str() +
+                                  "$EndElements\n";
+  for (auto const& text : {second_text, fourth_text}) {
+    bool const of_entities = text == fourth_text;
+    auto const mesh = parse_gmsh(text);
+    REQUIRE(mesh.tetrahedra.cols() == 12);
+    for (int k = 0; k < 12; ++k) CHECK(mesh.tetrahedra.col(k) == row.tetrahedra.col(order[static_cast<std::size_t>(k)]));
+    auto const groups = parse_gmsh_groups(text);
+    REQUIRE(groups.size() == 2);
+    CHECK(groups[0].tag == 3);
+    CHECK(groups[0].name == "liver, left ");
+    CHECK(groups[0].tetrahedra == (of_entities ? all : std::vector<int>{0, 1, 2, 3, 4, 5}));   // a volume of version 4 may be in two
+    CHECK(groups[1].tag == 5);
+    CHECK(groups[1].name == "$End \"nodule\"");
+    CHECK(groups[1].tetrahedra == nodule);
+    FiniteElements<double, StableNeoHookean<double>> tissue(mesh, {.density = 1000.0, .material = {.young = 5e3, .poisson = 0.4}});
+    tissue.set_material(groups[1].tetrahedra, {.young = 5e3, .poisson = 0.4}, 3000.0);
+    double mass = 0, moment = 0;
+    for (int i = 0; i < tissue.size(); ++i) mass += tissue.mass(i), moment += tissue.mass(i) * mesh.points(0, i);
+    CHECK(mass == Approx(4000.0));            // 1 m³ of each
+    CHECK(moment == Approx(3000.0));          // the left one's middle is at 0.5 m, the other's at 1.5 m
+  }
+  CHECK(parse_gmsh_groups(first).at(0).tag == 1);
+  CHECK(parse_gmsh_groups(second).at(0).tetrahedra == std::vector<int>{0});   // the other one has no tags
+  CHECK(parse_gmsh_groups(fourth).empty());
+  CHECK(unsaid(message_of([&] { parse_gmsh_groups(with(fourth_text, "8 0 0 0 1 1 1 2 3 5 1 1", "7 0 0 0 1 1 1 2 3 5 1 1")); }), "line", "volume 8", "$Entities") == "");
+  CHECK(unsaid(message_of([&] { parse_gmsh_groups(with(fourth_text, "8 0 0 0 1 1 1 2 3 5 1 1", "8 0 0 0 1 1 1 2 3")); }), "line", "the tag of a physical group") == "");
+  CHECK(unsaid(message_of([&] { parse_gmsh_groups(with(second_text, "3 3 \"liver, left \"", "3 3 \"liver")); }), "line", "group 3", "quotes") == "");
+  ScratchFolder const folder;
+  CHECK(read_gmsh_groups(folder.write("organ.msh", second_text)).size() == 2);
+  CHECK_THROWS_AS(read_gmsh_groups(folder.path() / "none.msh"), FileError);
+}
+
 // A whole person, a room for tests and a vessel are read; an organ in millimetres that is taken for metres is not.
 TEST_CASE("a Gmsh file whose unit nobody stated is refused where metres make no sense", "[volume][gmsh]") {
   auto const of_length = [](std::string const& length) {
@@ -228,7 +298,14 @@ TEST_CASE("damaged Gmsh files are read or refused, never crash", "[volume][gmsh]
       if (text.empty()) text = "$";
     }
     try {
-      if (!validate(parse_gmsh(text, 1.0)).empty()) FAIL("an invalid mesh was read from:\n" << text);
+      auto const mesh = parse_gmsh(text, 1.0);
+      if (!validate(mesh).empty()) FAIL("an invalid mesh was read from:\n" << text);
+      try {
+        for (auto const& group : parse_gmsh_groups(text))
+          for (int const t : group.tetrahedra)
+            if (t < 0 || t >= mesh.tetrahedra.cols()) FAIL("a group of no tetrahedron was read from:\n" << text);
+      } catch (FileError const&) {
+      }
       ++read;
     } catch (FileError const&) {
       ++refused;

@@ -14,13 +14,22 @@
 #include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace palpate {
+
+/// A physical group of volumes in a Gmsh file, as a material is given by: `tissue.set_material(group.tetrahedra, material)`.
+struct GmshGroup {
+  long long tag = 0;
+  std::string name;              ///< empty where the file has none
+  std::vector<int> tetrahedra;   ///< of the mesh that read_gmsh makes of the file, rising
+};
 
 namespace detail {
 
@@ -30,12 +39,32 @@ class GmshScan {
   /// `text` and `name` must outlive the object.
   GmshScan(std::string_view text, std::string const& name) : rest_(text), size_(text.size()), name_(name) {}
 
-  TetrahedralMesh<double> operator()(std::optional<double> metres_per_unit) {
+  TetrahedralMesh<double> mesh(std::optional<double> metres_per_unit) {
+    scan();
+    return given_tetrahedra(points_, tetrahedra_, metres_per_unit, name_);
+  }
+  std::vector<GmshGroup> groups() {
+    groups_wanted_ = true;
+    scan();
+    std::vector<GmshGroup> result;
+    for (auto& [tag, group] : groups_) {
+      group.tag = tag;
+      result.push_back(std::move(group));
+    }
+    return result;
+  }
+
+ private:
+  void scan() {
     bool nodes = false, elements = false;
     for (std::string_view line; next(line);) {
       std::string_view const keyword = take_word(line);
       if (keyword == "$MeshFormat") {
         read_format();
+      } else if (groups_wanted_ && keyword == "$PhysicalNames") {
+        read_names();
+      } else if (groups_wanted_ && keyword == "$Entities") {
+        read_entities();
       } else if (keyword == "$NOD" || keyword == "$Nodes") {
         if (nodes) fail("vertices are given twice");
         version_ = keyword == "$NOD" ? 1 : version_;
@@ -56,10 +85,8 @@ class GmshScan {
     }
     if (!nodes) throw FileError(message(name_, ": there are no vertices ($Nodes or $NOD) in this file; is it a Gmsh file?"));
     if (!elements) throw FileError(message(name_, ": there are no elements ($Elements or $ELM) in this file; was it cut short?"));
-    return given_tetrahedra(points_, tetrahedra_, metres_per_unit, name_);
   }
 
- private:
   template <class... Parts>
   [[noreturn]] void fail(Parts const&... parts) const {
     throw FileError(message(name_, ", line ", line_, ": ", parts...));
@@ -136,7 +163,8 @@ class GmshScan {
     }
     points_.push_back(p);
   }
-  void add_element(long long type, std::string_view& line) {
+  /// `groups`: the tags of those that the element is in, 0 for none.
+  void add_element(long long type, std::string_view& line, std::vector<long long> const& groups) {
     if (type == 4) {
       std::array<int, 4> corners;
       for (int& corner : corners) {
@@ -145,12 +173,42 @@ class GmshScan {
         if (found == index_.end()) fail_in_section("a tetrahedron names vertex ", tag, ", which the file does not have");
         corner = found->second;
       }
+      if (groups_wanted_)
+        for (long long const group : groups)
+          if (group != 0) groups_[group].tetrahedra.push_back(static_cast<int>(tetrahedra_.size()));
       tetrahedra_.push_back(corners);
       return;
     }
     constexpr std::array flat{1, 2, 3, 8, 9, 10, 15, 16, 20, 21, 22, 23, 24, 25, 26, 27, 28};   // points, lines and faces
     if (std::find(flat.begin(), flat.end(), type) == flat.end())
       fail("an element of type ", type, " is no tetrahedron of four vertices; mesh with tetrahedra of first order (Mesh.ElementOrder = 1)");
+  }
+
+  void read_names() {
+    std::string_view line = next("the number of physical names");
+    long long const n = count(line, "the number of physical names");
+    for (long long i = 0; i < n; ++i) {
+      line = next("a physical name");
+      long long const dimension = whole(line, "the dimension of a physical group"), tag = whole(line, "the tag of a physical group");
+      auto const begin = line.find('"'), end = line.rfind('"');
+      if (begin == end) fail_in_section("the physical group ", tag, " has no name in quotes");
+      if (dimension == 3) groups_[tag].name = line.substr(begin + 1, end - begin - 1);
+    }
+    end("$EndPhysicalNames");
+  }
+  void read_entities() {
+    std::string_view line = next("the numbers of entities");
+    long long others = 0;
+    for (int dimension = 0; dimension < 3; ++dimension) others += count(line, "the number of entities");
+    long long const volumes = count(line, "the number of volumes");
+    for (long long i = 0; i < others; ++i) next("an entity");
+    for (long long i = 0; i < volumes; ++i) {
+      line = next("a volume");
+      auto& groups = groups_of_volume_[whole(line, "the tag of a volume")];
+      for (int k = 0; k < 6; ++k) take_word(line);   // its box
+      for (long long k = count(line, "the number of physical groups"); k > 0; --k) groups.push_back(whole(line, "the tag of a physical group"));
+    }
+    end("$EndEntities");
   }
 
   void read_nodes() {
@@ -166,13 +224,16 @@ class GmshScan {
   void read_elements() {
     std::string_view line = next("the number of elements");
     long long const n = count(line, "the number of elements");
+    std::vector<long long> group(1);
     for (long long i = 0; i < n; ++i) {
       line = next("an element");
       whole(line, "the tag of an element");
       long long const type = whole(line, "the type of an element");
       long long const tags = version_ == 1 ? 3 : count(line, "the number of tags");   // of the first: two regions and the number of vertices
-      for (long long k = 0; k < tags; ++k) whole(line, "a tag");
-      add_element(type, line);
+      group[0] = 0;
+      for (long long k = 0; k < tags; ++k)
+        if (long long const tag = whole(line, "a tag"); k == 0) group[0] = tag;
+      add_element(type, line, group);
     }
     end(version_ == 1 ? "$ENDELM" : "$EndElements");
   }
@@ -203,12 +264,17 @@ class GmshScan {
     for (long long b = 0; b < blocks; ++b) {
       line = next("a block of elements");
       whole(line, "the dimension of a block");
-      whole(line, "the tag of a block");
+      long long const entity = whole(line, "the tag of a block");
       long long const type = whole(line, "the type of elements"), own = count(line, "the number of elements of a block");
+      auto const volume = groups_of_volume_.find(entity);
+      bool const known = volume != groups_of_volume_.end();
+      if (groups_wanted_ && type == 4 && !known)
+        fail("the tetrahedra of volume ", entity, " have no groups: $Entities does not list it; save with $Entities, not in parts");
+      std::vector<long long> const groups = known ? volume->second : std::vector<long long>{};
       for (long long i = 0; i < own; ++i, ++given) {
         line = next("an element");
         whole(line, "the tag of an element");
-        add_element(type, line);
+        add_element(type, line, groups);
       }
     }
     if (given != n) fail(n, " elements are announced and ", given, " given");
@@ -223,6 +289,9 @@ class GmshScan {
   std::vector<Vector3<double>> points_;
   std::unordered_map<long long, int> index_;
   std::vector<std::array<int, 4>> tetrahedra_;
+  bool groups_wanted_ = false;
+  std::map<long long, GmshGroup> groups_;                                    // by their tags
+  std::unordered_map<long long, std::vector<long long>> groups_of_volume_;   // of version 4
 };
 
 }  // namespace detail
@@ -231,18 +300,27 @@ class GmshScan {
 template <RealScalar Scalar = double>
 TetrahedralMesh<Scalar> parse_gmsh(std::string_view text, std::optional<double> metres_per_unit = {}, std::string const& name = "Gmsh text") {
   detail::stated_or_metres(metres_per_unit);
-  auto const mesh = detail::GmshScan(text, name)(metres_per_unit);
+  auto const mesh = detail::GmshScan(text, name).mesh(metres_per_unit);
   return {mesh.points.template cast<Scalar>(), mesh.tetrahedra};
 }
 
 /// Reads the tetrahedra of a Gmsh file in ASCII, of version 1, 2.x or 4.1. Points, lines and faces in it are passed over, as are sections of other things.
 ///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`. Not given, it is 1, and a file that is longer than 12 m is refused.
-/// Tetrahedra that are inside out are turned, vertices of none are dropped; the rest keeps its order.
+/// Tetrahedra that are inside out are turned, vertices of none are dropped; the rest keeps its order: tetrahedron k is the k-th of the file.
 /// Throws `FileError` in one line with the line of the file: cut short, damaged, binary, of another version, volumes that are no tetrahedra of four vertices, a
 /// coordinate that is not finite; with the numbers of tetrahedra and vertices, from 0 in the order of the file: flat or double tetrahedra, more than two at a face.
 template <RealScalar Scalar = double>
 TetrahedralMesh<Scalar> read_gmsh(std::filesystem::path const& file, std::optional<double> metres_per_unit = {}) {
   return parse_gmsh<Scalar>(detail::read_whole_file(file), metres_per_unit, file.string());
+}
+
+/// The physical groups of volumes in the text of a Gmsh file. See read_gmsh_groups.
+inline std::vector<GmshGroup> parse_gmsh_groups(std::string_view text, std::string const& name = "Gmsh text") { return detail::GmshScan(text, name).groups(); }
+
+/// The physical groups of volumes in a Gmsh file, by rising tags, with the numbers of their tetrahedra in the mesh that read_gmsh makes of it.
+/// Throws `FileError` in one line where read_gmsh does for the text, and where a file of version 4.1 does not say in which groups its tetrahedra are.
+inline std::vector<GmshGroup> read_gmsh_groups(std::filesystem::path const& file) {
+  return parse_gmsh_groups(detail::read_whole_file(file), file.string());
 }
 
 }  // namespace palpate

@@ -42,7 +42,8 @@ inline vtkSmartPointer<vtkUnstructuredGrid> read_grid(std::filesystem::path cons
 }  // namespace detail
 
 /// Reads the tetrahedra of a VTK file (legacy .vtk or .vtu, an unstructured grid) or of a Gmsh file (.msh, see read_gmsh). Points, lines and faces in it are passed
-/// over; tetrahedra that are inside out are turned, vertices of none are dropped, the rest keeps its order.
+/// over; tetrahedra that are inside out are turned, vertices of none are dropped, the rest keeps its order: tetrahedron k is the k-th of
+/// the file.
 ///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`. Not given, it is 1, and a file that is longer than 12 m is refused.
 /// Throws `FileError` in one line: no such file, unknown kind, damaged or cut short, no unstructured grid, volumes that are no tetrahedra of four vertices, flat or double
 /// tetrahedra, more than two at a face, a coordinate that is not finite.
