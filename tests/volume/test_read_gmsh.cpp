@@ -157,6 +157,7 @@ TEST_CASE("what is wrong with a Gmsh file is said in one line", "[volume][gmsh]"
   says(with(second, "20 1 0 0", "20 1 nan 0"), "\"nan\"");
   says(with(second, "1 1 10 20 30 40", "1 1 10 20 30 41"), "line", "vertex 41");
   says(with(second, "1 1 10 20 30 40", "1 1 10 20 30"), "nothing", "corner");
+  says(with(with(second, "4 2 1 1 10 20 30 40", "4 1 1 1 10 20 30 40"), "60 9 9 9", "1 9 9 9"), "line", "\"40\" follows the four corners");   // a tag that is a vertex's, too
   says(with(second, "1 1 10 20 30 40", "1 1 10 20 30 30"), "names vertex", "more than once");
   says(with(second, "0 20 30 40 50", "0 40 30 20 10"), "same corners");
   says(with(second, "40 0 0 1", "40 0.5 0.5 0"), "no volume");

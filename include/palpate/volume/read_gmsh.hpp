@@ -173,6 +173,7 @@ class GmshScan {
         if (found == index_.end()) fail_in_section("a tetrahedron names vertex ", tag, ", which the file does not have");
         corner = found->second;
       }
+      if (std::string_view const more = take_word(line); !more.empty()) fail("\"", legible(more), "\" follows the four corners of a tetrahedron; the number of tags does not fit");
       if (groups_wanted_)
         for (long long const group : groups)
           if (group != 0) groups_[group].tetrahedra.push_back(static_cast<int>(tetrahedra_.size()));
