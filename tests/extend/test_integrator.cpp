@@ -41,6 +41,57 @@ struct Boast : testing::IntegratorArchetype {
   static constexpr int order = 2;
 };
 
+struct Aliasing {   // the midpoint rule, and its start is a view: it moves with the positions
+  static constexpr int order = 2;
+
+  template <class System>
+  void step(System& system, typename System::Scalar h) const {
+    auto const x = system.positions();
+    auto const v = system.velocities();
+    typename System::Matrix const a = system.acceleration(x, v);
+    system.positions() += h / 2 * v;
+    system.velocities() += h / 2 * a;
+    typename System::Matrix const middle_v = system.velocities(), middle_a = system.acceleration(system.positions(), system.velocities());
+    system.positions() = x + h * middle_v;
+    system.velocities() = v + h * middle_a;
+  }
+};
+
+struct Stale {   // takes scratch(0) to be what the last step left there; no word about order
+  template <class System>
+  void step(System& system, typename System::Scalar h) const {
+    auto&& a = system.scratch(0);
+    if (!system.remembers()) system.acceleration(system.positions(), system.velocities(), a);
+    system.velocities() += h * a;
+    system.positions() += h * system.velocities();
+    system.previous_acceleration() = a;
+    system.acceleration(system.positions(), system.velocities(), a);
+  }
+};
+
+struct Idle {
+  template <class System>
+  void step(System&, typename System::Scalar) const {}
+};
+
+struct WrongSign {
+  template <class System>
+  void step(System& system, typename System::Scalar h) const {
+    system.velocities() -= h * system.acceleration(system.positions(), system.velocities());
+    system.positions() += h * system.velocities();
+  }
+};
+
+struct Counting {   // every second step is another, whatever the system
+  mutable int steps = 0;
+
+  template <class System>
+  void step(System& system, typename System::Scalar h) const {
+    system.velocities() += (++steps % 2 == 0 ? 1 + h : 1) * h * system.acceleration(system.positions(), system.velocities());
+    system.positions() += h * system.velocities();
+  }
+};
+
 }  // namespace
 
 TEST_CASE("an integrator of one's own keeps the laws of integrators") {
@@ -63,4 +114,9 @@ TEMPLATE_TEST_CASE("an integrator of one's own moves a body", "", PALPATE_TEST_S
 
 TEST_CASE("an integrator that is wrong is told so") {
   CHECK_THAT(testing::to_text(testing::check_integrator(Boast{})), says("the order is 2"));
+  CHECK_THAT(testing::to_text(testing::check_integrator(Aliasing{})), says("the order is 2 but the error shrinks as h^"));
+  CHECK_THAT(testing::to_text(testing::check_integrator(Stale{})), says("are not finite after a step; scratch(k) has undefined contents at its start"));
+  CHECK_THAT(testing::to_text(testing::check_integrator(Idle{})), says("the error does not shrink with the step"));
+  CHECK_THAT(testing::to_text(testing::check_integrator(WrongSign{})), says("the error does not shrink with the step"));
+  CHECK_THAT(testing::to_text(testing::check_integrator(Counting{})), says("two runs from the same state differ"));
 }
