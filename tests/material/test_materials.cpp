@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstdlib>
 #include <limits>
 #include <string>
@@ -54,21 +55,45 @@ Square simple_shear(double gamma) {
 }
 
 /// A law whose stress is not the gradient of its energy, and more.
+template <class S>
 struct Wrong {
   int mistake;
-  double energy(Tensor3<double> const& F) const { return right().energy(F) + (mistake == 0 ? 1.0 : 0.0) + (mistake == 4 ? F.xy * F.xy * 100 : 0.0); }
-  Tensor3<double> stress(Tensor3<double> const& F) const {
-    auto P = (mistake == 1 ? 1.1 : 1.0) * right().stress(F);
+  S energy(Tensor3<S> const& F) const { return right().energy(F) + S(mistake == 0 ? 10 : 0) + (mistake == 4 ? F.xy * F.xy * 100 : 0); }
+  Tensor3<S> stress(Tensor3<S> const& F) const {
+    auto P = S(mistake == 1 ? 1.1 : 1) * right().stress(F);
     if (mistake == 4) P.xy += 200 * F.xy;
     return P;
   }
-  Tensor3<double> stress_change(Tensor3<double> const& F, Tensor3<double> const& d) const {
-    auto P = (mistake == 1 || mistake == 2 ? 1.1 : 1.0) * right().stress_change(F, d);
+  Tensor3<S> stress_change(Tensor3<S> const& F, Tensor3<S> const& d) const {
+    auto P = S(mistake == 1 || mistake == 2 ? 1.1 : 1) * right().stress_change(F, d);
     if (mistake == 3) P.xy += 100 * d.xx;
     if (mistake == 4) P.xy += 200 * d.xy;
     return P;
   }
-  static StVenantKirchhoffLaw<double> right() { return StVenantKirchhoff<double>{1000, 0.3}.law(); }
+  static StVenantKirchhoffLaw<S> right() { return StVenantKirchhoff<S>{1000, S(0.3)}.law(); }
+};
+
+/// St. Venant and Kirchhoff's law with a fibre along x that gets steep: ψ = … + c/(2k) (exp(k e²) − 1), e = |f|² − 1, f the first column of F.
+template <class S>
+struct Steep {
+  StVenantKirchhoffLaw<S> rest = StVenantKirchhoff<S>{1000, S(0.3)}.law();
+  S c = 1000, k = 100;
+  S energy(Tensor3<S> const& F) const { return rest.energy(F) + c / (2 * k) * std::expm1(k * e(F) * e(F)); }
+  Tensor3<S> stress(Tensor3<S> const& F) const { return rest.stress(F) + 2 * c * e(F) * grown(F) * fibre(F); }
+  Tensor3<S> stress_change(Tensor3<S> const& F, Tensor3<S> const& d) const {
+    S const change = 2 * double_contraction(fibre(F), fibre(d));
+    return rest.stress_change(F, d) + 2 * c * grown(F) * ((1 + 2 * k * e(F) * e(F)) * change * fibre(F) + e(F) * fibre(d));
+  }
+  static Tensor3<S> fibre(Tensor3<S> const& F) { return {F.xx, 0, 0, F.yx, 0, 0, F.zx, 0, 0}; }
+  static S e(Tensor3<S> const& F) { return F.xx * F.xx + F.yx * F.yx + F.zx * F.zx - 1; }
+  S grown(Tensor3<S> const& F) const { return std::exp(k * e(F) * e(F)); }
+};
+
+/// A law with a bulk modulus of so many times that of St. Venant and Kirchhoff's.
+template <class Law, class S>
+struct Bulky : Law {
+  S times = 1;
+  S bulk_modulus() const { return times * StVenantKirchhoff<S>{1000, S(0.3)}.law().bulk_modulus(); }
 };
 
 }  // namespace
@@ -88,15 +113,39 @@ TEMPLATE_TEST_CASE("each material is the gradient of its energy, turns with the 
   if (strain < 1) CHECK(check(NeoHookean<S>{young, poisson}, true) == testing::Violations{});
 }
 
-TEST_CASE("the law battery sees what is wrong", "[material]") {
-  CHECK(testing::check_material<double>(Wrong{5}) == testing::Violations{});
-  CHECK(testing::check_material<double>(Wrong{0}) == testing::Violations{"there is energy at F = 1"});
-  CHECK(testing::check_material<double>(Wrong{1}) == testing::Violations{"stress must be d energy/dF"});
-  CHECK(testing::check_material<double>(Wrong{2}) == testing::Violations{"stress_change must be d stress/dF : dF"});
-  CHECK(says_so(testing::check_material<double>(Wrong{3}), "stress_change must be symmetric: a : change(b) = b : change(a)"));
-  CHECK(testing::check_material<double>(Wrong{4}) == testing::Violations{"the energy changes when the tissue is turned"});
-  CHECK(testing::check_material<double>(Wrong{5}, {.young = 1100, .poisson = 0.3}) == testing::Violations{"small strains must obey Hooke's law: stress_change(1, d) is another"});
-  CHECK(says_so(testing::check_material<double>(LinearElastic<double>{1000, 0.3}.law()), "the energy changes when the tissue is turned"));
+TEMPLATE_TEST_CASE("the law battery sees what is wrong", "[material]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const check = [](int mistake, testing::MaterialChecks const& checks = {}) { return testing::check_material<S>(Wrong<S>{mistake}, checks); };
+  CHECK(check(5) == testing::Violations{});
+  CHECK(check(0) == testing::Violations{"there is energy at F = 1"});
+  CHECK(check(1) == testing::Violations{"stress must be d energy/dF"});
+  CHECK(check(2) == testing::Violations{"stress_change must be d stress/dF : dF"});
+  CHECK(says_so(check(3), "stress_change must be symmetric: a : change(b) = b : change(a)"));
+  CHECK(check(4) == testing::Violations{"the energy changes when the tissue is turned"});
+  CHECK(check(5, {.young = 1100, .poisson = 0.3}) == testing::Violations{"small strains must obey Hooke's law: stress_change(1, d) is another"});
+  CHECK(says_so(testing::check_material<S>(LinearElastic<S>{1000, S(0.3)}.law()), "the energy changes when the tissue is turned"));
+}
+
+TEMPLATE_TEST_CASE("the law battery follows a law that gets steep, and says where its numbers end", "[material]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  CHECK(testing::to_text(testing::check_material<S>(Steep<S>{}, {.strain = 0.05})) == "");
+  auto const found = testing::check_material<S>(Steep<S>{.k = std::same_as<S, float> ? S(100) : S(1000)}, {.strain = 0.3});   // exp of more than 88, or 709
+  REQUIRE(found.size() == 1);
+  CHECK_THAT(found[0], says("energy, stress or stress_change is not finite at F = {", "det F = "));
+}
+
+TEMPLATE_TEST_CASE("the law battery compares the bulk modulus with that of the tangent", "[material]", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const check = [](auto law, double times) {
+    Bulky<decltype(law), S> const bulky{law, S(times)};
+    return testing::to_text(testing::check_material<S>(bulky, {.strain = 0.05}));
+  };
+  auto const isotropic = StVenantKirchhoff<S>{1000, S(0.3)}.law();
+  CHECK(check(isotropic, 1) == "");
+  CHECK_THAT(check(isotropic, 1.1), says("bulk_modulus() is 916", "but that of stress_change at F = 1 is 833"));   // E/(3 (1 − 2ν))
+  CHECK_THAT(check(isotropic, 0.9), says("bulk_modulus() is 75", "but that of stress_change at F = 1 is 833"));
+  CHECK(check(Steep<S>{}, 1) == "");   // a fibre adds to what it takes to press all sides together
+  CHECK_THAT(check(Steep<S>{}, 3), says("bulk_modulus() is 25", "but that of stress_change at F = 1 is 1277"));   // + 4 c/9
 }
 
 // Yardstick: closed forms; for the neo-Hookean bar the root of its two equations, found elsewhere.

@@ -25,7 +25,7 @@ struct ElementChecks {
 /// Checks an element at random positions of its nodes around `rest`, 3 × nodes: force = −∇energy and stiffness = −∂force/∂x by central differences, the
 /// stiffness symmetric, its semidefinite part and the damping symmetric and positive semidefinite; what it answers without matrices and the bounds it
 /// states against the matrices; with `isolated` and `turns` that neither force nor torque is left over.
-/// Tolerances 1e-6 (double) or 2e-2 (float) of the largest force or stiffness met.
+/// Tolerances 1e-6 (double) or 2e-2 (float) of the largest force or stiffness met; of differences ten times that.
 template <RealScalar Scalar, Element<Scalar> E>
 Violations check_element(E const& element, NodeColumns<Scalar, E::nodes> const& rest, ElementChecks const& checks = {}) {
   using palpate::detail::message;
