@@ -135,6 +135,14 @@ TEMPLATE_TEST_CASE("a material of one's own may state any of what it may, with a
   check(StatesPart<S>{}), check(StatesLaw<S>{}), check(Viscoelastic<Hooke<S>, S>{});
 }
 
+TEMPLATE_TEST_CASE("a material of one's own may fade, in its own scalar", "", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  Viscoelastic const material{CompressibleRubber<S>{1000, 10000}, {{S(0.3), S(0.1)}}};
+  CHECK(std::is_same_v<decltype(material), Viscoelastic<CompressibleRubber<S>, S> const>);
+  FiniteElements<S, std::remove_const_t<decltype(material)>> const tissue(make_block<S>(2, 2, 2, S(0.01)), {.density = 1000, .material = material});
+  CHECK(tissue.size() == 8);
+}
+
 TEST_CASE("a material that is wrong is told so") {
   struct Slack : testing::MaterialArchetype<double> {   // its stress is twice the gradient of its energy
     Tensor3<double> stress(Tensor3<double> const& F) const { return 2.0 * testing::MaterialArchetype<double>::stress(F); }

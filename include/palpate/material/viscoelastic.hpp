@@ -119,6 +119,10 @@ struct ScalarOfMaterial {
   using type = double;
 };
 template <template <class> class Law, RealScalar Scalar>
+struct ScalarOfMaterial<Law<Scalar>> {
+  using type = Scalar;
+};
+template <template <class> class Law, RealScalar Scalar>
 struct ScalarOfMaterial<IsotropicMaterial<Law, Scalar>> {
   using type = Scalar;
 };
