@@ -238,6 +238,7 @@ template <RealScalar Scalar = double, class Device>
   requires HapticDevice<Device, Scalar>
 Violations check_device(Device& device, DeviceLawOptions const& options = {}) {
   using palpate::detail::message;
+  static_assert(sizeof(palpate::detail::DeviceRefinements<Device>) > 0);
   palpate::detail::OptionCheck{"DeviceLawOptions", true}(options.force >= 0.0, ".force", options.force, " N", "give a finite one, zero or more");
   Violations found;
   try {

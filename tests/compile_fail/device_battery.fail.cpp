@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// expect: palpate: the device's close() may throw, so that neither it nor open() would be called; declare: void open(); void close() noexcept.
+// The law battery for a device that it would not open either.
+#include <palpate/extend/device.hpp>
+
+/// A driver of its own.
+struct Handle {
+  palpate::Capabilities capabilities() const { return {.max_force = 3.3, .rate = 1000.0}; }
+  palpate::DeviceStatus read(palpate::DeviceState<double>&) noexcept { return palpate::DeviceStatus::ok; }
+  palpate::DeviceStatus write(palpate::Wrench<double> const&) noexcept { return palpate::DeviceStatus::ok; }
+  void open() {}
+  void close() {}
+};
+
+bool check() {
+  Handle device;
+  return palpate::testing::check_device(device).empty();
+}
