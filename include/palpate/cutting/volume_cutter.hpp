@@ -79,7 +79,8 @@ class VolumeCutter {
   VolumeCutter() : VolumeCutter(Options{}) {}
   explicit VolumeCutter(Options const& options) : options_(options), touch_(options.tip_radius), resistance_(of_resistance(options)) { options_.validate(); }
 
-  /// One tick of a tool that presses, punctures and cuts; `force` is what it presses the tissue with [N], for puncture_force. The edge turns with the tool.
+  /// One tick of a tool that presses, punctures and cuts; `force` is what it presses the tissue with [N], for puncture_force. The edge turns with the tool. It
+  /// punctures with its tip, or comes in between the lips of an open wound; then it cuts until no part of the edge is in the tissue or between lips.
   /// Throws InvalidArgument for a pose or a force that is not finite; then nothing has changed.
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
