@@ -105,4 +105,14 @@ Violations check_material(Law const& law, MaterialChecks const& checks = {}) {
   return found;
 }
 
+/// Of a material that has a law, that; for what is none: says why.
+template <RealScalar Scalar, class M>
+Violations check_material(M const& material, MaterialChecks const& checks = {}) {
+  static_assert(sizeof(palpate::detail::MaterialSentences<M, Scalar>) > 0);
+  if constexpr (Material<M, Scalar>)
+    return check_material<Scalar>(material.law(), checks);
+  else
+    return {};
+}
+
 }  // namespace palpate::testing
