@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// expect: make_elements: the element has no stiffness(x) const; declare: NodeMatrix<Scalar, nodes> stiffness(NodeColumns<Scalar, nodes> const& x) const, in N/m.
+// expect: palpate: the element has no stiffness(x) const; declare: NodeMatrix<Scalar, nodes> stiffness(NodeColumns<Scalar, nodes> const& x) const, in N/m.
 // An element that forgot its stiffness.
 #include <palpate/palpate.hpp>
 

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <initializer_list>
 
 namespace palpate::testing {
 
@@ -133,6 +134,14 @@ Violations check_element(E const& element, NodeColumns<Scalar, E::nodes> const& 
     if (differ(force_at(turned), turned_force, force_scale)) say("the forces do not turn with the element");
   }
   return found;
+}
+
+/// For what is no element: says why.
+template <RealScalar Scalar, class E, class Rest = std::initializer_list<Scalar>>
+  requires(!Element<E, Scalar>)
+Violations check_element(E const&, Rest const&, ElementChecks const& = {}) {
+  static_assert(sizeof(palpate::detail::ElementSentences<E, Scalar>) > 0);
+  return {};
 }
 
 }  // namespace palpate::testing

@@ -5,6 +5,7 @@
 #include <palpate/core/matrix.hpp>
 
 #include <concepts>
+#include <type_traits>
 
 namespace palpate {
 
@@ -29,16 +30,25 @@ concept HasElementEnergy = HasNodes<E> && requires(E const& element, NodeColumns
   { element.energy(x) } -> std::convertible_to<Scalar>;
 };
 
+namespace detail {
+
+/// A matrix, or an expression, of the shape and the scalar of another.
+template <class A, class Wanted>
+concept HasShapeOf = std::convertible_to<A, Wanted> && std::same_as<typename std::remove_cvref_t<A>::Scalar, typename Wanted::Scalar> &&
+                     int{std::remove_cvref_t<A>::RowsAtCompileTime} == int{Wanted::RowsAtCompileTime} && int{std::remove_cvref_t<A>::ColsAtCompileTime} == int{Wanted::ColsAtCompileTime};
+
+}  // namespace detail
+
 /// States its elastic force on each node, −∇energy [N].
 template <class E, class Scalar>
 concept HasElementForce = HasNodes<E> && requires(E const& element, NodeColumns<Scalar, E::nodes> const& x) {
-  { element.force(x) } -> std::convertible_to<NodeColumns<Scalar, E::nodes>>;
+  { element.force(x) } -> detail::HasShapeOf<NodeColumns<Scalar, E::nodes>>;
 };
 
 /// States its tangent stiffness, −∂force/∂x [N/m]: symmetric.
 template <class E, class Scalar>
 concept HasElementStiffness = HasNodes<E> && requires(E const& element, NodeColumns<Scalar, E::nodes> const& x) {
-  { element.stiffness(x) } -> std::convertible_to<NodeMatrix<Scalar, E::nodes>>;
+  { element.stiffness(x) } -> detail::HasShapeOf<NodeMatrix<Scalar, E::nodes>>;
 };
 
 /// An elastic element between some particles: it holds its rest data and answers for the positions of its nodes. ElementTissue makes tissue of it.
@@ -51,6 +61,24 @@ concept HasElementStiffness = HasNodes<E> && requires(E const& element, NodeColu
 template <class E, class Scalar>
 concept Element = RealScalar<Scalar> && std::copy_constructible<E> && HasNodes<E> && HasElementEnergy<E, Scalar> && HasElementForce<E, Scalar> &&
                   HasElementStiffness<E, Scalar>;
+
+namespace detail {
+
+/// Says, where it is instantiated, what keeps E from being an Element of this scalar.
+template <class E, class Scalar>
+struct ElementSentences {
+  static constexpr bool is_other = !HasElementForce<E, Scalar> && HasElementForce<E, std::conditional_t<std::same_as<Scalar, float>, double, float>>;
+  static constexpr bool is_asked = HasNodes<E> && !is_other;
+  static_assert(HasNodes<E>, "palpate: this is no Element, it has no nodes; declare: static constexpr int nodes, how many particles it joins.");
+  static_assert(!is_other, "palpate: the element computes in another scalar than the points; write both for double or both for float.");
+  static_assert(!is_asked || HasElementEnergy<E, Scalar>, "palpate: the element has no energy(x) const; declare: Scalar energy(NodeColumns<Scalar, nodes> const& x) const, in J.");
+  static_assert(!is_asked || HasElementForce<E, Scalar>,
+                "palpate: the element has no force(x) const; declare: NodeColumns<Scalar, nodes> force(NodeColumns<Scalar, nodes> const& x) const, in N.");
+  static_assert(!is_asked || HasElementStiffness<E, Scalar>,
+                "palpate: the element has no stiffness(x) const; declare: NodeMatrix<Scalar, nodes> stiffness(NodeColumns<Scalar, nodes> const& x) const, in N/m.");
+};
+
+}  // namespace detail
 
 // --- what an element may answer besides; a misspelt one is told by static_assert(HasElementDamping<MyElement, double>) and its like -------------
 

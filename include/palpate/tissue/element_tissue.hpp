@@ -58,13 +58,7 @@ auto make_elements(Eigen::MatrixBase<Points> const& points, Eigen::MatrixBase<In
   constexpr int nodes = Indices::RowsAtCompileTime;
   using Columns = NodeColumns<typename Points::Scalar, nodes>;
   using E = std::remove_cvref_t<std::invoke_result_t<Make&, Columns const&>>;
-  using S = typename Points::Scalar;
-  static_assert(HasNodes<E>, "make_elements: what `make` returns is no Element, it has no nodes; declare: static constexpr int nodes, how many particles it joins.");
-  static_assert(!HasNodes<E> || HasElementEnergy<E, S>, "make_elements: the element has no energy(x) const; declare: Scalar energy(NodeColumns<Scalar, nodes> const& x) const, in J.");
-  static_assert(!HasNodes<E> || HasElementForce<E, S>,
-                "make_elements: the element has no force(x) const; declare: NodeColumns<Scalar, nodes> force(NodeColumns<Scalar, nodes> const& x) const, in N.");
-  static_assert(!HasNodes<E> || HasElementStiffness<E, S>,
-                "make_elements: the element has no stiffness(x) const; declare: NodeMatrix<Scalar, nodes> stiffness(NodeColumns<Scalar, nodes> const& x) const, in N/m.");
+  static_assert(sizeof(detail::ElementSentences<E, typename Points::Scalar>) > 0);
   if constexpr (!Element<E, typename Points::Scalar>) {
     return ElementList<detail::StandInElement<typename Points::Scalar, nodes>>{};
   } else {
