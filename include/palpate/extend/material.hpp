@@ -8,9 +8,9 @@
 ///   Tensor3<Scalar> stress(Tensor3<Scalar> const& F) const                 P = ∂ψ/∂F, first Piola–Kirchhoff [Pa], 0 at F = 1
 ///   Tensor3<Scalar> stress_change(Tensor3<Scalar> const& F, Tensor3<Scalar> const& dF) const   ∂P/∂F : dF [Pa]
 ///   copyable; an aggregate, so that .material = {...} names its coefficients
-/// As a template over its numbers, template <class T> struct MyLaw { T ...; }, it is computed for as many elements at once as a register holds. Then write
-/// palpate::number<T>(0.5) for a constant, palpate::each(x, function) for a function of one number, and no comparison. What is made of a user's two numbers first, like
-/// Lamé's constants, is a struct with law() const, which returns the law: the concept Material.
+/// As a template over its numbers, template <class T> struct MyLaw { T ...; }, it is computed for as many elements at once as a register holds, if it is isotropic
+/// or says what of its tangent is semidefinite. Then write palpate::number<T>(0.5) for a constant, palpate::each(x, function) for a function of one number, and no
+/// comparison. What is made of a user's two numbers first, like Lamé's constants, is a struct with law() const, which returns the law: the concept Material.
 /// Optional; static_assert(IsIsotropicLaw<MyLaw<double>>) finds a misspelt one
 ///   static constexpr bool isotropic = true                                 ψ depends on the principal stretches alone      IsIsotropicLaw
 ///   T bulk_modulus() const                                                 κ at small strain [Pa], for Pressure::nodal     HasBulkModulus
