@@ -74,8 +74,6 @@ class Touch {
 
   SurfaceContact<Scalar> const& contact() const noexcept { return contact_; }
   Scalar tip_radius() const noexcept { return radius_; }   // m
-  /// The triangle that is touched, or was the nearest when the tip was seen outside last; −1: none. Edits may have given its number away since.
-  int nearest_triangle() const noexcept { return contact_.touching ? contact_.triangle : front_; }
 
   /// Moves the tip [m]. Beside the surface the contact ends, or, with `keep_beside`, stays at the last point on it.
   /// A tip that is not finite changes nothing.

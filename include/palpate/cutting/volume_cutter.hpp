@@ -79,8 +79,7 @@ class VolumeCutter {
   VolumeCutter() : VolumeCutter(Options{}) {}
   explicit VolumeCutter(Options const& options) : options_(options), touch_(options.tip_radius), resistance_(of_resistance(options)) { options_.validate(); }
 
-  /// One tick of a tool that presses, punctures and cuts; `force` is what it presses the tissue with [N], for puncture_force. The edge turns with the tool. It
-  /// punctures with its tip, or comes in between the lips of an open wound; then it cuts until no part of the edge is in the tissue or between lips.
+  /// One tick of a tool that presses, punctures and cuts; `force` is what it presses the tissue with [N], for puncture_force. The edge turns with the tool.
   /// Throws InvalidArgument for a pose or a force that is not finite; then nothing has changed.
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
@@ -232,7 +231,7 @@ class VolumeCutter {
     detail::SkinOf<Body> skin(body, state_ == CuttingPhase::moving);
     SurfaceContact<Scalar> const& contact = touch_.update(skin, tool.position, state_ == CuttingPhase::moving);
     int const taken = removed_.tetrahedra;
-    if (!contact.touching && !(state_ == CuttingPhase::moving && is_edge_in(body))) {
+    if (!contact.touching) {
       if (state_ == CuttingPhase::moving) left_at_.assign(blade_.begin(), blade_.end()), leaves_ = true;
       state_ = CuttingPhase::no_contact;
     }
@@ -241,10 +240,9 @@ class VolumeCutter {
       if (!is_behind_) lift(body);
       if (removed_.tetrahedra != taken) touch_.update(skin, tool.position);   // what it touches again may be gone
     }
-    bool const comes_through_wound = state_ != CuttingPhase::moving && is_in_wound(body, tool.position);
-    if (comes_through_wound || (contact.touching && state_ != CuttingPhase::moving)) {
+    if (contact.touching && state_ != CuttingPhase::moving) {
       state_ = CuttingPhase::indenting;
-      if (!leaves_ && (comes_through_wound || !(contact.depth < options_.puncture_depth) || force >= options_.puncture_force)) {   // the last cut is done
+      if (!leaves_ && (!(contact.depth < options_.puncture_depth) || force >= options_.puncture_force)) {   // the last cut is done
         state_ = CuttingPhase::moving;
         if (!last_blade_.empty()) cut(body, std::span<Vector const>(last_blade_), Scalar(0));   // from where it was in the last tick: from outside
       }
@@ -253,36 +251,6 @@ class VolumeCutter {
     if (state_ != CuttingPhase::moving) return;
     cut(body, std::span<Vector const>(blade_), Scalar(0));
     if (removed_.tetrahedra != taken) touch_.update(skin, tool.position, true);   // what it touched may be gone
-  }
-
-  /// Whether a part of the edge is in the tissue, or between the lips of a wound, while the tip is in neither: in a cavity, or out at the far side.
-  template <class Body>
-  bool is_edge_in(Body& body) {
-    if (traced_.goes_through_border(body, std::span<Vector const>(blade_))) return true;
-    Scalar const edge = body.mean_edge();
-    for (std::size_t k = 1; k < blade_.size(); ++k) {
-      int const parts = 1 + static_cast<int>(2 * (blade_[k] - blade_[k - 1]).norm() / edge);
-      for (int j = 0; j <= parts; ++j)
-        if (depth_between_lips(body, blade_[k - 1] + static_cast<Scalar>(j) / static_cast<Scalar>(parts) * (blade_[k] - blade_[k - 1])) > 0) return true;
-    }
-    return false;
-  }
-  /// Whether the tip, that has not punctured the skin, has come in where a wound is open: as deep as it would have to press, or an edge.
-  template <class Body>
-  bool is_in_wound(Body& body, Vector const& tip) {
-    int const near = touch_.nearest_triangle();
-    if (near < 0 || near >= body.tissue().surface().triangle_count() || !body.tissue().is_wound(near)) return false;
-    return depth_between_lips(body, tip) > std::min(options_.puncture_depth, body.mean_edge());
-  }
-  /// How far below the skin a point is that is within an edge of the wall of a wound; 0 of others.
-  template <class Body>
-  static Scalar depth_between_lips(Body& body, Vector const& point) {
-    auto const wall = body.nearest_point(point);
-    if (!wall.found() || wall.distance > body.mean_edge() || !body.tissue().is_wound(wall.triangle)) return 0;
-    detail::SkinOf<Body> skin(body, true);
-    auto const over = skin.nearest_point(point);
-    bool on_border = false;
-    return over.found() && (point - over.point).dot(detail::pseudo_normal(skin, over.triangle, over.barycentric, on_border)) < 0 ? over.distance : Scalar(0);
   }
 
   // --- the blade ------------------------------------------------------------------------------------------------------

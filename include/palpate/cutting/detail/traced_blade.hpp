@@ -65,14 +65,6 @@ class TracedBlade {
     }
   }
 
-  /// Whether a blade that is there goes through the body's border anywhere: then some of it is in the tissue.
-  template <class Body>
-  bool goes_through_border(Body& body, std::span<Vector3<Scalar> const> blade) {
-    for (std::size_t k = 1; k < blade.size(); ++k)
-      if (find_hits(body, blade[k - 1], blade[k]); !hits_.empty()) return true;
-    return false;
-  }
-
   /// Puts the samples elsewhere, as the blade has come so far; each is carried by the tetrahedron that it is in, or by the last one on the way there.
   template <class Body>
   void put(Body const& body, std::span<Vector const> points) {
