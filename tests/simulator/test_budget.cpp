@@ -161,7 +161,7 @@ TEST_CASE("tetrahedra that were turned over are told, with the one that was most
   CHECK(inverted_text(statistics.body_counts).empty());
   statistics.body_counts = {.steps = 800, .inverted = 12, .inverted_element = 41, .lowest_determinant = -0.312};
   CHECK(inverted_text(statistics.body_counts) ==
-        "a tetrahedron was turned over after 12 of 800 steps, most of all number 41, to det F = -0.312: there the force is not a tissue's; press less, or with a "
+        "a tetrahedron was found flat or turned over after 12 of 800 steps, most of all number 41, to det F = -0.312: there the force is not a tissue's; press less, or with a "
         "larger tip, or make the mesh finer\n");
   CHECK(budget_text(statistics) == "servo: no tick yet\nbody: no tick yet\n" + inverted_text(statistics.body_counts));
 }

@@ -163,7 +163,8 @@ class Scene {
   BodyCounts const& counts() const noexcept {
     return std::get<I>(control_).counts(body<I>());
   }
-  /// Ticks and seconds of the scene; sums over all bodies, the largest lag and numbers of steps in a tick, the smallest stable step of those that are here.
+  /// Ticks and seconds of the scene; sums over all bodies, the largest lag and numbers of steps in a tick, the smallest stable step of those that are here, the
+  /// tetrahedron of any of them that was turned over most.
   BodyCounts counts() const noexcept {
     BodyCounts all = counts<0>();
     all.ticks = ticks_, all.seconds = seconds_;
@@ -172,7 +173,8 @@ class Scene {
       BodyCounts const& one = counts<i>();
       if (i == 0) return;
       all.steps += one.steps, all.capped += one.capped, all.stable_steps += one.stable_steps, all.stability_checks += one.stability_checks;
-      all.guarded += one.guarded, all.diverged += one.diverged;
+      all.guarded += one.guarded, all.diverged += one.diverged, all.inverted += one.inverted;
+      if (!(one.lowest_determinant >= all.lowest_determinant)) all.inverted_element = one.inverted_element, all.lowest_determinant = one.lowest_determinant;
       all.max_steps_a_tick = std::max(all.max_steps_a_tick, one.max_steps_a_tick), all.max_steps_wanted = std::max(all.max_steps_wanted, one.max_steps_wanted);
       all.lag = std::max(all.lag, one.lag);
       if (is_here_[i]) all.stable_step = std::min(all.stable_step, one.stable_step);

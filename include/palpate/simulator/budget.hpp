@@ -147,7 +147,7 @@ inline std::string lag_text(BodyCounts const& body) {
 /// Which tetrahedron was turned over, how far, and what to do, in one line; empty where none was found.
 inline std::string inverted_text(BodyCounts const& body) {
   if (body.inverted == 0) return {};
-  return detail::message("a tetrahedron was turned over after ", body.inverted, " of ", body.steps, " steps, most of all number ", body.inverted_element, ", to det F = ",
+  return detail::message("a tetrahedron was found flat or turned over after ", body.inverted, " of ", body.steps, " steps, most of all number ", body.inverted_element, ", to det F = ",
                          detail::rounded(body.lowest_determinant), ": there the force is not a tissue's; press less, or with a larger tip, or make the mesh finer\n");
 }
 
