@@ -31,6 +31,7 @@ struct StepReport {
   explicit operator bool() const noexcept { return status != StepStatus::diverged; }
 };
 
+/// A body's report that says which element is inverted, as StepReport does: a simulator counts it.
 template <class Report>
 concept TellsInvertedElements = requires(Report const& report) {
   { report.element } -> std::convertible_to<int>;
