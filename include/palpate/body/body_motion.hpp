@@ -241,7 +241,7 @@ class BodyMotion : public BodyShape<TissueType> {
     }
     moving_.restart(gravity_ != home_gravity_ || revision() != home_revision_);   // else the home shape is in balance
     remembers_ = tree_is_fitted_ = false;
-    time_ = last_step_ = 0;
+    time_ = last_step_ = 0, looks_ = 0;
   }
 
   /// Everything that makes the body's future: positions, velocities, forces, tissue with its cuts, time.
@@ -263,6 +263,7 @@ class BodyMotion : public BodyShape<TissueType> {
     ModalBounds<Scalar> modes;       // and what it found last,
     std::size_t modes_of;            // at this revision
     bool modes_are_known;
+    int looks;                   // the part of the elements that an explicit step looked at last
     SurfaceTree<Scalar> tree;   // edits have shaped it: another one is searched in another order
     bool tree_is_fitted;
     Scalar mean_edge, bound, offset;   // of the undisturbed body: what counts as near, small and far
@@ -278,7 +279,7 @@ class BodyMotion : public BodyShape<TissueType> {
     auto const forced = forces_.forced();
     return {tissue_,  state_,        held_,          {forced.begin(), forced.end()}, disturbed_, this->evened_, moving_.save(),
             gravity_, home_gravity_, home_revision_, remembers_, time_, last_step_, this->solid_edits_, this->numbering_, system_.layout(),
-            modal_estimate_.search(), modal_estimate_.layout(), known_modes_, modes_of_, modes_are_known_, this->tree_, tree_is_fitted_, mean_edge_, bound_, offset_};
+            modal_estimate_.search(), modal_estimate_.layout(), known_modes_, modes_of_, modes_are_known_, looks_, this->tree_, tree_is_fitted_, mean_edge_, bound_, offset_};
   }
   void restore(State const& saved) {
     tissue_ = saved.tissue;
@@ -292,6 +293,7 @@ class BodyMotion : public BodyShape<TissueType> {
     modal_estimate_.set_order(moving_.order());
     modal_estimate_.resume(saved.search, saved.search_layout);
     known_modes_ = saved.modes, modes_of_ = saved.modes_of, modes_are_known_ = saved.modes_are_known;
+    looks_ = saved.looks;
     gravity_ = saved.gravity, home_gravity_ = saved.home_gravity, home_revision_ = saved.home_revision;
     remembers_ = saved.remembers, time_ = saved.time, last_step_ = saved.last_step;
     this->solid_edits_ = saved.solid_edits, this->numbering_ = saved.numbering;
@@ -383,6 +385,9 @@ class BodyMotion : public BodyShape<TissueType> {
     }
   }
 
+  /// Which of so many parts of the elements is looked at next.
+  int next_part(int parts) noexcept { return looks_ = (looks_ + 1) % parts; }
+
   std::size_t moving_count() const noexcept { return moving_.particles().size(); }
   void consume_forces() { forces_.consume(state_); }
   std::size_t revision() const noexcept { return tissue_.revision(); }
@@ -455,6 +460,7 @@ class BodyMotion : public BodyShape<TissueType> {
   Scalar last_step_ = 0;   // s
   ModalBounds<Scalar> known_modes_;
   std::size_t modes_of_ = 0;   // revision
+  int looks_ = 0;
   bool modes_are_known_ = false;
   bool remembers_ = false;
 };

@@ -16,7 +16,6 @@
 #include <palpate/integrator/motion_forecast.hpp>
 #include <palpate/region/whole_body.hpp>
 
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <type_traits>
@@ -200,9 +199,8 @@ class SoftBody : public BodyMotion<TissueType, RegionType, ExecutionType> {
       if constexpr (ImplicitIntegrator<IntegratorType, Scalar>) {
         solved_.add(report.solve = system.solve());
         if constexpr (HasLowestDeterminant<Tissue>) note_inverted(report, system.lowest_determinant(), Scalar(0));
-      } else if constexpr (HasLowestDeterminant<Tissue>) {   // a part in each of so many steps: by time, so that what follows a restored state is the same
-        double const steps = std::round(static_cast<double>(this->time()) / static_cast<double>(h));
-        note_inverted(report, system.lowest_determinant(steps < 1e15 ? static_cast<int>(std::fmod(steps, looks)) : 0, looks), Scalar(0));
+      } else if constexpr (HasLowestDeterminant<Tissue>) {
+        note_inverted(report, system.lowest_determinant(this->next_part(looks), looks), Scalar(0));
       }
     }
     this->end_step(h);
