@@ -5,7 +5,9 @@
 #include <palpate/material/st_venant_kirchhoff.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
+#include <palpate/mesh/vertices_where.hpp>
 #include <palpate/region/whole_body.hpp>
+#include <palpate/statics/dynamic_relaxation.hpp>
 #include <palpate/statics/newton_raphson.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 
@@ -267,6 +269,32 @@ TEST_CASE("where damping follows a stiffness that grows, the guaranteed step is 
   check_damping_bound_of_drawn(StableNeoHookean<double>{.young = 5e3, .poisson = 0.45}, 0.8);
   check_damping_bound_of_drawn(StVenantKirchhoff<double>{.young = 5e3, .poisson = 0.3}, 2.0);
   check_damping_bound_of_drawn(StableNeoHookean<double>{.young = 5e3, .poisson = 0.45}, -0.3);   // pressed in: the semidefinite part of a tangent that is not
+}
+
+TEMPLATE_TEST_CASE("a body that was solved far from its last stable step stays at rest there, by explicit steps", "", DynamicRelaxation, NewtonRaphson<>) {
+  // Yardstick: the balance itself. A soft cantilever of 10 cm that hangs down under its weight: its elements are stretched and stiffer there.
+  auto const mesh = make_block<double>(21, 5, 5, 0.005, BlockPattern::alternating);
+  FiniteElements<double, StableNeoHookean<double>> tissue(mesh, {.density = 1000, .material = {.young = 1000, .poisson = 0.45}, .damping = {.alpha = 5}});
+  tissue.nail(vertices_where(mesh, [](auto const& p) { return p.x() < 1e-6; }));
+  SoftBody start(std::move(tissue), LeapfrogVerlet{});
+  for (bool const settles : {true, false}) {
+    SoftBody body = start;
+    REQUIRE(body.step(1e-5));
+    double const before = body.stable_step();
+    body.set_gravity({0, 0, -9.81});
+    if (settles)
+      body.settle(TestType{});
+    else
+      body.solve_statics(TestType{});
+    Matrix3X<double> const rest = body.positions();
+    for (int k = 0; k < 40; ++k) {
+      auto const report = body.advance(1e-3);
+      REQUIRE(report);
+      CHECK(report.stable_step < 0.6 * before);
+    }
+    CHECK((body.positions() - rest).cwiseAbs().maxCoeff() < 1e-4);
+    CHECK(rest.row(2).minCoeff() < -0.02);
+  }
 }
 
 TEST_CASE("after a change of the tissue the estimate starts from its last answer") {

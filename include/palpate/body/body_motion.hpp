@@ -409,7 +409,7 @@ class BodyMotion : public BodyShape<TissueType> {
     }
     system_.forget();
     moving_.forget();
-    tree_is_fitted_ = false;
+    tree_is_fitted_ = modes_are_known_ = false;
     return found;
   }
 
