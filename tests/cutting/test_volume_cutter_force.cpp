@@ -2,6 +2,7 @@
 // What a solid does to a blade that cuts it: work, force, puncture. Yardsticks: toughness times area, toughness times the length of the blade in tissue; what
 // measured curves say at the depth and the speed of its path.
 #include "catch.hpp"
+#include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
@@ -13,12 +14,15 @@
 #include <palpate/integrator/backward_euler.hpp>
 #include <palpate/material/stable_neo_hookean.hpp>
 #include <palpate/mesh/block.hpp>
+#include <palpate/mesh/repair.hpp>
+#include <palpate/mesh/vertices_where.hpp>
 #include <palpate/simulator/simulator.hpp>
 #include <palpate/tissue/finite_elements.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -200,6 +204,78 @@ TEST_CASE("a blade is resisted along what of it is in the tissue, and not where 
   }
 }
 
+TEST_CASE("a tool cuts on where its tip is in a cavity, or out at the far side, and is resisted", "[volume_cutter][cut_force]") {
+  // Yardsticks: the thickness that the edge is in, times the way it is drawn; toughness and friction times that thickness; the tip's depth below the skin at rest.
+  constexpr double thick = 0.010, toughness = 20, friction = 2, low = -0.1;   // z of the body's bottom, m
+  for (bool const is_hollow : {true, false}) {
+    INFO((is_hollow ? "a cavity below a roof" : "a layer that is held at two sides"));
+    auto block = make_block<double>(13, 9, 9, 0.005, BlockPattern::alternating);   // 60 × 40 × 40 mm
+    block.points.row(2).array() += low;
+    auto mesh = block;
+    int count = 0;
+    for (int t = 0; t < block.tetrahedra.cols(); ++t) {
+      Vector3<double> middle = Vector3<double>::Zero();
+      for (int k = 0; k < 4; ++k) middle += block.points.col(block.tetrahedra(k, t)) / 4;
+      Vector3<double> const off = (middle - Vector3<double>(0.030, 0.020, low + 0.020)).cwiseAbs();
+      if (is_hollow ? off.x() > 0.020 || off.y() > 0.015 || off.z() > 0.010 : middle.z() > low + 0.030) mesh.tetrahedra.col(count++) = block.tetrahedra.col(t);
+    }
+    mesh.tetrahedra.conservativeResize(4, count);
+    repair(mesh);
+    FiniteElements<double, StableNeoHookean<double>> tissue(mesh, {.density = 1000, .material = {6e4, 0.4}, .damping = {.alpha = 30}});
+    tissue.nail(vertices_where(mesh, [&](auto const& p) { return is_hollow ? p.z() < low + 1e-6 : p.x() < 0.006 || p.x() > 0.054; }));
+    double const beyond = is_hollow ? 0.0307 : 0.060;
+    auto path = Trajectory<double>::start({0.0313, 0.0087, low + 0.045});   // tip, above; the edge goes 50 mm up from it
+    path.line({0.0313, 0.0087, low + 0.022}, 0.4).line({0.0313, 0.0307, low + 0.022}, 0.8).line({0.0313, 0.0187, low + 0.022}, 0.4);
+    path.line({0.0313, beyond, low + 0.022}, 1.0).line({0.0313, beyond, low + 0.060}, 0.3);   // back, on, and out
+    VolumeCutOptions<double> const options{.edge = {{0, 0, 0}, {0, 0, 0.05}}, .puncture_depth = 0.003, .toughness = toughness, .lip_friction = friction};
+    Simulator simulator(ScriptedDevice<double>(path, {.max_force = 10.0}), SoftBody(std::move(tissue), BackwardEuler{}), VolumeCutter<double>(options), TissueReaction{});
+    auto const recording = simulator.run(path.duration());
+    std::vector<double> forces;
+    for (Tick const& tick : recording.ticks())
+      if (tick.time > 0.7 && tick.time < 1.2) {
+        forces.push_back(-tick.force[1]);
+        CHECK(tick.phase == CuttingPhase::moving);
+        CHECK(tick.depth == Approx(0.040 - 0.022).epsilon(0.02));
+      }
+    std::nth_element(forces.begin(), forces.begin() + std::ssize(forces) / 2, forces.end());
+    CHECK(forces[forces.size() / 2] == Approx((toughness + friction) * thick).epsilon(0.15));
+    double const drawn = is_hollow ? 0.022 : 0.0313;
+    CHECK(simulator.cutter().area() > 0.85 * thick * drawn);
+    CHECK(simulator.cutter().area() < 1.1 * thick * (drawn + 0.005));
+    CHECK(recording.ticks().back().energy >= toughness * simulator.cutter().area());
+    CHECK(recording.ticks().back().phase == CuttingPhase::no_contact);
+  }
+}
+
+TEST_CASE("a tool that is put through a ridge from one flank to the other cuts on", "[volume_cutter][cut_force]") {
+  // Yardstick: twice the height of the ridge above the blade, times the way.
+  auto mesh = make_block<double>(9, 13, 9, 0.005, BlockPattern::alternating);   // 40 × 60 × 40 mm
+  mesh.points = Eigen::AngleAxisd(std::numbers::pi / 4, Vector3<double>::UnitY()).toRotationMatrix() * mesh.points;
+  double const ridge = mesh.points.row(2).maxCoeff(), x = mesh.points(0, 0) + 0.04 * std::sqrt(0.5);
+  FiniteElements<double, StableNeoHookean<double>> tissue(mesh, {.density = 1000, .material = {6e4, 0.4}, .damping = {.alpha = 30}});
+  tissue.nail(vertices_where(mesh, [&](auto const& p) { return p.z() < ridge - 0.025; }));
+  SoftBody body(std::move(tissue), BackwardEuler{});
+  Knife knife({.edge = {{0, 0, 0}, {-0.05, 0, 0}}, .puncture_depth = 0.003});
+  double const height = 0.0103, low = ridge - height;
+  Vector3<double> tip(x - 0.03, 0.0087, low);
+  auto const go = [&](Vector3<double> const& to, int ticks) {
+    Vector3<double> const from = tip;
+    for (int tick = 1; tick <= ticks; ++tick) {
+      tip = from + static_cast<double>(tick) / ticks * (to - from);
+      knife.advance(body, ToolPose<double>{.position = tip});
+      REQUIRE(body.step(1e-3));
+    }
+  };
+  go({x + 0.03, 0.0087, low}, 300);
+  CHECK(knife.state() == CuttingPhase::moving);
+  CHECK(knife.contact().touching);
+  go({x + 0.03, 0.0387, low}, 500);
+  CHECK(knife.state() == CuttingPhase::moving);
+  CHECK(knife.area() == Approx(2 * height * 0.030).epsilon(0.15));
+  go({x + 0.03, 0.0387, ridge + 0.005}, 200);
+  CHECK(knife.state() == CuttingPhase::no_contact);
+}
+
 TEST_CASE("the way back through a cut costs friction alone", "[volume_cutter][cut_force]") {
   // Yardstick: the way out has cost toughness; back again it is φ L for each metre, and what has been paid for the first edge of way before it is known that nothing is cut.
   double const toughness = 100, friction = 20;
@@ -268,6 +344,60 @@ TEST_CASE("a tool that crosses an old wound cuts on beyond it, and is not jerked
     for (Tick const* tick : jumps(across.recording, 0.75))
       if (tick->phase == (tick - 1)->phase) FAIL_CHECK("at " << tick->time << " s, x = " << tick->tip[0] << " m the force jumps");
   }
+}
+
+TEST_CASE("a tool that comes back into the wound that it has left cuts on from its end", "[volume_cutter][cut_force]") {
+  // Yardstick: its depth times the way of the second stroke beyond the first.
+  double const low = top - depth;
+  for (double const back : {0.030, 0.039}) {
+    INFO("back at x = " << back << " m");
+    Body body = make_body<double>();
+    Knife knife({.puncture_depth = 0.006});
+    auto const go = [&](Vector3<double> const& from, Vector3<double> const& to) {
+      int jumps = 0;
+      for (int tick = 1; tick <= 200; ++tick) {
+        auto const before = knife.state();
+        knife.advance(body, ToolPose<double>{.position = from + tick / 200.0 * (to - from)});
+        jumps += knife.state() != before;
+        REQUIRE(body.step(1e-3));
+      }
+      return jumps;
+    };
+    Vector3<double> const in(0.012, 0.0113, top - depth), end(0.042, 0.0113, top - depth), over(back, 0.0113, top + 0.006), deep(back, 0.0113, low);
+    go({0.012, 0.0113, top + 0.004}, in), go(in, end), go(end, {0.042, 0.0113, top + 0.006});
+    REQUIRE(knife.state() == CuttingPhase::no_contact);
+    double const first = knife.area();
+    go({0.042, 0.0113, top + 0.006}, over), go(over, deep);
+    CHECK(knife.state() == CuttingPhase::moving);
+    CHECK(go(deep, {0.055, 0.0113, low}) == 0);
+    CHECK(knife.area() - first == Approx(depth * (0.055 - 0.042)).epsilon(0.25));
+    go({0.055, 0.0113, low}, {0.055, 0.0113, top + 0.006});
+    CHECK(knife.state() == CuttingPhase::no_contact);
+  }
+}
+
+TEST_CASE("the wall of a wound that is wide open is punctured as the skin is", "[volume_cutter][cut_force]") {
+  // Yardstick: the depth asked for, from the wall of a half whose other half is 0.1 m away.
+  Body body = make_body<double>();
+  Knife saw;
+  double const middle = 0.0313;
+  for (double y = -0.02; y < 0.04; y += 0.001) saw.advance(body, BladeSegment<double>{{middle, y, -0.02}, {middle, y, 0.06}});
+  saw.lift(body);
+  auto const pieces = pieces_of(body);
+  REQUIRE(pieces.size() == 2);
+  auto state = body.save();
+  for (int const i : pieces[body.reference_position(pieces[0][0]).x() > middle ? 0 : 1]) state.particles.position[i].x() += 0.1, state.particles.home[i].x() += 0.1;
+  body.restore(state);
+  Knife knife({.puncture_depth = 0.006});
+  for (double deep = -0.02; deep < 0.0055; deep += 2e-4) {
+    knife.advance(body, ToolPose<double>{.position = {middle - deep, 0.0107, 0.008}});
+    if (std::abs(deep) > 1e-9) CHECK(knife.state() == (deep < 0 ? CuttingPhase::no_contact : CuttingPhase::indenting));
+    if (deep > 1e-9) CHECK(knife.contact().depth == Approx(deep).margin(5e-4));
+  }
+  CHECK(knife.area() == 0);
+  for (double deep = 0.0055; deep < 0.02; deep += 2e-4) knife.advance(body, ToolPose<double>{.position = {middle - deep, 0.0107, 0.008}});
+  CHECK(knife.state() == CuttingPhase::moving);
+  CHECK(knife.area() > 0);
 }
 
 TEST_CASE("a blade punctures when it presses hard enough, however little deep", "[volume_cutter][cut_force]") {

@@ -55,7 +55,8 @@ struct SurfaceContact {
 /// has to be near it in the undisturbed body too, and look the same way; else the contact stays where it was.
 /// Contact ends when the tip is above the surface, both as it is now and undisturbed, and where the body is restored under the tip:
 /// then the tip has to come from outside again. It ends too when the tip is farther from the touched point than the undisturbed body's bounding box is long; and a
-/// blade's, kept beside the surface, when the tip has come out of a closed body on a side that looks the other way.
+/// blade's, kept beside the surface, when the tip has come out of a closed body on a side that looks the other way. A blade of which more than the tip was in is kept
+/// in contact, wherever its tip is out, until all of it is out.
 ///   depth = r − (tip − home point)·n
 /// Units      m.
 /// Source     \cite zheng2006 ch. 4, indentation depth.
@@ -63,6 +64,10 @@ struct SurfaceContact {
 ///            where the body has moved. No allocation.
 template <RealScalar Scalar>
 class Touch {
+  struct Never {
+    bool operator()() const noexcept { return false; }
+  };
+
  public:
   using Vector = Vector3<Scalar>;
 
@@ -74,16 +79,29 @@ class Touch {
 
   SurfaceContact<Scalar> const& contact() const noexcept { return contact_; }
   Scalar tip_radius() const noexcept { return radius_; }   // m
+  /// The triangle that is touched, or was the nearest when the tip was seen outside last; −1: none. Edits may have given its number away since.
+  int nearest_triangle() const noexcept { return contact_.touching ? contact_.triangle : front_; }
 
-  /// Moves the tip [m]. Beside the surface the contact ends, or, with `keep_beside`, stays at the last point on it.
+  /// Moves the tip [m]. Beside the surface the contact ends, or, with `keep_beside`, stays at the last point on it; `stays_in()` is asked then where the tip has come
+  /// out, whether the rest of the blade is in the tissue.
   /// A tip that is not finite changes nothing.
-  template <class Body>
-  SurfaceContact<Scalar> const& update(Body& body, Vector const& tip, bool keep_beside = false) {
+  template <class Body, class StaysIn = Never>
+  SurfaceContact<Scalar> const& update(Body& body, Vector const& tip, bool keep_beside = false, StaysIn const& stays_in = {}) {
     if constexpr (detail::can_act_on<Body>()) {
       static_assert(std::same_as<Scalar, typename Body::Scalar>, "Touch: it computes in another scalar than the body; take Touch<float> for a body in float.");
-      if constexpr (std::same_as<Scalar, typename Body::Scalar>) move(body, tip, keep_beside);
+      if constexpr (std::same_as<Scalar, typename Body::Scalar>) move(body, tip, keep_beside, stays_in);
     }
     return contact_;
+  }
+
+  /// The tip has come in beside the surface: the contact begins at this point of it.
+  template <class Body>
+  void begin_at(Body& body, SurfacePoint<Scalar> const& at, Vector const& tip) {
+    contact_ = {};
+    touch(body, at, tip);
+    follow(body, tip);
+    last_tip_ = tip;
+    remember(body);
   }
 
   /// Tells that triangles were edited: finds the touched point anew, from this triangle on.
@@ -112,8 +130,8 @@ class Touch {
   void reset() noexcept { end(); }
 
  private:
-  template <class Body>
-  void move(Body& body, Vector const& tip, bool keep_beside) {
+  template <class Body, class StaysIn>
+  void move(Body& body, Vector const& tip, bool keep_beside, StaysIn const& stays_in) {
     if (!is_finite(tip)) return;
     if (was_restored(body)) end(), revision_ = body.topology_revision();
     restorations_ = body.restorations();
@@ -123,9 +141,9 @@ class Touch {
       if (contact_.off_surface && !keep_beside) end();
       if (contact_.touching && (tip - contact_.point).norm() > longest_)
         end();
-      else if (contact_.touching && keep_beside && has_passed_through(body, tip))
+      else if (contact_.touching && keep_beside && has_passed_through(body, tip, stays_in))
         last_tip_ = tip;
-      if (contact_.touching && contact_.depth <= 0 && is_above(tip)) {
+      if (contact_.touching && contact_.depth <= 0 && is_above(tip) && !(keep_beside && stays_in())) {
         int const left_from = contact_.triangle;
         end();
         outside_ = true;
@@ -196,25 +214,29 @@ class Touch {
       outside_ = true;
       front_ = nearest.triangle;
     } else if (outside_) {
-      contact_.touching = true;
-      tip_on_surface_ = tip;
-      measure(body);
-      contact_.place(body, nearest.triangle, nearest.barycentric, tip, radius_);
+      touch(body, nearest, tip);
       if (contact_.depth > 0) follow(body, tip);
     }
+  }
+  template <class Body>
+  void touch(Body& body, SurfacePoint<Scalar> const& at, Vector const& tip) {
+    contact_.touching = true;
+    tip_on_surface_ = tip;
+    measure(body);
+    contact_.place(body, at.triangle, at.barycentric, tip, radius_);
   }
 
   /// What a contact that begins needs to know of the body: its longest diagonal.
   template <class Body>
   void measure(Body& body) {
     longest_ = body.home_diagonal();
-    clear_ = 0;
+    clear_ = 0, is_through_ = false;
   }
 
   /// Whether the tip has left a closed body on a side that looks the other way; then the contact ends, and the tip is outside. The tree
-  /// is searched only when the tip has gone half as far as the surface was away, or a thousandth of the body.
-  template <class Body>
-  bool has_passed_through(Body& body, Vector const& tip) {
+  /// is searched only when the tip has gone half as far as the surface was away, or a thousandth of the body; while the rest stays in, always.
+  template <class Body, class StaysIn>
+  bool has_passed_through(Body& body, Vector const& tip, StaysIn const& stays_in) {
     if ((tip - looked_from_).norm() < clear_ / 2) return false;
     SurfacePoint<Scalar> const nearest = body.nearest_point(tip, contact_.triangle);
     if (!nearest.found()) return false;
@@ -223,7 +245,12 @@ class Touch {
     clear_ = std::max(offset.norm(), longest_ / 500);
     bool on_border = false;
     Vector const normal = detail::pseudo_normal(body, nearest.triangle, nearest.barycentric, on_border);
-    if (on_border || !(offset.dot(normal) > radius_) || !(normal.dot(contact_.normal) < 0)) return false;
+    bool const is_out = !on_border && offset.dot(normal) > radius_ && normal.dot(contact_.normal) < 0;
+    if (!is_out && !is_through_) return false;
+    if (stays_in()) {
+      is_through_ = true, clear_ = 0;
+      return false;
+    }
     end();
     outside_ = true;
     front_ = nearest.triangle;
@@ -347,6 +374,7 @@ class Touch {
   Scalar longest_ = 0;                       // m, diagonal of the undisturbed body
   Vector tip_on_surface_ = Vector::Zero();   // where the tip was when the touched point was last under it
   bool outside_ = false;
+  bool is_through_ = false;                  // the tip has come out on another side, and the rest stays in
   std::size_t restorations_ = 0, revision_ = 0;   // of the body, when it was last seen
   int front_ = -1;                 // the triangle that the tip was nearest to when it was outside
 };

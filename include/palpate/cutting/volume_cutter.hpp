@@ -79,7 +79,8 @@ class VolumeCutter {
   VolumeCutter() : VolumeCutter(Options{}) {}
   explicit VolumeCutter(Options const& options) : options_(options), touch_(options.tip_radius), resistance_(of_resistance(options)) { options_.validate(); }
 
-  /// One tick of a tool that presses, punctures and cuts; `force` is what it presses the tissue with [N], for puncture_force. The edge turns with the tool.
+  /// One tick of a tool that presses, punctures and cuts; `force` is what it presses the tissue with [N], for puncture_force. The edge turns with the tool. It
+  /// punctures with its tip, or comes in between the lips of an open wound; then it cuts until its tip is out, and no part of the edge in the tissue or between lips.
   /// Throws InvalidArgument for a pose or a force that is not finite; then nothing has changed.
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
@@ -229,20 +230,24 @@ class VolumeCutter {
     require_sound(body, blade_);
     if (touch_.was_restored(body)) reset(body);
     detail::SkinOf<Body> skin(body, state_ == CuttingPhase::moving);
-    SurfaceContact<Scalar> const& contact = touch_.update(skin, tool.position, state_ == CuttingPhase::moving);
-    int const taken = removed_.tetrahedra;
-    if (!contact.touching) {
-      if (state_ == CuttingPhase::moving) left_at_.assign(blade_.begin(), blade_.end()), leaves_ = true;
+    auto const touch = [&] {
+      bool const cuts = state_ == CuttingPhase::moving;
+      if (touch_.update(skin, tool.position, cuts, [&] { return is_edge_in(body, tool.position); }).touching) return;
+      if (cuts) left_at_.assign(blade_.begin(), blade_.end()), leaves_ = true;
       state_ = CuttingPhase::no_contact;
-    }
+    };
+    touch();
+    int const taken = removed_.tetrahedra;
     if (leaves_) {   // the rest of the way out of the tissue, to where it was then, in this tick and the next ones
       cut(body, std::span<Vector const>(left_at_), Scalar(0));
       if (!is_behind_) lift(body);
       if (removed_.tetrahedra != taken) touch_.update(skin, tool.position);   // what it touches again may be gone
     }
-    if (contact.touching && state_ != CuttingPhase::moving) {
+    bool const enters = state_ != CuttingPhase::moving && !leaves_;   // the last cut is done
+    bool const is_through_wound = enters && comes_through_wound(body, tool.position);
+    if (SurfaceContact<Scalar> const& contact = touch_.contact(); contact.touching && state_ != CuttingPhase::moving) {
       state_ = CuttingPhase::indenting;
-      if (!leaves_ && (!(contact.depth < options_.puncture_depth) || force >= options_.puncture_force)) {   // the last cut is done
+      if (enters && (is_through_wound || !(contact.depth < options_.puncture_depth) || force >= options_.puncture_force)) {
         state_ = CuttingPhase::moving;
         if (!last_blade_.empty()) cut(body, std::span<Vector const>(last_blade_), Scalar(0));   // from where it was in the last tick: from outside
       }
@@ -250,7 +255,38 @@ class VolumeCutter {
     last_blade_.assign(blade_.begin(), blade_.end());
     if (state_ != CuttingPhase::moving) return;
     cut(body, std::span<Vector const>(blade_), Scalar(0));
-    if (removed_.tetrahedra != taken) touch_.update(skin, tool.position, true);   // what it touched may be gone
+    if (removed_.tetrahedra != taken) touch();   // what it touched may be gone
+  }
+
+  /// Whether any of the edge is in the tissue, or between the lips of a wound.
+  template <class Body>
+  bool is_edge_in(Body& body, Vector const& tip) {
+    if (traced_.goes_through_border(body, std::span<Vector const>(blade_))) return true;
+    auto const near = body.nearest_point(tip);
+    bool on_border = false;
+    if (near.found() && (tip - near.point).dot(detail::pseudo_normal(body, near.triangle, near.barycentric, on_border)) < 0) return true;
+    Scalar const edge = body.mean_edge();
+    for (std::size_t k = 1; k < blade_.size(); ++k) {
+      Vector const piece = blade_[k] - blade_[k - 1];
+      int const parts = 1 + static_cast<int>(2 * piece.norm() / edge);
+      for (int j = 0; j <= parts; ++j)
+        if (traced_.is_between_lips(body, blade_[k - 1] + static_cast<Scalar>(j) / static_cast<Scalar>(parts) * piece, edge * 3 / 2)) return true;
+    }
+    return false;
+  }
+  /// Whether the tip has come in between the lips of a wound that is there, as deep as it would have to press, or an edge; then the skin above is what is touched.
+  template <class Body>
+  bool comes_through_wound(Body& body, Vector const& tip) {
+    int const near = touch_.nearest_triangle();
+    if (near < 0 || near >= body.tissue().surface().triangle_count() || !body.tissue().is_wound(near)) return false;
+    if (!traced_.is_between_lips(body, tip, body.mean_edge())) return false;
+    detail::SkinOf<Body> skin(body, true);
+    auto const over = skin.nearest_point(tip);
+    SurfaceContact<Scalar> contact;
+    if (over.found()) contact.place(skin, over.triangle, over.barycentric, tip, touch_.tip_radius());
+    if (!(contact.depth > std::min(options_.puncture_depth, body.mean_edge()) && (tip - contact.point).dot(contact.normal) < 0)) return false;
+    touch_.begin_at(skin, over, tip);
+    return true;
   }
 
   // --- the blade ------------------------------------------------------------------------------------------------------

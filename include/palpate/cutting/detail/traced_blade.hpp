@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/pseudo_normal.hpp>
 #include <palpate/core/matrix.hpp>
 
 #include <algorithm>
@@ -63,6 +64,23 @@ class TracedBlade {
       auto const after = std::ranges::upper_bound(samples_, share, {}, &BladeSample::share);
       if (after != samples_.begin()) std::prev(after)->leaves = true;
     }
+  }
+
+  /// Whether a blade that is there goes through the body's border anywhere: then some of it is in the tissue.
+  template <class Body>
+  bool goes_through_border(Body& body, std::span<Vector3<Scalar> const> blade) {
+    for (std::size_t k = 1; k < blade.size(); ++k)
+      if (find_hits(body, blade[k - 1], blade[k]); !hits_.empty()) return true;
+    return false;
+  }
+  /// Whether a point is within so much of the wall of a wound, and within twice that of the wall of a wound opposite: walls that lie on each other are opposite, too.
+  template <class Body>
+  bool is_between_lips(Body& body, Vector3<Scalar> const& point, Scalar reach) {
+    auto const wall = body.nearest_point(point);
+    if (!wall.found() || wall.distance > reach || !body.tissue().is_wound(wall.triangle)) return false;
+    Vector3<Scalar> const out = facet_normal(body, wall.triangle).normalized();
+    find_hits(body, point - reach / 4 * out, point + 2 * reach * out);
+    return std::ranges::any_of(hits_, [&](Hit const& hit) { return hit.enters && body.tissue().is_wound(hit.triangle); });
   }
 
   /// Puts the samples elsewhere, as the blade has come so far; each is carried by the tetrahedron that it is in, or by the last one on the way there.
