@@ -81,6 +81,7 @@ class VolumeCutter {
 
   /// One tick of a tool that presses, punctures and cuts; `force` is what it presses the tissue with [N], for puncture_force. The edge turns with the tool. It
   /// punctures with its tip, or comes in between the lips of an open wound; then it cuts until its tip is out, and no part of the edge in the tissue or between lips.
+  /// An edge that reaches on beyond the tip comes out with it.
   /// Throws InvalidArgument for a pose or a force that is not finite; then nothing has changed.
   template <class Body>
   void advance(Body& body, ToolPose<Scalar> const& tool, Scalar force = 0) {
@@ -232,7 +233,7 @@ class VolumeCutter {
     detail::SkinOf<Body> skin(body, state_ == CuttingPhase::moving);
     auto const touch = [&] {
       bool const cuts = state_ == CuttingPhase::moving;
-      if (touch_.update(skin, tool.position, cuts, [&] { return is_edge_in(body, tool.position); }).touching) return;
+      if (touch_.update(skin, tool.position, cuts, [&] { return (begins_at_tip() || touch_.contact().depth > 0) && is_edge_in(body, tool.position); }).touching) return;
       if (cuts) left_at_.assign(blade_.begin(), blade_.end()), leaves_ = true;
       state_ = CuttingPhase::no_contact;
     };
@@ -258,6 +259,11 @@ class VolumeCutter {
     if (removed_.tetrahedra != taken) touch();   // what it touched may be gone
   }
 
+  /// An edge that reaches beyond the tip on both sides leaves the tissue with it.
+  bool begins_at_tip() const noexcept {
+    Scalar const length = length_of(options_.edge), from_tip = std::min(options_.edge.front().norm(), options_.edge.back().norm());
+    return from_tip <= length / 1000 + touch_.tip_radius();
+  }
   /// Whether any of the edge is in the tissue, or between the lips of a wound.
   template <class Body>
   bool is_edge_in(Body& body, Vector const& tip) {
