@@ -73,6 +73,13 @@ struct Remembers {
   Vector operator()(Contact const& contact) noexcept { return contact.phase == CuttingPhase::no_contact ? Vector::Zero() : Vector(++calls * contact.normal); }
   void reset() noexcept {}
 };
+struct RestartsElsewhere {
+  int begins = 0;
+  Vector3<double> operator()(ToolContact<double> const& contact) noexcept {
+    return contact.phase == CuttingPhase::no_contact ? Vector3<double>::Zero() : Vector3<double>((100 + begins) * std::max(contact.depth, 0.0) * contact.normal);
+  }
+  void reset() noexcept { begins = 1; }
+};
 struct Restarts : Remembers {
   void reset() noexcept { calls = 0; }
 };
@@ -86,5 +93,6 @@ TEST_CASE("a force that is wrong is told so") {
   CHECK_THAT(testing::to_text(testing::check_force(Overflows{})), says("the force is not finite 1 m deep"));
   CHECK_THAT(testing::to_text(testing::check_force(Shares{&calls})), says("a copy of the model answers the same contacts with other forces"));
   CHECK_THAT(testing::to_text(testing::check_force(Remembers{})), says("after reset() the model does not answer as one that has felt nothing"));
+  CHECK_THAT(testing::to_text(testing::check_force(RestartsElsewhere{})), says("after reset() the model does not answer as one that has felt nothing"));
   CHECK(testing::to_text(testing::check_force(Restarts{})) == "");
 }

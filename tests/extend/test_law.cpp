@@ -49,4 +49,12 @@ TEST_CASE("a law that is wrong is told so") {
     double energy(double elongation, double) const { return stiffness * elongation * elongation / 2; }
   };
   CHECK_THAT(testing::to_text(testing::check_spring_law(Slack{}, 0.01)), says("energy(", "the tension does a work of"));
+  struct Divides : FungSpring<double> {   // 0/0 at rest, where an implicit step asks
+    double tangent_stiffness(double elongation, double length) const { return elongation == 0 ? std::nan("") : FungSpring<double>::tangent_stiffness(elongation, length); }
+  };
+  CHECK_THAT(testing::to_text(testing::check_spring_law(Divides{}, 0.01)), says("tangent_stiffness(0, 0.01) is", "finite"));
+  struct Charged : FungSpring<double> {
+    double energy(double elongation, double length) const { return elongation == 0 ? 1 : FungSpring<double>::energy(elongation, length); }
+  };
+  CHECK_THAT(testing::to_text(testing::check_spring_law(Charged{}, 0.01)), says("energy(0, 0.01) is 1 J"));
 }

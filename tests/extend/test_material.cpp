@@ -148,4 +148,14 @@ TEST_CASE("a material that is wrong is told so") {
     Tensor3<double> stress(Tensor3<double> const& F) const { return 2.0 * testing::MaterialArchetype<double>::stress(F); }
   };
   CHECK_THAT(testing::to_text(testing::check_material<double>(Slack{})), says("stress", "energy"));
+  struct Nothing : testing::MaterialArchetype<double> {
+    Tensor3<double> semidefinite_stress_change(Tensor3<double> const&, Tensor3<double> const& d) const { return 0.0 * d; }
+  };
+  CHECK_THAT(testing::to_text(testing::check_material<double>(Nothing{})), says("at F = 1 semidefinite_stress_change must be stress_change"));
+  struct Skewed : testing::MaterialArchetype<double> {
+    Tensor3<double> semidefinite_stress_change(Tensor3<double> const& F, Tensor3<double> const& d) const {
+      return stress_change(F, d) + (F.xy * 1000.0) * Tensor3<double>{0, d.xx, 0, 0, 0, 0, 0, 0, 0};
+    }
+  };
+  CHECK_THAT(testing::to_text(testing::check_material<double>(Skewed{})), says("semidefinite_stress_change must be symmetric"));
 }

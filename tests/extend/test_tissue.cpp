@@ -9,6 +9,9 @@
 
 #include "tissue/user_elements.hpp"
 
+#include <cmath>
+#include <limits>
+#include <span>
 #include <utility>
 
 using namespace palpate;
@@ -63,4 +66,72 @@ TEMPLATE_TEST_CASE("the least element and the least tissue keep their laws", "",
   CHECK(testing::to_text(testing::check_element<S>(testing::ElementArchetype<S>{rest}, rest, {.reach = 0.005, .isolated = false})) == "");
   TriangleMesh<S> const mesh{Matrix<S, 3, Dynamic>(Matrix<S, 3, 3>::Identity() * S(0.01)), Matrix<int, 3, Dynamic>(Matrix<int, 3, 1>(0, 1, 2))};
   CHECK(testing::to_text(testing::check_tissue(testing::TissueArchetype<S>(mesh))) == "");
+}
+
+namespace {
+
+using Right = testing::TissueArchetype<double>;
+using Vector = Vector3<double>;
+
+struct Pushes : Right {
+  using Right::Right;
+  Vector internal_force(int i, auto const& x, auto const& v) const { return -Right::internal_force(i, x, v); }
+};
+struct Undamped : Right {
+  using Right::Right;
+  Vector internal_force(int i, auto const& x, auto const& v) const { return Right::internal_force(i, x, v) + Vector(0.2 * v.col(i)); }
+};
+struct Heavy : Right {
+  using Right::Right;
+  double mass(int i) const { return i == 1 ? std::numeric_limits<double>::infinity() : 0.1; }
+};
+struct Loose : Right {
+  using Right::Right;
+  double damping_bound(int) const { return 0.19; }
+};
+struct Unbounded : Right {
+  using Right::Right;
+  double damping_bound(int) const { return std::nan(""); }
+};
+struct Hoards : Right {   // a force that grows with each time that it is assembled
+  using Right::Right;
+  struct Assembly : Right::Assembly {
+    int times = 0;
+    void add_forces(auto const& x, auto const& v, auto& f) const {
+      for (int k = 0; k < times; ++k) Right::Assembly::add_forces(x, v, f);
+    }
+  };
+  void assemble(std::span<int const> moving, Assembly& assembly) const { Right::assemble(moving, assembly), ++assembly.times; }
+};
+struct Divides : Right {   // 0/0 at rest
+  using Right::Right;
+  struct Assembly : Right::Assembly {
+    Matrix3X<double> rest;
+    void add_forces(auto const& x, auto const& v, auto& f) const {
+      Right::Assembly::add_forces(x, v, f);
+      for (int k = 0; k < static_cast<int>(this->particles().size()); ++k) {
+        Vector const d = x.col(k) - rest.col(this->particles()[static_cast<std::size_t>(k)]);
+        f.col(k) += d / d.norm() * 0.0;
+      }
+    }
+  };
+  void assemble(std::span<int const> moving, Assembly& assembly) const {
+    Right::assemble(moving, assembly);
+    assembly.rest.resize(3, this->size());
+    for (int i = 0; i < this->size(); ++i) assembly.rest.col(i) = this->rest_position(i);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a tissue that is wrong is told so") {
+  TriangleMesh<double> const mesh{Matrix<double, 3, Dynamic>(Matrix<double, 3, 3>::Identity() * 0.01), Matrix<int, 3, Dynamic>(Matrix<int, 3, 1>(0, 1, 2))};
+  auto const told = [](auto const& tissue) { return testing::to_text(testing::check_tissue(tissue)); };
+  CHECK_THAT(told(Pushes(mesh)), says("internal_force(0) is another than"));
+  CHECK_THAT(told(Undamped(mesh)), says("internal_force(0) is another than"));
+  CHECK_THAT(told(Heavy(mesh)), says("particle 1 weighs inf kg"));
+  CHECK_THAT(told(Loose(mesh)), says("damping_bound(0) is 0.19"));
+  CHECK_THAT(told(Unbounded(mesh)), says("both must be finite"));
+  CHECK_THAT(told(Hoards(mesh)), says("an assembly that is used again keeps what was in it"));
+  CHECK_THAT(told(Divides(mesh)), says("at the rest shape is not finite"));
 }

@@ -106,6 +106,20 @@ TEST_CASE("the battery of elements finds what is broken") {
     }
   };
   CHECK_THAT(broken<double>(Skew{good}, ends), Catch::Matchers::Contains("damping is not positive semidefinite"));
+  struct Drags : Base {
+    NodeMatrix<double, 2> damping(Columns const&) const { return 0.1 * NodeMatrix<double, 2>::Identity(); }
+  };
+  CHECK_THAT(broken<double>(Drags{good}, ends), Catch::Matchers::Contains("brakes an element that moves as a whole"));
+  struct Light : Base {
+    double mass() const { return -1; }
+  };
+  CHECK_THAT(broken<double>(Light{good}, ends), Catch::Matchers::Contains("the mass is -1 kg"));
+  struct NearlyBound : Base {   // enough where nodes move at random, not where they move against each other
+    double stiffness_bound() const { return 0.9 * spring.stiffness_bound(); }
+    double stiffness_bound(Columns const& x) const { return 0.9 * spring.stiffness_bound(x); }
+    double damping_bound() const { return 0; }
+  };
+  CHECK_THAT(broken<double>(NearlyBound{good}, ends), Catch::Matchers::Contains("bound at rest") && Catch::Matchers::Contains("bound at x"));
 }
 
 TEMPLATE_TEST_CASE("the semidefinite part of a symmetric matrix is its projection", "", PALPATE_TEST_SCALARS) {

@@ -107,7 +107,7 @@ class CuttingForce {
   static_assert((detail::is_part<Parts, Scalar>() && ...),
                 "palpate::CuttingForce: a part is neither a force curve, (depth [m]) -> N or (depth [m], palpate::Phase) -> N, nor a force "
                 "model, palpate::ToolContact<Scalar> -> palpate::Vector3<Scalar>, nor a noise with draw(force). Give it such a call "
-                "operator, and mark it noexcept: it runs in the servo tick.");
+                "operator, and mark it noexcept: it runs in the servo tick. Scalar is what a part names by using Scalar, double where none does.");
   template <class T>
   static constexpr int count_ = (0 + ... + (std::is_same_v<Parts, T> ? 1 : 0));
   static constexpr bool has_contact_law_ = (ContactLaw<Parts, Scalar> || ...);

@@ -25,7 +25,8 @@ struct ElementChecks {
 
 /// Checks an element at random positions of its nodes around `rest`, 3 × nodes: force = −∇energy and stiffness = −∂force/∂x by central differences, the
 /// stiffness symmetric, its semidefinite part and the damping symmetric and positive semidefinite; what it answers without matrices and the bounds it
-/// states against the matrices; with `isolated` and `turns` that neither force nor torque is left over.
+/// states against the matrices; with `isolated` and `turns` that neither force nor torque is left over, nor damping of a
+/// motion as a whole.
 /// Tolerances 1e-6 (double) or 2e-2 (float) of the largest force or stiffness met; of differences ten times that.
 template <RealScalar Scalar, Element<Scalar> E>
 Violations check_element(E const& element, NodeColumns<Scalar, E::nodes> const& rest, ElementChecks const& checks = {}) {
@@ -105,18 +106,33 @@ Violations check_element(E const& element, NodeColumns<Scalar, E::nodes> const& 
         say("stiffness_product(x, d) is not the semidefinite K d");
       if (differ(vector(element.damping_product(columns(x), columns(v))), Vector(damping * v), damping.norm() * v.norm())) say("damping_product(x, v) is not C v");
     }
+    if (checks.isolated) {
+      Vector along = d;
+      for (int k = 0; k < nodes; ++k) along.segment(3 * k, 3) = node(d, 0);
+      if (!((damping * along).norm() <= tolerance * damping.norm() * along.norm())) say("the damping brakes an element that moves as a whole");
+    }
+    if constexpr (HasElementMass<E, Scalar>)
+      if (Scalar const mass = static_cast<Scalar>(element.mass()); !(mass > 0) || !std::isfinite(mass)) say("the mass is ", mass, " kg; it must be finite and positive");
     Vector unit = d;
     for (int k = 0; k < nodes; ++k) unit.segment(3 * k, 3).normalize();
-    Vector const pull = stiffness * unit, pull_at_rest = stiffness_at_rest * unit, drag = damping * unit;
+    auto const largest_pull = [&](Square const& matrix, int k) {   // of nodes that are moved by 1 each, where that pulls most at node k
+      Vector moved = unit;
+      for (int round = 0; round < 8; ++round) {
+        Vector3<Scalar> const towards = (matrix.middleRows(3 * k, 3) * moved).normalized();
+        moved = matrix.middleRows(3 * k, 3).transpose() * towards;
+        for (int j = 0; j < nodes; ++j) moved.segment(3 * j, 3).normalize();
+      }
+      return (matrix.middleRows(3 * k, 3) * moved).norm();
+    };
     for (int k = 0; k < nodes; ++k) {
-      if (!(node(pull, k).norm() <= palpate::detail::stiffness_bound(element, columns(x), k) * (1 + tolerance)))
+      if (!(largest_pull(stiffness, k) <= palpate::detail::stiffness_bound(element, columns(x), k) * (1 + tolerance)))
         say("the stiffness bound at x of node ", k, " is too low");
-      if (checks.relaxed && !(node(pull_at_rest, k).norm() <= palpate::detail::stiffness_bound_at_rest(element, rest, k) * (1 + tolerance)))
+      if (checks.relaxed && !(largest_pull(stiffness_at_rest, k) <= palpate::detail::stiffness_bound_at_rest(element, rest, k) * (1 + tolerance)))
         say("the stiffness bound at rest of node ", k, " is too low");
     }
     if constexpr (HasElementBounds<E, Scalar>)
       for (int k = 0; k < nodes; ++k)
-        if (!(node(drag, k).norm() <= static_cast<Scalar>(element.damping_bound()) * (1 + tolerance))) say("the damping bound of node ", k, " is too low");
+        if (!(largest_pull(damping, k) <= static_cast<Scalar>(element.damping_bound()) * (1 + tolerance))) say("the damping bound of node ", k, " is too low");
     if (!checks.isolated) continue;
     Vector3<Scalar> const shift = Vector3<Scalar>(3, -2, 1) * reach;
     Matrix<Scalar, 3, 3> const turn = Eigen::AngleAxis<Scalar>(Scalar(0.7), Vector3<Scalar>(1, -2, Scalar(0.5)).normalized()).toRotationMatrix();

@@ -23,7 +23,7 @@ struct ForceChecks {
   bool pushes_out = true;   ///< a tool that indents and stands still is never pulled in
 };
 
-/// Feels a force model: in from outside, 200 ticks of indenting, 200 of moving along the surface, and out. What has to hold:
+/// Feels a force model that has felt nothing yet: in from outside, 200 ticks of indenting, 200 of moving along the surface, and out. What has to hold:
 ///   zero where there is no contact; finite for these contacts and for finite ones that make no sense, 1 m deep at 10 m/s;
 ///   a copy of the model answers the same to the bit, and so does the model after reset(), where it has one;
 ///   with `turns` and `pushes_out` what they say, to 1e-9 (double) or 1e-4 (float) of the largest force.
@@ -64,7 +64,7 @@ Violations check_force(Model const& model, ForceChecks const& checks = {}) {
   if (forces(second, false) != felt) found.push_back("a copy of the model answers the same contacts with other forces");
   if constexpr (Resettable<Model>) {
     second.reset(), fourth.reset();
-    if (forces(second, false) != forces(fourth, false)) found.push_back("after reset() the model does not answer as one that has felt nothing");
+    if (forces(second, false) != felt || forces(fourth, false) != felt) found.push_back("after reset() the model does not answer as one that has felt nothing");
   }
   Scalar const tolerance = largest * (std::same_as<Scalar, float> ? Scalar(1e-4) : Scalar(1e-9));
   for (std::size_t k = 0; checks.turns && k < felt.size(); ++k)

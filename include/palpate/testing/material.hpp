@@ -94,8 +94,14 @@ Violations check_material(Law const& law, MaterialChecks const& checks = {}) {
     if (!(size(stress_slope - change) <= 10 * tolerance * scale * size(d))) say("stress_change must be d stress/dF : dF");
     if (!(std::abs(double_contraction(change, other) - double_contraction(law.stress_change(F, other), d)) <= tolerance * scale * size(d) * size(other)))
       say("stress_change must be symmetric: a : change(b) = b : change(a)");
-    if constexpr (HasSemidefiniteStressChange<Law, Scalar>)
+    if constexpr (HasSemidefiniteStressChange<Law, Scalar>) {
+      if (!(size(law.semidefinite_stress_change(one, d) - law.stress_change(one, d)) <= tolerance * stiffness * size(d)))
+        say("at F = 1 semidefinite_stress_change must be stress_change");
+      if (!(std::abs(double_contraction(law.semidefinite_stress_change(F, d), other) - double_contraction(law.semidefinite_stress_change(F, other), d)) <=
+            tolerance * scale * size(d) * size(other)))
+        say("semidefinite_stress_change must be symmetric");
       if (!(double_contraction(law.semidefinite_stress_change(F, d), d) >= -tolerance * scale * size(d) * size(d))) say("semidefinite_stress_change is not positive semidefinite");
+    }
     if (!checks.objective) continue;
     Tensor const R = rotation();
     if (!(std::abs(law.energy(R * F) - energy) <= tolerance * scale)) say("the energy changes when the tissue is turned");

@@ -64,6 +64,12 @@ Violations check_spring_law(Law const& law, Scalar rest_length, Scalar reach = 0
         found.push_back(message("tangent_stiffness(", at(k), ", ", rest_length, ") is ", stated, " N/m; the tension grows by ", measured));
     }
   }
+  if constexpr (StatesStiffness<Law, Scalar>)
+    if (Scalar const at_rest = static_cast<Scalar>(law.tangent_stiffness(0, rest_length)); !(at_rest >= 0) || !std::isfinite(at_rest))
+      found.push_back(message("tangent_stiffness(0, ", rest_length, ") is ", at_rest, " N/m; it must be finite and not negative"));
+  if constexpr (StatesEnergy<Law, Scalar>)
+    if (Scalar const at_rest = static_cast<Scalar>(law.energy(0, rest_length)); !(std::abs(at_rest) <= (single ? Scalar(1e-4) : Scalar(1e-6)) * largest * reach))
+      found.push_back(message("energy(0, ", rest_length, ") is ", at_rest, " J; a link at rest has none"));
   if constexpr (StatesMonotony<Law, Scalar>) {
     bool grows = law.monotone(rest_length);   // one that says no promises nothing
     for (int k = 0; k < 4 * grid && grows; ++k) {

@@ -58,9 +58,10 @@ struct WholeTissue {
 
 }  // namespace detail
 
-/// Checks a tissue model: masses and neighbours make sense; forces are finite, the same when asked twice and the same for a subset
-/// of the particles; damping takes energy out; and, where the tissue has the ability, force = −∇energy, the stiffness product is the
-/// slope of the force at the rest shape, symmetric and within the stated row bounds, and the damping product is the damping force.
+/// Checks a tissue model: masses and neighbours make sense; forces are finite, at rest too, the same when asked twice, the same for a subset of the particles, for
+/// each of them alone and by an assembly that is used again; the damping bound holds at rest; damping takes energy out; and, where the tissue has the ability,
+/// force = −∇energy, the stiffness product is the slope of the force at the rest shape, symmetric and within the stated row bounds, and the damping product is
+/// the damping force.
 /// `isolated` adds: no net force, forces that do not change when the body is shifted, and with `turns` no net torque and forces that turn with it.
 /// Tolerances 1e-6 (double) or 1e-2 (float) of the largest force.
 template <TissueModel Tissue>
@@ -77,7 +78,7 @@ Violations check_tissue(Tissue const& tissue, TissueChecks const& checks = {}) {
 
   Scalar nearest = -1;
   for (int i = 0; i < n; ++i) {
-    if (!(tissue.mass(i) > 0)) found.push_back(message("particle ", i, " weighs ", tissue.mass(i), " kg"));
+    if (!(tissue.mass(i) > 0) || !std::isfinite(tissue.mass(i))) found.push_back(message("particle ", i, " weighs ", tissue.mass(i), " kg"));
     tissue.for_each_neighbour(i, [&](int j) {
       Scalar const distance = (tissue.rest_position(i) - tissue.rest_position(j)).norm();
       nearest = nearest < 0 ? distance : std::min(nearest, distance);
@@ -107,13 +108,38 @@ Violations check_tissue(Tissue const& tissue, TissueChecks const& checks = {}) {
   Columns const force = whole.forces(x, v);
   if (!is_finite(elastic) || !is_finite(force)) return {"a force is not finite"};
   Scalar const largest = elastic.colwise().norm().maxCoeff();
-  auto const differ = [&](Columns const& a, Columns const& b, Scalar scale) { return (a - b).cwiseAbs().maxCoeff() > tolerance * scale; };
+  auto const differ = [&](Columns const& a, Columns const& b, Scalar scale) { return !is_finite(a) || !((a - b).cwiseAbs().maxCoeff() <= tolerance * scale); };
 
   if (whole.forces(x, v) != force) found.push_back("the forces differ when they are asked for twice");
+  if (!is_finite(whole.forces(whole.rest, still))) return {"a force at the rest shape is not finite"};
   if (checks.relaxed_at_rest && whole.forces(whole.rest, still).cwiseAbs().maxCoeff() > tolerance * largest)
     found.push_back("a body at its rest shape is not free of force; with pre-tension say relaxed_at_rest = false");
   if (Scalar const power = (force - elastic).cwiseProduct(v).sum(); power > 0)
     found.push_back(message("damping puts a power of ", power, " W into the body"));
+
+  for (int i = 0; i < n; ++i)
+    if (Vector3<Scalar> const alone = tissue.internal_force(i, x, v); !((alone - force.col(i)).norm() <= tolerance * (largest + force.col(i).norm()))) {
+      found.push_back(message("internal_force(", i, ") is another than the force that an assembly of all adds; off by ", (alone - Vector3<Scalar>(force.col(i))).norm(), " N"));
+      break;
+    }
+  for (int i = 0; i < n; ++i)
+    if (Scalar const bound = tissue.damping_bound(i); !(bound >= 0) || !std::isfinite(bound) || !std::isfinite(tissue.stiffness_bound(i))) {
+      found.push_back(message("damping_bound(", i, ") is ", bound, " N s/m and stiffness_bound(", i, ") ", tissue.stiffness_bound(i), " N/m; both must be finite"));
+      break;
+    }
+  {
+    Columns const unit = noise(1).colwise().normalized(), drag = whole.forces(whole.rest, still) - whole.forces(whole.rest, unit);
+    for (int i = 0; i < n; ++i)
+      if (!(drag.col(i).norm() <= tissue.damping_bound(i) * (1 + tolerance) + tolerance * drag.colwise().norm().maxCoeff())) {
+        found.push_back(message("damping_bound(", i, ") is ", tissue.damping_bound(i), " N s/m, but unit velocities give ", drag.col(i).norm(), " N"));
+        break;
+      }
+    detail::WholeTissue<Tissue> again(tissue);
+    std::vector<int> const one{0};
+    tissue.assemble(one, again.assembly), tissue.assemble(again.all, again.assembly);
+    if (again.assembly.particles().size() != whole.assembly.particles().size() || whole.forces(x, v) != again.forces(x, v))
+      found.push_back("an assembly that is used again keeps what was in it");
+  }
 
   std::vector<int> some;
   for (int i = n - 1; i >= 0; i -= 2) some.push_back(i);   // in no order that it may count on
