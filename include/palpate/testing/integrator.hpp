@@ -110,9 +110,11 @@ double measured_order(I const& integrator, double h = 1.0 / 64) {
   return std::log2(measured_error(integrator, h) / measured_error(integrator, h / 2));
 }
 
-/// Checks an integrator: nothing of scratch() is used that a step has not written; a step of zero changes no bit; runs from the same state agree to the
-/// bit; the error shrinks as h^order, or as h where it states none (a higher order is no violation, nor are 10⁻⁸ m whatever the step), damping and the first
-/// step included; where it states a stable step, no mode of x″ = −κ x − γ x′ within the bounds grows at 0.999 times that step.
+/// Checks an integrator: nothing of scratch() is used that a step has not written; a step of zero changes no bit; runs
+/// from the same state agree to the bit; the error shrinks as h^order, or as h where it states none, damping and the first
+/// step included; where it states a stable step, no mode of x″ = −κ x − γ x′ within the bounds grows at 0.999 times that
+/// step. A higher order than stated is no violation, nor are 10⁻⁸ m whatever the step: where an order is lost in rounding
+/// at 1/128 s, longer steps are looked at.
 template <Integrator I>
 Violations check_integrator(I const& integrator) {
   using palpate::detail::message;
@@ -133,11 +135,18 @@ Violations check_integrator(I const& integrator) {
       break;
     }
   }
-  double const order = measured_order(integrator);
   if constexpr (StatesOrder<I>) {
-    if (!(order > I::order - 0.1))
-      found.push_back(message("the order is ", int{I::order}, " but the error shrinks as h^", order, " from h = 1/64 s to 1/128 s"));
-  } else if (!(order > 0.9) && !(measured_error(integrator, 1.0 / 128) < 1e-8)) {
+    // A high order shows in long steps alone: in short ones the error is rounding's, and the reference's.
+    for (int steps = 64; steps > 1; steps /= 2) {
+      double const order = measured_order(integrator, 1.0 / steps);
+      if (order > I::order - (steps == 64 ? 0.1 : 0.5)) break;
+      if (measured_error(integrator, 0.5 / steps) <= 1e-8) continue;
+      found.push_back(message("the order is ", int{I::order}, " but the error shrinks as h^", order, " from h = 1/", steps,
+                              " s to 1/", 2 * steps, " s"));
+      break;
+    }
+  } else if (double const order = measured_order(integrator);
+             !(order > 0.9) && !(measured_error(integrator, 1.0 / 128) <= 1e-8)) {
     found.push_back(message("the error does not shrink with the step: as h^", order, " from h = 1/64 s to 1/128 s"));
   }
   if constexpr (StatesStableStep<I>) {
