@@ -251,6 +251,53 @@ TEST_CASE("a tetrahedron that is turned over is reported with its determinant", 
   CHECK(is_finite(exploding.positions()));   // the last good state
 }
 
+namespace {
+
+/// Tissue whose assembly looks at all of its elements or at none.
+struct LooksAtOnce : Stable {
+  using Stable::Stable;
+  struct Assembly : Stable::Assembly {
+    auto lowest_determinant(double const* x) const noexcept { return Stable::Assembly::lowest_determinant(x); }
+  };
+};
+static_assert(HasLowestDeterminant<LooksAtOnce> && HasLowestDeterminant<Stable>);
+struct NamesNoElement : Stable {
+  using Stable::Stable;
+  struct Assembly : Stable::Assembly {
+    double lowest_determinant(double const*) const noexcept { return 1; }
+  };
+};
+static_assert(!HasLowestDeterminant<NamesNoElement>);
+
+}  // namespace
+
+// Yardstick: the tissue's own answer; the particle that was moved hardly moves on.
+TEST_CASE("an assembly that looks at all of its tetrahedra at once is asked for them once in 32 explicit steps",
+          "[tissue][solid_solver]") {
+  auto const mesh = make_block<double>(3, 3, 3, 0.01, BlockPattern::alternating);
+  auto const start = [&](auto integrator) {
+    LooksAtOnce tissue(mesh, {.density = 1000, .material = {3000, 0.3}});
+    tissue.nail(vertices_where(mesh, [](auto const& p) { return p.z() < 0.015; }));
+    SoftBody body(std::move(tissue), integrator);
+    auto state = body.save();
+    state.particles.position[26].z() -= 0.03;
+    body.restore(state);
+    return body;
+  };
+  auto implicit = start(BackwardEuler{});
+  int const turned = implicit.tissue().lowest_determinant(implicit.positions()).element;
+  CHECK(implicit.step(1e-7).element == turned);
+  auto swinging = start(LeapfrogVerlet{});
+  std::vector<StepReport<double>> told;
+  for (int k = 0; k < 64; ++k)
+    if (auto const report = swinging.step(1e-8); report.element >= 0) told.push_back(report);
+  REQUIRE(told.size() == 2);
+  for (auto const& report : told) {
+    CHECK(report.element == turned);
+    CHECK(report.determinant == Approx(swinging.tissue().lowest_determinant(swinging.positions()).value).epsilon(0.01));
+  }
+}
+
 // Yardstick: the harmonic oscillator's phase; the trapezoidal rule keeps the amplitude of a swing, backward Euler does not.
 TEST_CASE("Crank-Nicolson swings a solid on, and takes its line search", "[tissue][solid_solver]") {
   auto const swing = [](auto integrator) {

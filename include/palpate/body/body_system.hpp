@@ -231,10 +231,17 @@ class BodySystem {
     assembly_.take_history(tissue);
   }
   /// Of the elements that act on the moving particles, where they are, one of so many parts.
-  auto lowest_determinant(int part = 0, int parts = 1) noexcept
+  detail::LowestDeterminant<Scalar> lowest_determinant(int part = 0, int parts = 1) noexcept
     requires HasLowestDeterminant<Tissue>
   {
-    return assembly_.lowest_determinant(now(x_, &State::position).padded_view().data(), part, parts);
+    auto const as_ours = [](auto const& lowest) {
+      return detail::LowestDeterminant<Scalar>{static_cast<int>(lowest.element), static_cast<Scalar>(lowest.value)};
+    };
+    Scalar const* const x = now(x_, &State::position).padded_view().data();
+    if constexpr (detail::LooksAtParts<typename Tissue::Assembly, Scalar>)
+      return as_ours(assembly_.lowest_determinant(x, part, parts));
+    else
+      return part == 0 ? as_ours(assembly_.lowest_determinant(x)) : detail::LowestDeterminant<Scalar>{};
   }
   void take(SolveReport<Scalar> const& report) noexcept { solve_ = report; }
   SolveReport<Scalar> const& solve() const noexcept { return solve_; }

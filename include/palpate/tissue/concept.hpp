@@ -10,6 +10,7 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -322,14 +323,42 @@ concept HasHistory = HasSubsetForces<T> && requires(T& tissue, typename T::Assem
   assembly.take_history(tissue);
 };
 
-/// Refinement: says at positions x which of its elements is nearest to being turned over, and its J = det F; so does its Assembly, of those that act, or of
-/// one of so many parts of them.
-template <class T>
-concept HasLowestDeterminant = HasSubsetForces<T> && requires(T const& tissue, typename T::Assembly const& assembly, Matrix3X<typename T::Scalar> const& x) {
-  assembly.lowest_determinant(x.data(), 0, 1);
-  { tissue.lowest_determinant(x).element } -> std::convertible_to<int>;
-  { tissue.lowest_determinant(x).value } -> std::convertible_to<typename T::Scalar>;
+namespace detail {
+
+/// The lowest J = det F of some elements, and whose it is.
+template <class Scalar>
+struct LowestDeterminant {
+  int element = -1;
+  Scalar value = std::numeric_limits<Scalar>::infinity();
 };
+template <class L, class Scalar>
+concept IsLowestDeterminant = requires(L const& lowest) {
+  { lowest.element } -> std::convertible_to<int>;
+  { lowest.value } -> std::convertible_to<Scalar>;
+};
+template <class Assembly, class Scalar>
+concept LooksAtAll = requires(Assembly const& assembly, Scalar const* x) {
+  { assembly.lowest_determinant(x) } -> IsLowestDeterminant<Scalar>;
+};
+template <class Assembly, class Scalar>
+concept LooksAtParts = requires(Assembly const& assembly, Scalar const* x) {
+  { assembly.lowest_determinant(x, 0, 1) } -> IsLowestDeterminant<Scalar>;
+};
+
+}  // namespace detail
+
+/// Refinement: says at positions x which of its elements is nearest to being turned over, and its J = det F, as members
+/// `element` and `value`; so does its Assembly, of those that act: lowest_determinant(x), x as in multiply_tangent(). One
+/// that has lowest_determinant(x, part, parts) is asked by explicit steps for one of so many parts at a time, another for
+/// all in one step of so many.
+template <class T>
+concept HasLowestDeterminant =
+    HasSubsetForces<T> &&
+    (detail::LooksAtAll<typename T::Assembly, typename T::Scalar> ||
+     detail::LooksAtParts<typename T::Assembly, typename T::Scalar>) &&
+    requires(T const& tissue, Matrix3X<typename T::Scalar> const& x) {
+      { tissue.lowest_determinant(x) } -> detail::IsLowestDeterminant<typename T::Scalar>;
+    };
 
 /// Refinement: states the energy stored in its elements at given positions [J]; they are padded columns or a matrix.
 template <class T>

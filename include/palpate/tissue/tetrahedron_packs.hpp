@@ -8,6 +8,7 @@
 #include <palpate/material/concept.hpp>
 #include <palpate/material/semidefinite_tangent.hpp>
 #include <palpate/material/with_pressure.hpp>
+#include <palpate/tissue/concept.hpp>
 #include <palpate/tissue/linear_tetrahedron.hpp>
 #include <palpate/tissue/stiffness_rows.hpp>
 #include <palpate/tissue/tetrahedron_tangent.hpp>
@@ -54,13 +55,6 @@ template <class T, class Law>
   requires HasBulkModulus<Law, T>
 inline constexpr bool has_principal_tangents<T, Law> =
     std::derived_from<SemidefiniteTangent<T, Law>, PrincipalTangent<T>> && std::derived_from<SemidefiniteTangent<T, WithPressure<T, Law>>, PrincipalTangent<T>>;
-
-/// The lowest J = det F of some tetrahedra, and whose it is.
-template <class Scalar>
-struct LowestDeterminant {
-  int element = -1;
-  Scalar value = std::numeric_limits<Scalar>::infinity();
-};
 
 /// Tetrahedra as many at once as a register holds: forces, energy, products with their positive semidefinite tangent, volumes.
 /// Columns    4 × n, contiguous, the fourth row 0.
