@@ -195,6 +195,9 @@ TEST_CASE("a surface whose unit nobody stated is refused where metres make no se
   CHECK_THAT(error_of(of_length("163")), says("liver.obj: read in metres, the longest side would be 163 m", "in mm it would be 0.163 m", "metres_per_unit"));
   CHECK(read_mesh<double>(of_length("163"), metres_per("mm")).points(0, 1) == Approx(0.163));
   CHECK(read_mesh<double>(of_length("163"), metres_per("m")).points(0, 1) == 163);
+  std::string const used = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";   // and a vertex of no triangle, the last or the first
+  for (std::string const& text : {used + "v 0 0 -163\nf 1 2 3\n", "v 163 0 0\n" + used + "f 2 3 4\n"})
+    CHECK(read_mesh<double>(folder.write("stray.obj", text)).points.cols() == 4);
 }
 
 TEST_CASE("polygons become triangles; unused and doubled vertices stay", "[vtk][read]") {

@@ -87,7 +87,8 @@ inline vtkSmartPointer<vtkPolyData> read_surface(std::filesystem::path const& fi
 }  // namespace detail
 
 /// Reads a surface from an OBJ, STL, PLY or VTK file (legacy .vtk of POLYDATA, or of an UNSTRUCTURED_GRID the outer surface; .vtp).
-///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`. Not given, it is 1, and a file that is longer than 12 m is refused.
+///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`. Not given, it is 1, and a file whose triangles
+///   reach farther than 12 m is refused.
 /// Polygons and strips become triangles, in the order of the file. Vertices keep their order and are left as they are, unused and
 /// doubled ones too (`validate` and `repair` speak about those); only STL, which has no shared vertices, gets equal corners merged.
 /// Throws `FileError` in one line: no such file, empty, cut short, unknown kind, damaged, no triangles, a coordinate that is not finite.
@@ -137,8 +138,6 @@ TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, std::optional<
                                         " coordinate of vertex ", i, " is not a finite number (", x[axis], ")"));
     }
   }
-  auto const [low, high] = low_and_high(mesh.points);
-  detail::require_stated_unit(name, static_cast<double>((high - low).maxCoeff()), metres_per_unit);
   mesh.triangles.resize(3, triangles);
   vtkCellArray* const polygons = read->GetPolys();
   for (vtkIdType t = 0; t < triangles; ++t) {
@@ -147,6 +146,10 @@ TriangleMesh<Scalar> read_mesh(std::filesystem::path const& file, std::optional<
     polygons->GetCellAtId(t, size, corners);
     for (int corner = 0; corner < 3; ++corner) mesh.triangles(corner, t) = static_cast<int>(corners[corner]);
   }
+  Vector3<Scalar> low = mesh.points.col(mesh.triangles(0, 0)), high = low;   // of what is used: a vertex of none may lie anywhere
+  for (int const v : mesh.triangles.reshaped())
+    low = low.cwiseMin(mesh.points.col(v)), high = high.cwiseMax(mesh.points.col(v));
+  detail::require_stated_unit(name, static_cast<double>((high - low).maxCoeff()), metres_per_unit);
   return mesh;
 }
 
