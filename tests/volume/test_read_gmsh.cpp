@@ -245,6 +245,21 @@ TEST_CASE("tetrahedra keep the order of a Gmsh file, and its physical groups nam
   CHECK(parse_gmsh_groups(first).at(0).tag == 1);
   CHECK(parse_gmsh_groups(second).at(0).tetrahedra == std::vector<int>{0});   // the other one has no tags
   CHECK(parse_gmsh_groups(fourth).empty());
+  // Volumes that are listed twice, groups that are, and those that Gmsh has turned over, of which it writes −tag.
+  std::string const volume_8 = "8 0 0 0 1 1 1 2 3 5 1 1\n";
+  for (auto const& text : {with(with(fourth_text, "1 0 1 2\n", "1 0 1 3\n"), volume_8, volume_8 + volume_8),
+                           with(fourth_text, volume_8, "8 0 0 0 1 1 1 4 5 3 5 3 1 1\n"),
+                           with(fourth_text, volume_8, "8 0 0 0 1 1 1 2 -3 -5 1 1\n")}) {
+    auto const groups = parse_gmsh_groups(text);
+    CHECK(groups.size() == 2);
+    CHECK((groups.front().tag == 3 && groups.front().tetrahedra == all));
+    CHECK((groups.back().tag == 5 && groups.back().tetrahedra == nodule));
+  }
+  std::string turned = second_text;
+  for (std::size_t at; (at = turned.find(" 4 2 5 2")) != std::string::npos;) turned.replace(at, 8, " 4 2 -5 2");
+  REQUIRE(parse_gmsh_groups(turned).size() == 2);
+  CHECK((parse_gmsh_groups(turned)[1].tag == 5 && parse_gmsh_groups(turned)[1].tetrahedra == nodule));
+  CHECK(parse_gmsh_groups(with(second, "3 4 2 1 1", "3 4 2 -9223372036854775808 1")).at(1).tag == 9223372036854775807);
   CHECK(unsaid(message_of([&] { parse_gmsh_groups(with(fourth_text, "8 0 0 0 1 1 1 2 3 5 1 1", "7 0 0 0 1 1 1 2 3 5 1 1")); }), "line", "volume 8", "$Entities") == "");
   CHECK(unsaid(message_of([&] { parse_gmsh_groups(with(fourth_text, "8 0 0 0 1 1 1 2 3 5 1 1", "8 0 0 0 1 1 1 2 3")); }), "line", "the tag of a physical group") == "");
   CHECK(unsaid(message_of([&] { parse_gmsh_groups(with(second_text, "3 3 \"liver, left \"", "3 3 \"liver")); }), "line", "group 3", "quotes") == "");

@@ -117,6 +117,11 @@ class GmshScan {
     if (!value) fail_in_section(word.empty() ? "nothing" : "\"" + legible(word) + "\"", " stands where ", what, " should be");
     return *value;
   }
+  /// The tag of a physical group. Gmsh writes −tag where an entity is turned over in it.
+  long long group_tag(std::string_view& line, char const* what) const {
+    long long const tag = whole(line, what);
+    return tag < 0 ? -std::max(tag, -std::numeric_limits<long long>::max()) : tag;
+  }
   /// A number of things that each take a byte at least.
   long long count(std::string_view& line, char const* what) const {
     long long const value = whole(line, what);
@@ -207,7 +212,10 @@ class GmshScan {
       line = next("a volume");
       auto& groups = groups_of_volume_[whole(line, "the tag of a volume")];
       for (int k = 0; k < 6; ++k) take_word(line);   // its box
-      for (long long k = count(line, "the number of physical groups"); k > 0; --k) groups.push_back(whole(line, "the tag of a physical group"));
+      for (long long k = count(line, "the number of physical groups"); k > 0; --k)
+        groups.push_back(group_tag(line, "the tag of a physical group"));
+      std::sort(groups.begin(), groups.end());   // a volume, or a group of it, may be listed twice
+      groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
     }
     end("$EndEntities");
   }
@@ -225,16 +233,16 @@ class GmshScan {
   void read_elements() {
     std::string_view line = next("the number of elements");
     long long const n = count(line, "the number of elements");
-    std::vector<long long> group(1);
+    std::vector<long long> groups(1);
     for (long long i = 0; i < n; ++i) {
       line = next("an element");
       whole(line, "the tag of an element");
       long long const type = whole(line, "the type of an element");
       long long const tags = version_ == 1 ? 3 : count(line, "the number of tags");   // of the first: two regions and the number of vertices
-      group[0] = 0;
+      groups[0] = 0;
       for (long long k = 0; k < tags; ++k)
-        if (long long const tag = whole(line, "a tag"); k == 0) group[0] = tag;
-      add_element(type, line, group);
+        if (long long const tag = group_tag(line, "a tag"); k == 0) groups[0] = tag;
+      add_element(type, line, groups);
     }
     end(version_ == 1 ? "$ENDELM" : "$EndElements");
   }
@@ -318,7 +326,8 @@ TetrahedralMesh<Scalar> read_gmsh(std::filesystem::path const& file, std::option
 /// The physical groups of volumes in the text of a Gmsh file. See read_gmsh_groups.
 inline std::vector<GmshGroup> parse_gmsh_groups(std::string_view text, std::string const& name = "Gmsh text") { return detail::GmshScan(text, name).groups(); }
 
-/// The physical groups of volumes in a Gmsh file, by rising tags, with the numbers of their tetrahedra in the mesh that read_gmsh makes of it.
+/// The physical groups of volumes in a Gmsh file, by rising tags, with the numbers of their tetrahedra in the mesh that read_gmsh makes of it,
+/// each once. What Gmsh writes as −tag, of a volume that is turned over, is of group tag.
 /// Throws `FileError` in one line where read_gmsh does for the text, and where a file of version 4.1 does not say in which groups its tetrahedra are.
 inline std::vector<GmshGroup> read_gmsh_groups(std::filesystem::path const& file) {
   return parse_gmsh_groups(detail::read_whole_file(file), file.string());
