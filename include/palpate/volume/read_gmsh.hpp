@@ -316,8 +316,10 @@ TetrahedralMesh<Scalar> parse_gmsh(std::string_view text, std::optional<double> 
 /// Reads the tetrahedra of a Gmsh file in ASCII, of version 1, 2.x or 4.1. Points, lines and faces in it are passed over, as are sections of other things.
 ///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`. Not given, it is 1, and a file that is longer than 12 m is refused.
 /// Tetrahedra that are inside out are turned, vertices of none are dropped; the rest keeps its order: tetrahedron k is the k-th of the file.
-/// Throws `FileError` in one line with the line of the file: cut short, damaged, binary, of another version, volumes that are no tetrahedra of four vertices, a
-/// coordinate that is not finite; with the numbers of tetrahedra and vertices, from 0 in the order of the file: flat or double tetrahedra, more than two at a face.
+/// Throws `FileError` in one line with the line of the file: cut short, damaged, binary, of another version, volumes that are
+/// no tetrahedra of four vertices, a coordinate that is not finite; with the numbers of tetrahedra and vertices, from 0 in the
+/// order of the file: tetrahedra that are flat, name a vertex twice, are there twice or overlap at a face that they share;
+/// more than two at a face; vertices that coincide.
 template <RealScalar Scalar = double>
 TetrahedralMesh<Scalar> read_gmsh(std::filesystem::path const& file, std::optional<double> metres_per_unit = {}) {
   return parse_gmsh<Scalar>(detail::read_whole_file(file), metres_per_unit, file.string());

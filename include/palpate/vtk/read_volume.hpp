@@ -45,8 +45,9 @@ inline vtkSmartPointer<vtkUnstructuredGrid> read_grid(std::filesystem::path cons
 /// over; tetrahedra that are inside out are turned, vertices of none are dropped, the rest keeps its order: tetrahedron k is the k-th of
 /// the file.
 ///   point [m] = point in the file · metres_per_unit; see `metres_per("mm")`. Not given, it is 1, and a file that is longer than 12 m is refused.
-/// Throws `FileError` in one line: no such file, unknown kind, damaged or cut short, no unstructured grid, volumes that are no tetrahedra of four vertices, flat or double
-/// tetrahedra, more than two at a face, a coordinate that is not finite.
+/// Throws `FileError` in one line: no such file, unknown kind, damaged or cut short, no unstructured grid, volumes that are no
+/// tetrahedra of four vertices, a coordinate that is not finite; tetrahedra that are flat, name a vertex twice, are there twice
+/// or overlap at a face that they share; more than two at a face; vertices that coincide.
 /// Limits     VTK's messages are caught through its process-wide output window: do not read while another thread uses VTK.
 ///            VTK does not notice that base64 data in the middle of a .vtu are too short: their last coordinates are then any numbers.
 template <RealScalar Scalar = double>
