@@ -438,7 +438,11 @@ TEST_CASE("two devices at one service have a force and a state each, and one tha
   CHECK(pushed("04BA") == 2.0);
 
   Inverse3Device third(at(service, {.device = "049D"}));   // two would send the same motors their forces in turn
-  for (char const* host : {"127.0.0.1", "localhost", "LOCALHOST", "127.1", "0.0.0.0"}) {
+  std::vector<char const*> names{"127.0.0.1", "localhost", "LOCALHOST"};
+#if defined(__linux__)
+  names.insert(names.end(), {"127.1", "0.0.0.0"});   // elsewhere a resolver may not know the one, nor a connection be made to the other
+#endif
+  for (char const* host : names) {
     auto options = at(service, {.device = "049D"});
     options.host = host;
     Inverse3Device again(options);

@@ -42,6 +42,8 @@ struct Command {
 
 /// A device of a service that this program has open.
 /// Invariant  one for each: two would send the same motors their forces in turn.
+/// Limits     of another machine a service is where it was reached: by IPv4 and by IPv6, or by two network cards, it counts as
+///            two. On this machine 127.0.0.1, ::1 and the addresses of its network cards are one.
 class Claim {
  public:
   Claim(std::string const& service, std::string const& device) : name_(device + "@" + service) {   // where it is, not what it is called: a machine has several names
