@@ -50,13 +50,10 @@ void for_each_averaged_material(Visit visit) {
   visit(StableNeoHookean<S>{young, poisson});
 }
 
-template <class M>
-concept HasNodalPressure = requires(SolidOptions<double, M> options) { options.pressure = Pressure::nodal; };
-
 }  // namespace
 
-static_assert(HasNodalPressure<StableNeoHookean<double>>);
-static_assert(!HasNodalPressure<LinearElastic<double>>, "its energy does not say how much of it is volume");
+static_assert(HasBulkModulus<StableNeoHookeanLaw<double>, double>);
+static_assert(!HasBulkModulus<LinearElasticLaw<double>, double>, "its energy does not say how much of it is volume");
 
 // Yardstick: dense central differences of the energy and of the forces, on 50 random meshes of one and of two materials.
 TEST_CASE("nodal pressure: forces, products, blocks and row bounds are those of dense differences", "[tissue][nodal_pressure][yardstick]") {

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <span>
 #include <type_traits>
@@ -50,7 +51,24 @@ struct SolidOptions {
   Pressure pressure = Pressure::element;
   Stiffness stiffness = Stiffness::matrix_free;
 };
-/// The same of a material that states no bulk modulus: it has no nodal pressure.
+
+namespace detail {
+
+/// Stands where a choice of pressure would, of a material that has none, and says so where one is chosen.
+template <class Scalar, class M>
+struct NoPressure {
+  NoPressure() = default;
+  template <std::same_as<Pressure> Chosen>
+  NoPressure(Chosen) {
+    static_assert(sizeof(Chosen) == 0 || !MaterialLaw<typename LawOf<M>::type, Scalar>,
+                  "palpate: the material has no bulk_modulus(), which nodal pressure computes with; declare in its law: Scalar "
+                  "bulk_modulus() const, in Pa at small strain, or leave .pressure out: each tetrahedron then resists by itself.");
+  }
+};
+
+}  // namespace detail
+
+/// The same of a material that states no bulk modulus: each tetrahedron resists by itself, and there is nothing to choose.
 template <RealScalar Scalar, class M>
   requires(!HasBulkModulus<typename detail::LawOf<M>::type, Scalar>)
 struct SolidOptions<Scalar, M> {
@@ -58,6 +76,7 @@ struct SolidOptions<Scalar, M> {
   M material{};
   RayleighDamping<Scalar> damping{};
   Scalar prestrain = 0;
+  detail::NoPressure<Scalar, M> pressure{};
   Stiffness stiffness = Stiffness::matrix_free;
 };
 
