@@ -4,6 +4,8 @@
 
 #include "catch.hpp"
 
+#include <palpate/body/soft_body.hpp>
+#include <palpate/integrator/backward_euler.hpp>
 #include <palpate/material/st_venant_kirchhoff.hpp>
 #include <palpate/material/viscoelastic.hpp>
 #include <palpate/mesh/block.hpp>
@@ -14,6 +16,7 @@
 #include <limits>
 #include <numeric>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 /// Rubber that can be compressed: ψ = μ/2 (F : F − 3) − μ (J − 1) + κ/2 (J − 1)², J = det F.
@@ -141,6 +144,37 @@ TEMPLATE_TEST_CASE("a material of one's own may fade, in its own scalar", "", PA
   CHECK(std::is_same_v<decltype(material), Viscoelastic<CompressibleRubber<S>, S> const>);
   FiniteElements<S, std::remove_const_t<decltype(material)>> const tissue(make_block<S>(2, 2, 2, S(0.01)), {.density = 1000, .material = material});
   CHECK(tissue.size() == 8);
+}
+
+namespace {
+
+/// Rubber of the library's scalars alone: not of packs, so it is computed one tetrahedron after the other.
+template <RealScalar S>
+struct RubberOfScalars : CompressibleRubber<S> {};
+static_assert(!detail::IsLawOfNumbers<RubberOfScalars<double>, double, simd::Lanes<double>>);
+
+}  // namespace
+
+// Yardstick: the same law in packs.
+TEMPLATE_TEST_CASE("a material of one's own may be a template of RealScalar, and fade", "", PALPATE_TEST_SCALARS) {
+  using S = TestType;
+  auto const mesh = make_block<S>(3, 3, 3, S(0.01), BlockPattern::alternating);
+  auto const bend = [&](auto const& law) {
+    Viscoelastic const material{law, {{S(0.3), S(0.1)}}};
+    using Faded = std::remove_const_t<decltype(material)>;
+    CHECK(std::is_same_v<Faded, Viscoelastic<std::remove_cvref_t<decltype(law)>, S>>);
+    FiniteElements<S, Faded> tissue(mesh, {.density = 1000, .material = material});
+    tissue.nail(0), tissue.nail(1), tissue.nail(3);
+    SoftBody body(std::move(tissue), BackwardEuler{.tolerance = 1e-5});
+    for (int k = 0; k < 20; ++k) {
+      body.apply_force(26, {0, 0, S(-0.02)});
+      CHECK(body.step(S(0.002)));
+    }
+    return Matrix3X<S>(body.positions());
+  };
+  auto const in_packs = bend(CompressibleRubber<S>{1000, 10000}), one_by_one = bend(RubberOfScalars<S>{{1000, 10000}});
+  CHECK((in_packs - mesh.points).norm() > S(1e-4));
+  CHECK((in_packs - one_by_one).norm() < S(1e-3) * (in_packs - mesh.points).norm());
 }
 
 TEST_CASE("a material that is wrong is told so") {
