@@ -4,6 +4,7 @@
 #include "catch.hpp"
 #include <palpate/body/pieces.hpp>
 #include <palpate/body/soft_body.hpp>
+#include <palpate/cutting/aspirator.hpp>
 #include <palpate/cutting/volume_cutter.hpp>
 #include <palpate/device/scripted_device.hpp>
 #include <palpate/force/blade.hpp>
@@ -374,6 +375,70 @@ TEST_CASE("a tool that comes back into the wound that it has left cuts on from i
     go({0.055, 0.0113, low}, {0.055, 0.0113, top + 0.006});
     CHECK(knife.state() == CuttingPhase::no_contact);
   }
+}
+
+TEST_CASE("a tool that comes into a closed wound of a thin layer cuts on from its end", "[volume_cutter][cut_force]") {
+  // Yardstick: its height above the tip times the way beyond the wound; the nearest skin is the far side, and at the wound it meets no wall first.
+  constexpr double thick = 0.010, at = 0.0313, end = 0.02;
+  for (double const off : {0.0, 0.0005}) {
+    INFO(off << " m beside the wound");
+    FiniteElements<double, StableNeoHookean<double>> tissue(make_block<double>(13, 9, 3, 0.005, BlockPattern::alternating),
+                                                            {.density = 1000, .material = {6e4, 0.4}, .damping = {.alpha = 30}});
+    for (int i = 0; i < tissue.size(); ++i)
+      if (double const x = tissue.rest_position(i).x(); x < 1e-6 || x > 0.0599) tissue.nail(i);
+    SoftBody body(std::move(tissue), BackwardEuler{});
+    Knife saw, knife({.edge = {{0, 0, 0}, {0, 0, 0.05}}, .puncture_depth = 0.006});
+    for (double y = -0.01; y < end; y += 0.001) saw.advance(body, BladeSegment<double>{{at, y, -0.01}, {at, y, 0.06}});
+    saw.lift(body);
+    Vector3<double> tip(at + off, 0.0107, thick + 0.003);
+    auto const go = [&](Vector3<double> const& to, int ticks) {
+      Vector3<double> const from = tip;
+      for (int tick = 1; tick <= ticks; ++tick) {
+        tip = from + static_cast<double>(tick) / ticks * (to - from);
+        knife.advance(body, ToolPose<double>{.position = tip});
+        REQUIRE(body.step(1e-3));
+      }
+    };
+    double const low = thick / 4;
+    go({at + off, 0.0107, low}, 200);
+    CHECK(knife.state() == CuttingPhase::moving);
+    CHECK(knife.contact().normal.z() > 0.99);
+    CHECK(knife.contact().depth == Approx(thick - low).epsilon(0.1));
+    go({at + off, 0.038, low}, 300);
+    CHECK(knife.area() > (thick - low) * (0.038 - end - 0.006));   // it ends at the last edges that were crossed
+    CHECK(knife.area() < (thick - low) * (0.038 - end + 0.001));
+    go({at + off, 0.038, thick + 0.01}, 50);
+    CHECK(knife.state() == CuttingPhase::no_contact);
+  }
+}
+
+TEST_CASE("over the floor of a pit a tool cuts nothing before it has pressed it", "[volume_cutter][cut_force]") {
+  // Yardstick: the nearest point of the body, its outward normal there.
+  FiniteElements<double, StableNeoHookean<double>> tissue(make_block<double>(13, 11, 7, 0.005, BlockPattern::alternating),
+                                                          {.density = 1000, .material = {6e4, 0.4}, .damping = {.alpha = 30}});   // 60 × 50 × 30 mm
+  for (int i = 0; i < tissue.size(); ++i)
+    if (tissue.rest_position(i).z() < 1e-6) tissue.nail(i);
+  SoftBody body(std::move(tissue), BackwardEuler{});
+  Aspirator<double> aspirator({.tip_radius = 0.004, .reach = 0.008, .max_tetrahedra = 400, .debris = 50});
+  for (double x = 0.016; x <= 0.0441; x += 0.002)
+    for (double y = 0.013; y <= 0.0371; y += 0.004)
+      for (double z = 0.04; z >= 0.0199; z -= 0.01) aspirator.advance(body, Vector3<double>(x, y, z)), aspirator.advance(body, Vector3<double>(x, y, z));
+  REQUIRE(aspirator.report().tetrahedra > 500);
+  int pressed = 0;
+  for (int place = 0; place < 100; ++place) {
+    Knife knife({.puncture_depth = 0.006});
+    Vector3<double> tip(0.021 + 0.0018 * (place % 10), 0.018 + 0.0014 * (place / 10), 0.036);
+    bool is_out = true;
+    for (; is_out && tip.z() > 0; tip.z() -= 2e-4) {
+      knife.advance(body, ToolPose<double>{.position = tip});
+      auto const near = body.nearest_point(tip);
+      bool on_border = false;
+      is_out = (tip - near.point).dot(detail::pseudo_normal(body, near.triangle, near.barycentric, on_border)) > 0;
+      REQUIRE(knife.state() != CuttingPhase::moving);
+    }
+    pressed += knife.state() == CuttingPhase::indenting;
+  }
+  CHECK(pressed == 100);
 }
 
 TEST_CASE("the wall of a wound that is wide open is punctured as the skin is", "[volume_cutter][cut_force]") {

@@ -142,6 +142,7 @@ class VolumeCutter {
     trail_.clear();
     touch_.reset();
     last_blade_.clear();
+    front_.reset(), asked_at_.reset();
     state_ = CuttingPhase::no_contact;
   }
 
@@ -280,14 +281,26 @@ class VolumeCutter {
     }
     return false;
   }
-  /// Whether the tip has come in between the lips of a wound that is there, as deep as it would have to press, or an edge; then the skin above is what is touched.
+  /// Whether the tip has come in between the lips of a wound that is there, as deep as it would have to press, or an edge; then the skin is touched that it was
+  /// in front of last.
   template <class Body>
   bool comes_through_wound(Body& body, Vector const& tip) {
     int const near = touch_.nearest_triangle();
-    if (near < 0 || near >= body.tissue().surface().triangle_count() || !body.tissue().is_wound(near)) return false;
-    if (!traced_.is_between_lips(body, tip, body.mean_edge())) return false;
+    if (near >= 0 && near < body.tissue().surface().triangle_count() && !body.tissue().is_wound(near)) {
+      if (!touch_.contact().touching) front_ = detail::facet_normal(body, near);
+      return false;
+    }
     detail::SkinOf<Body> skin(body, true);
-    auto const over = skin.nearest_point(tip);
+    if (!traced_.is_between_lips(body, tip, body.mean_edge())) {
+      if (asked_at_ && (tip - *asked_at_).norm() < body.mean_edge() / 4) return false;
+      asked_at_ = tip;
+      auto const over = skin.nearest_point(tip);
+      if (!over.found()) return false;
+      if (Vector const normal = detail::facet_normal(body, over.triangle); (tip - over.point).dot(normal) > 0) front_ = normal;
+      return false;
+    }
+    if (!front_) return false;
+    auto const over = skin.nearest_point_facing(*front_, tip);
     SurfaceContact<Scalar> contact;
     if (over.found()) contact.place(skin, over.triangle, over.barycentric, tip, touch_.tip_radius());
     if (!(contact.depth > std::min(options_.puncture_depth, body.mean_edge()) && (tip - contact.point).dot(contact.normal) < 0)) return false;
@@ -466,6 +479,7 @@ class VolumeCutter {
   detail::Removal removal_;
   RemovedTissue removed_;
   detail::BladeResistance<Scalar> resistance_;
+  std::optional<Vector> front_, asked_at_;   // an outward normal of the skin that the tip was in front of last, and where [m] that was asked beside a wound
   std::vector<Vector> blade_, last_blade_, left_at_, target_;   // of a tool: now, in the last tick, and when it was first out of the tissue
   detail::TracedBlade<Scalar> traced_;   // where it was at the end of the last sweep
   detail::BladeTrail<Scalar> trail_;

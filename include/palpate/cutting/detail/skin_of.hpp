@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <palpate/body/pseudo_normal.hpp>
 #include <palpate/collision/closest_point.hpp>
 #include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/matrix.hpp>
@@ -46,7 +47,11 @@ class SkinOf {
   std::size_t topology_revision() const noexcept { return body_.topology_revision(); }
   SurfacePoint<Scalar> nearest_point(Vector const& point, int hint = -1) {
     SurfacePoint<Scalar> const nearest = body_.nearest_point(point, hint);
-    return cuts_ && nearest.found() && tissue().is_wound(nearest.triangle) ? nearest_skin(point, nearest.distance) : nearest;
+    return cuts_ && nearest.found() && tissue().is_wound(nearest.triangle) ? nearest_skin(point, nearest.distance, [](int) { return true; }) : nearest;
+  }
+  /// Of the skin that looks to the side of this direction, within some 70 degrees.
+  SurfacePoint<Scalar> nearest_point_facing(Vector const& direction, Vector const& point) {
+    return nearest_skin(point, 0, [&](int t) { return facet_normal(body_, t).normalized().dot(direction) > Scalar(0.3) * direction.norm(); });
   }
   int triangle_across(int a, int b) const noexcept {
     int const here = tissue().surface().triangle_with_edge(a, b), beyond = body_.triangle_across(a, b);
@@ -54,11 +59,13 @@ class SkinOf {
   }
 
  private:
-  SurfacePoint<Scalar> nearest_skin(Vector const& point, Scalar distance) {
+  /// Of those triangles of the skin that count.
+  template <class Counts>
+  SurfacePoint<Scalar> nearest_skin(Vector const& point, Scalar distance, Counts const& counts) {
     for (Scalar reach = distance + body_.mean_edge();; reach *= 2) {
       SurfacePoint<Scalar> nearest;
       body_.visit_triangles_in_box(point - Vector::Constant(reach), point + Vector::Constant(reach), [&](int t) {
-        if (tissue().is_wound(t)) return;
+        if (tissue().is_wound(t) || !counts(t)) return;
         auto const c = tissue().surface().corners(t);
         auto const x = positions();
         auto const found = closest_point_on_triangle<Scalar>(point, x.col(c[0]), x.col(c[1]), x.col(c[2]));

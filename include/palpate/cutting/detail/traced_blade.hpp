@@ -79,8 +79,10 @@ class TracedBlade {
     auto const wall = body.nearest_point(point);
     if (!wall.found() || wall.distance > reach || !body.tissue().is_wound(wall.triangle)) return false;
     Vector3<Scalar> const out = facet_normal(body, wall.triangle).normalized();
-    find_hits(body, point - reach / 4 * out, point + 2 * reach * out);
-    return std::ranges::any_of(hits_, [&](Hit const& hit) { return hit.enters && body.tissue().is_wound(hit.triangle); });
+    find_hits(body, point - reach / 4 * out, wall.point + 2 * reach * out);
+    return std::ranges::any_of(hits_, [&](Hit const& hit) {   // one that looks back: the floor of a pit has notches, too
+      return hit.enters && body.tissue().is_wound(hit.triangle) && facet_normal(body, hit.triangle).normalized().dot(out) < Scalar(-0.7);
+    });
   }
 
   /// Puts the samples elsewhere, as the blade has come so far; each is carried by the tetrahedron that it is in, or by the last one on the way there.
