@@ -277,6 +277,33 @@ TEST_CASE("a tool that is put through a ridge from one flank to the other cuts o
   CHECK(knife.state() == CuttingPhase::no_contact);
 }
 
+TEST_CASE("a blade whose tip has been out at the far side cuts on where all of it is in the tissue again", "[volume_cutter][cut_force]") {
+  // Yardstick: the body's thickness, and the blade's place in it. It is turned about a point in the tissue, with its tip from below the body to above it.
+  Body body = make_body<double>();
+  Knife knife({.edge = {{0, 0, 0}, {-0.03, 0, 0}}, .puncture_depth = 0.003});
+  Vector3<double> tip(0.010, 0.0113, 0.024);
+  double angle = 1.2;   // of the edge above the plane
+  int within = 0;
+  auto const advance = [&] {
+    knife.advance(body, ToolPose<double>{.position = tip, .orientation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, Vector3<double>::UnitY()))});
+    REQUIRE(body.step(1e-3));
+  };
+  for (int k = 0; k < 100; ++k) tip.z() -= 0.012 / 100, advance();
+  for (int k = 0; k < 100; ++k) tip.x() += 0.02 / 100, advance();
+  auto const reach = [&] { return Vector3<double>(0.02 * std::cos(angle), 0, -0.02 * std::sin(angle)); };
+  Vector3<double> heel = tip - reach();
+  heel.z() = 0.012;
+  bool was_out = false;
+  for (int k = 0; k < 300; ++k) {
+    angle -= 1.8 / 300, tip = heel + reach(), advance();
+    was_out = was_out || tip.z() < -0.002;
+    if (tip.z() < 0.018) CHECK(knife.state() == CuttingPhase::moving);
+    within += tip.z() > 0.001 && tip.z() < 0.018;
+  }
+  CHECK(was_out);
+  CHECK(within > 50);
+}
+
 TEST_CASE("the way back through a cut costs friction alone", "[volume_cutter][cut_force]") {
   // Yardstick: the way out has cost toughness; back again it is φ L for each metre, and what has been paid for the first edge of way before it is known that nothing is cut.
   double const toughness = 100, friction = 20;

@@ -132,6 +132,6 @@ TEST_CASE("a tissue that is wrong is told so") {
   CHECK_THAT(told(Heavy(mesh)), says("particle 1 weighs inf kg"));
   CHECK_THAT(told(Loose(mesh)), says("damping_bound(0) is 0.19"));
   CHECK_THAT(told(Unbounded(mesh)), says("both must be finite"));
-  CHECK_THAT(told(Hoards(mesh)), says("an assembly that is used again keeps what was in it"));
+  CHECK_THAT(told(Hoards(mesh)), says("an assembly that is used again answers otherwise"));
   CHECK_THAT(told(Divides(mesh)), says("at the rest shape is not finite"));
 }

@@ -240,7 +240,7 @@ class BodyMotion : public BodyShape<TissueType> {
       system_.take_history(tissue_);
     }
     moving_.restart(gravity_ != home_gravity_ || revision() != home_revision_);   // else the home shape is in balance
-    remembers_ = tree_is_fitted_ = false;
+    remembers_ = tree_is_fitted_ = modes_are_known_ = false;
     time_ = last_step_ = 0, looks_ = 0;
   }
 

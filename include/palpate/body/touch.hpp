@@ -245,8 +245,9 @@ class Touch {
     clear_ = std::max(offset.norm(), longest_ / 500);
     bool on_border = false;
     Vector const normal = detail::pseudo_normal(body, nearest.triangle, nearest.barycentric, on_border);
-    bool const is_out = !on_border && offset.dot(normal) > radius_ && normal.dot(contact_.normal) < 0;
-    if (!is_out && !is_through_) return false;
+    Scalar const above = offset.dot(normal);
+    is_through_ = is_through_ && !(above < 0);
+    if (!(above > radius_) || !(is_through_ || (!on_border && normal.dot(contact_.normal) < 0))) return false;
     if (stays_in()) {
       is_through_ = true, clear_ = 0;
       return false;

@@ -27,6 +27,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -231,22 +232,23 @@ class VolumeCutter {
     for (Vector const& point : options_.edge) blade_.push_back(tool.position + tool.orientation * point);
     require_sound(body, blade_);
     if (touch_.was_restored(body)) reset(body);
-    detail::SkinOf<Body> skin(body, state_ == CuttingPhase::moving);
     auto const touch = [&] {
       bool const cuts = state_ == CuttingPhase::moving;
-      if (touch_.update(skin, tool.position, cuts, [&] { return (begins_at_tip() || touch_.contact().depth > 0) && is_edge_in(body, tool.position); }).touching) return;
+      detail::SkinOf<Body> skin(body, cuts);
+      if (touch_.update(skin, tool.position, cuts, [&] { return (touch_.contact().depth > 0 || ends_at_tip()) && is_edge_in(body); }).touching) return;
       if (cuts) left_at_.assign(blade_.begin(), blade_.end()), leaves_ = true;
       state_ = CuttingPhase::no_contact;
     };
     touch();
     int const taken = removed_.tetrahedra;
+    bool const left = leaves_;
     if (leaves_) {   // the rest of the way out of the tissue, to where it was then, in this tick and the next ones
       cut(body, std::span<Vector const>(left_at_), Scalar(0));
       if (!is_behind_) lift(body);
-      if (removed_.tetrahedra != taken) touch_.update(skin, tool.position);   // what it touches again may be gone
+      if (removed_.tetrahedra != taken) touch();   // what it touches again may be gone
     }
     bool const enters = state_ != CuttingPhase::moving && !leaves_;   // the last cut is done
-    bool const is_through_wound = enters && comes_through_wound(body, tool.position);
+    bool const is_through_wound = enters && !left && comes_through_wound(body, tool.position);
     if (SurfaceContact<Scalar> const& contact = touch_.contact(); contact.touching && state_ != CuttingPhase::moving) {
       state_ = CuttingPhase::indenting;
       if (enters && (is_through_wound || !(contact.depth < options_.puncture_depth) || force >= options_.puncture_force)) {
@@ -260,26 +262,21 @@ class VolumeCutter {
     if (removed_.tetrahedra != taken) touch();   // what it touched may be gone
   }
 
-  /// An edge that reaches beyond the tip on both sides leaves the tissue with it.
-  bool begins_at_tip() const noexcept {
-    Scalar const length = length_of(options_.edge), from_tip = std::min(options_.edge.front().norm(), options_.edge.back().norm());
-    return from_tip <= length / 1000 + touch_.tip_radius();
+  /// Whether the edge has an end, and not a point between its ends, next to the tip: one that reaches beyond it leaves the tissue with it.
+  bool ends_at_tip() const noexcept {
+    std::vector<Vector> const& edge = options_.edge;
+    Scalar nearest = std::numeric_limits<Scalar>::infinity();
+    for (std::size_t k = 1; k < edge.size(); ++k) {
+      Vector const piece = edge[k] - edge[k - 1];
+      nearest = std::min(nearest, Vector(edge[k - 1] + std::clamp(-edge[k - 1].dot(piece) / piece.squaredNorm(), Scalar(0), Scalar(1)) * piece).norm());
+    }
+    return std::min(edge.front().norm(), edge.back().norm()) <= nearest + length_of(edge) / 1000 + touch_.tip_radius();
   }
   /// Whether any of the edge is in the tissue, or between the lips of a wound.
   template <class Body>
-  bool is_edge_in(Body& body, Vector const& tip) {
-    if (traced_.goes_through_border(body, std::span<Vector const>(blade_))) return true;
-    auto const near = body.nearest_point(tip);
-    bool on_border = false;
-    if (near.found() && (tip - near.point).dot(detail::pseudo_normal(body, near.triangle, near.barycentric, on_border)) < 0) return true;
-    Scalar const edge = body.mean_edge();
-    for (std::size_t k = 1; k < blade_.size(); ++k) {
-      Vector const piece = blade_[k] - blade_[k - 1];
-      int const parts = 1 + static_cast<int>(2 * piece.norm() / edge);
-      for (int j = 0; j <= parts; ++j)
-        if (traced_.is_between_lips(body, blade_[k - 1] + static_cast<Scalar>(j) / static_cast<Scalar>(parts) * piece, edge * 3 / 2)) return true;
-    }
-    return false;
+  bool is_edge_in(Body& body) {
+    std::span<Vector const> const blade(blade_);
+    return traced_.would_be_inside(body, blade) || traced_.would_be_between_lips(body, blade, body.mean_edge() * 3 / 2);
   }
   /// Whether the tip has come in between the lips of a wound that is there, as deep as it would have to press, or an edge; then the skin is touched that it was
   /// in front of last.
@@ -296,7 +293,8 @@ class VolumeCutter {
       asked_at_ = tip;
       auto const over = skin.nearest_point(tip);
       if (!over.found()) return false;
-      if (Vector const normal = detail::facet_normal(body, over.triangle); (tip - over.point).dot(normal) > 0) front_ = normal;
+      bool on_border = false;
+      if (Vector const normal = detail::pseudo_normal(skin, over.triangle, over.barycentric, on_border); (tip - over.point).dot(normal) > 0) front_ = normal;
       return false;
     }
     if (!front_) return false;

@@ -73,7 +73,7 @@ struct MaterialSentences {
 
 // --- what a law may answer besides ------------------------------------------------------------------------------------
 
-/// Refinement: states a positive semidefinite part of its tangent: semidefinite_stress_change(F, dF). Of isotropic laws it follows (see IsIsotropicLaw),
+/// Refinement: states a positive semidefinite part of its tangent: semidefinite_stress_change(F, dF), at F = 1 all of it. Of isotropic laws it follows (see IsIsotropicLaw),
 /// of others each element's is found by eigenvalues.
 template <class L, class T>
 concept HasSemidefiniteStressChange = MaterialLaw<L, T> && requires(L const& law, Tensor3<T> const& F) {

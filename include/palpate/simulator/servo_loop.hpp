@@ -183,7 +183,7 @@ class ServoLoop {
       ++counts_.faulted;
     else if (model.diverged)
       ++counts_.diverged;
-    WantedForce<Scalar> wanted{.inside = model.phase != CuttingPhase::no_contact && contact.depth > 0,
+    WantedForce<Scalar> wanted{.inside = model.phase == CuttingPhase::moving || (model.phase != CuttingPhase::no_contact && contact.depth > 0),
                                .valid = valid,
                                .diverged = model.diverged,
                                .age = std::fmax(now - model.time, sample_age_),

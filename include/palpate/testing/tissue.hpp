@@ -128,17 +128,18 @@ Violations check_tissue(Tissue const& tissue, TissueChecks const& checks = {}) {
       break;
     }
   {
-    Columns const unit = noise(1).colwise().normalized(), drag = whole.forces(whole.rest, still) - whole.forces(whole.rest, unit);
+    Scalar const speed = v.colwise().norm().maxCoeff();   // m/s, of all
+    Columns const unit = noise(1).colwise().normalized(), drag = (whole.forces(whole.rest, still) - whole.forces(whole.rest, speed * unit)) / speed;
     for (int i = 0; i < n; ++i)
       if (!(drag.col(i).norm() <= tissue.damping_bound(i) * (1 + tolerance) + tolerance * drag.colwise().norm().maxCoeff())) {
-        found.push_back(message("damping_bound(", i, ") is ", tissue.damping_bound(i), " N s/m, but unit velocities give ", drag.col(i).norm(), " N"));
+        found.push_back(message("damping_bound(", i, ") is ", tissue.damping_bound(i), " N s/m, but velocities of ", speed, " m/s give ", drag.col(i).norm(), " N for each m/s"));
         break;
       }
     detail::WholeTissue<Tissue> again(tissue);
     std::vector<int> const one{0};
     tissue.assemble(one, again.assembly), tissue.assemble(again.all, again.assembly);
     if (again.assembly.particles().size() != whole.assembly.particles().size() || whole.forces(x, v) != again.forces(x, v))
-      found.push_back("an assembly that is used again keeps what was in it");
+      found.push_back("an assembly that is used again answers otherwise than a new one");
   }
 
   std::vector<int> some;

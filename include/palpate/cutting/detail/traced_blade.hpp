@@ -66,11 +66,25 @@ class TracedBlade {
     }
   }
 
-  /// Whether a blade that is there goes through the body's border anywhere: then some of it is in the tissue.
+  /// Whether any of a blade that is there is in the tissue: it goes through the border, or lies within.
   template <class Body>
-  bool goes_through_border(Body& body, std::span<Vector3<Scalar> const> blade) {
+  bool would_be_inside(Body& body, std::span<Vector3<Scalar> const> blade) {
     for (std::size_t k = 1; k < blade.size(); ++k)
-      if (find_hits(body, blade[k - 1], blade[k]); !hits_.empty()) return true;
+      if (find_hits(body, blade[k - 1], blade[k]); !hits_.empty() || holding(body, blade[k - 1], blade[k]) >= 0) return true;
+    return false;
+  }
+  /// Whether any of its points, half an edge apart, is between lips.
+  template <class Body>
+  bool would_be_between_lips(Body& body, std::span<Vector3<Scalar> const> blade, Scalar reach) {
+    Scalar const edge = body.mean_edge();
+    for (std::size_t k = 1; k < blade.size(); ++k) {
+      Scalar const length = (blade[k] - blade[k - 1]).norm();
+      for (Scalar way = 0; way <= length;) {
+        Vector3<Scalar> const point = blade[k - 1] + way / length * (blade[k] - blade[k - 1]);
+        if (is_between_lips(body, point, reach)) return true;
+        way += std::max(edge / 2, body.nearest_point(point).distance - reach);   // no wall is nearer
+      }
+    }
     return false;
   }
   /// Whether a point is within so much of the wall of a wound, and within twice that of the wall of a wound opposite: walls that lie on each other are opposite, too.
