@@ -79,6 +79,17 @@ Trajectory<Scalar> stroke(bool again = false) {
   return path;
 }
 
+/// A tool that is not turned, on a straight way at 1 kHz.
+template <class Solid>
+void draw(Knife& knife, Solid& body, Vector3<double>& tip, Vector3<double> const& to, int ticks) {
+  Vector3<double> const from = tip;
+  for (int tick = 1; tick <= ticks; ++tick) {
+    tip = from + static_cast<double>(tick) / ticks * (to - from);
+    knife.advance(body, ToolPose<double>{.position = tip});
+    REQUIRE(body.step(1e-3));
+  }
+}
+
 /// A cut right across the way of that, from above down to z = low.
 void cut_across(Body& body, double x, double low) {
   Knife knife;
@@ -259,14 +270,7 @@ TEST_CASE("a tool that is put through a ridge from one flank to the other cuts o
   Knife knife({.edge = {{0, 0, 0}, {-0.05, 0, 0}}, .puncture_depth = 0.003});
   double const height = 0.0103, low = ridge - height;
   Vector3<double> tip(x - 0.03, 0.0087, low);
-  auto const go = [&](Vector3<double> const& to, int ticks) {
-    Vector3<double> const from = tip;
-    for (int tick = 1; tick <= ticks; ++tick) {
-      tip = from + static_cast<double>(tick) / ticks * (to - from);
-      knife.advance(body, ToolPose<double>{.position = tip});
-      REQUIRE(body.step(1e-3));
-    }
-  };
+  auto const go = [&](Vector3<double> const& to, int ticks) { draw(knife, body, tip, to, ticks); };
   go({x + 0.03, 0.0087, low}, 300);
   CHECK(knife.state() == CuttingPhase::moving);
   CHECK(knife.contact().touching);
@@ -418,14 +422,7 @@ TEST_CASE("a tool that comes into a closed wound of a thin layer cuts on from it
     for (double y = -0.01; y < end; y += 0.001) saw.advance(body, BladeSegment<double>{{at, y, -0.01}, {at, y, 0.06}});
     saw.lift(body);
     Vector3<double> tip(at + off, 0.0107, thick + 0.003);
-    auto const go = [&](Vector3<double> const& to, int ticks) {
-      Vector3<double> const from = tip;
-      for (int tick = 1; tick <= ticks; ++tick) {
-        tip = from + static_cast<double>(tick) / ticks * (to - from);
-        knife.advance(body, ToolPose<double>{.position = tip});
-        REQUIRE(body.step(1e-3));
-      }
-    };
+    auto const go = [&](Vector3<double> const& to, int ticks) { draw(knife, body, tip, to, ticks); };
     double const low = thick / 4;
     go({at + off, 0.0107, low}, 200);
     CHECK(knife.state() == CuttingPhase::moving);

@@ -184,6 +184,22 @@ TEST_CASE("C10-M5: a hand works through its workspace, and a clutch moves neithe
   CHECK(felt.force.norm() == Approx(100 * 0.010 / std::sqrt(2.0)));
 }
 
+TEST_CASE("a session does not arm while a blade cuts, though its tip is above the skin", "[simulator][safety]") {
+  palpate_test::Strings<double> strings;
+  ServoLoop<palpate_test::Puppet<double>, DepthSpring, double> servo(palpate_test::Puppet<double>(strings), DepthSpring{}, {.safety = {.protects_a_hand = true}});
+  servo.begin_session();
+  LocalModel<double> model;   // of a skin at z = 0
+  strings.next.position = {0, 0, 0.003};
+  auto const ticks = [&](CuttingPhase phase, int count) {
+    for (model.phase = phase; count > 0; --count) model.time += 1e-3, servo.read(1e-3), servo.respond(model, model.time);
+  };
+  ticks(CuttingPhase::moving, 200);
+  CHECK(servo.chain().stage() == DeviceStage::open);
+  CHECK(servo.chain().waits_for() == ArmingWaitsFor::tool_outside);
+  ticks(CuttingPhase::no_contact, 20);
+  CHECK(servo.chain().stage() == DeviceStage::running);
+}
+
 TEST_CASE("after a jump nothing is felt until the body has answered for the new place, and then on a ramp", "[simulator][safety]") {
   palpate_test::Strings<double> strings;
   ServoLoop<palpate_test::Puppet<double>, DepthSpring, double> servo(palpate_test::Puppet<double>(strings), DepthSpring{}, {.safety = {.protects_a_hand = true, .damping = 0.0}});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <palpate/body/pseudo_normal.hpp>
+#include <palpate/collision/surface_tree.hpp>
 #include <palpate/core/matrix.hpp>
 
 #include <algorithm>
@@ -81,8 +82,9 @@ class TracedBlade {
       Scalar const length = (blade[k] - blade[k - 1]).norm();
       for (Scalar way = 0; way <= length;) {
         Vector3<Scalar> const point = blade[k - 1] + way / length * (blade[k] - blade[k - 1]);
-        if (is_between_lips(body, point, reach)) return true;
-        way += std::max(edge / 2, body.nearest_point(point).distance - reach);   // no wall is nearer
+        auto const wall = body.nearest_point(point);
+        if (is_between_lips(body, point, wall, reach)) return true;
+        way += std::max(edge / 2, wall.distance - reach);   // no wall is nearer
       }
     }
     return false;
@@ -90,13 +92,7 @@ class TracedBlade {
   /// Whether a point is within so much of the wall of a wound, and within twice that of the wall of a wound opposite: walls that lie on each other are opposite, too.
   template <class Body>
   bool is_between_lips(Body& body, Vector3<Scalar> const& point, Scalar reach) {
-    auto const wall = body.nearest_point(point);
-    if (!wall.found() || wall.distance > reach || !body.tissue().is_wound(wall.triangle)) return false;
-    Vector3<Scalar> const out = facet_normal(body, wall.triangle).normalized();
-    find_hits(body, point - reach / 4 * out, wall.point + 2 * reach * out);
-    return std::ranges::any_of(hits_, [&](Hit const& hit) {   // one that looks back: the floor of a pit has notches, too
-      return hit.enters && body.tissue().is_wound(hit.triangle) && facet_normal(body, hit.triangle).normalized().dot(out) < Scalar(-0.7);
-    });
+    return is_between_lips(body, point, body.nearest_point(point), reach);
   }
 
   /// Puts the samples elsewhere, as the blade has come so far; each is carried by the tetrahedron that it is in, or by the last one on the way there.
@@ -130,6 +126,15 @@ class TracedBlade {
   }
 
  private:
+  template <class Body>
+  bool is_between_lips(Body& body, Vector3<Scalar> const& point, SurfacePoint<Scalar> const& wall, Scalar reach) {
+    if (!wall.found() || wall.distance > reach || !body.tissue().is_wound(wall.triangle)) return false;
+    Vector3<Scalar> const out = facet_normal(body, wall.triangle).normalized();
+    find_hits(body, point - reach / 4 * out, wall.point + 2 * reach * out);
+    return std::ranges::any_of(hits_, [&](Hit const& hit) {   // one that looks back: the floor of a pit has notches, too
+      return hit.enters && body.tissue().is_wound(hit.triangle) && facet_normal(body, hit.triangle).normalized().dot(out) < Scalar(-0.7);
+    });
+  }
   /// Of a point in a tetrahedron of these corners.
   static Weights weights(std::array<Vector, 4> const& c, Vector const& x) noexcept {
     Vector const a = c[1] - c[0], b = c[2] - c[0], d = c[3] - c[0], p = x - c[0];
